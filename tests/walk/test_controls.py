@@ -213,3 +213,14 @@ def test_a_key_pressed_and_released_within_a_frame_still_moves(dt: float, second
     walker.advance(share, dt)
     walker.advance({}, 1.0)
     assert np.linalg.norm(shift(walker)) == pytest.approx(seconds * walker.speed, rel=1e-4)
+
+
+def test_a_viewer_comes_to_rest() -> None:
+    """So that a picture need not be drawn again."""
+    walker = Walker(glm.dvec3(1, 3, 2), 0.3, 0.1, 0.9, 2.0, walking=True)
+    walker.advance({Move.FORWARD: 0.5}, 0.5)
+    for _ in range(60):
+        walker.advance({}, 0.03)
+    before = walker.camera
+    walker.advance({}, 0.03)
+    assert walker.camera == before and walker.position.y == EYE_HEIGHT

@@ -50,7 +50,7 @@ def test_a_lens_has_ends(distance: float, reached: float) -> None:
 
 def walk(distance: float, **dof: Any) -> State:
     settings = SimpleNamespace(dof=DofParams(**dof))
-    renderer = SimpleNamespace(settings=settings, distance_at=lambda: distance)
+    renderer = SimpleNamespace(settings=settings, distance_at=lambda across, down: distance)
     return State(
         cast(Scene, SimpleNamespace(environment=Environment())), cast(Renderer, renderer), Walker.at(HOME), HOME
     )

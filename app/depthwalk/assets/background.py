@@ -242,6 +242,11 @@ class BackgroundLibrary(SceneLibrary):
         return bool(self._finding)
 
     @property
+    def is_busy(self) -> bool:
+        """Return whether any asset that was asked for is still searched for, baked or cooked."""
+        return bool(self._finding or self._unbaked or self._making)
+
+    @property
     def progress(self) -> Progress | None:
         """Return how far baking and cooking have come; None where nothing is being baked or cooked."""
         if not self._making:

@@ -6,7 +6,7 @@ it with their own parameters.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import ClassVar, Generic, TypeVar, cast, get_args, get_origin
 
@@ -102,6 +102,7 @@ class Pass(ABC, Generic[P]):
     `views`             Once per picture: ask of which frames it consists.
     `enabled`           Once per frame, when all passes before have drawn: ask whether there is anything to draw.
     `draw`              Where `enabled` returned True: draw into the targets of `writes`, from those of `reads`.
+    `parts`             The same in several steps; the renderer calls this, which calls `draw` unless a pass says else.
     `forget_assets`     Before assets are released: drop what refers to their buffers.
     `release`           At the end: free what was created. The pass may then be attached to another renderer.
     ==================  ================================================================================================
@@ -274,6 +275,25 @@ class Pass(ABC, Generic[P]):
         frame : what to draw, and the targets to draw into.
         params : the pass's own parameters.
         """
+
+    def parts(self, frame: Frame, params: P) -> Iterator[None]:
+        """Draw as `draw` does, in several parts, if that may take so long that a window should show something between.
+
+        Whatever the caller draws between two parts leaves GL state at its default, and another framebuffer bound. So a
+        part sets all state that it needs. By default there is one part, `draw`. A pass with several implements this,
+        and has `draw` run through it.
+
+        Parameters
+        ----------
+        frame : what to draw, and the targets to draw into.
+        params : the pass's own parameters.
+
+        Yields
+        ------
+        None, between two parts.
+        """
+        self.draw(frame, params)
+        yield from ()
 
     def forget_assets(self) -> None:
         """Drop whatever refers to assets, because they are about to be released; by default, nothing."""

@@ -5,7 +5,7 @@
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -37,6 +37,7 @@ from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
+_END = object()  # of a pass: it has no further part
 _IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
 
@@ -105,11 +106,30 @@ class Renderer:
         screen : the framebuffer to draw into.
         transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
         """
+        for _ in self.steps(view, screen, transparent):
+            pass
+
+    def steps(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> Iterator[str]:
+        """Draw a picture as `render` does, but stop after each pass, and between the parts of long ones (`Pass.parts`).
+
+        Neither the scene nor its settings may change before the last step, nor another picture be begun. What the
+        caller draws meanwhile must leave GL state as it was, and the targets alone.
+
+        Parameters
+        ----------
+        view : the camera, and the size of `screen`. With supersampling, the passes before `output` see a larger size.
+        screen : the framebuffer to draw into.
+        transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
+
+        Yields
+        ------
+        The name of the pass whose commands were just given to the GPU.
+        """
         views = [view]
         for pass_ in self.passes:
             views = [seen for whole in views for seen in pass_.views(whole, pass_.params_in(self.settings))]
         for lens_point, seen in enumerate(views):
-            self._render(seen, screen, transparent, lens_point)
+            yield from self._render(seen, screen, transparent, lens_point)
         self.timers.end_frame()
 
     def rehearse(self, view: View, screen: moderngl.Framebuffer) -> None:
@@ -127,8 +147,11 @@ class Renderer:
             self.remembers = remembers
             self._forget_assets()
 
-    def _render(self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int) -> None:
-        """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them."""
+    def _render(self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int) -> Iterator[str]:
+        """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them.
+
+        Yields the names of the passes, see `steps`.
+        """
         shared = common(self.settings)
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
         targets = self._prepare_targets(view.size, hardware_samples(self.settings, self.device), shared.aa)
@@ -153,13 +176,14 @@ class Renderer:
         plans: list[FrameDrawLists] = []
         for plan in self._phases.plans(view, in_sight, targets, residency, self.remembers):
             plans.append(plan)
-            self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
-        self.plan, self.view = FrameDrawLists.joined(plans), view
-        frame = frame_of(plan=self.plan, materials=self._materials(view, self.plan))
+            yield from self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
+        whole = FrameDrawLists.joined(plans)
+        frame = frame_of(plan=whole, materials=self._materials(view, whole))
         frame = replace(frame, shadows=self._shadow_maps(frame, residency))
-        self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
-        self.plan.counts["assets"] = self.assets.depth_count
-        self.plan.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
+        yield from self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
+        whole.counts["assets"] = self.assets.depth_count
+        whole.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
+        self.plan, self.view = whole, view
 
     def _prepare_targets(self, size: tuple[int, int], samples: int, aa: AntiAliasing) -> Targets:
         """Return cleared targets of `size` pixels; those of the last frame where they fit."""
@@ -209,24 +233,33 @@ class Renderer:
             frame.view, frame.light, lamps, settings.shadows, settings.lod.magnification, residency, self.remembers
         )
 
-    def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> None:
-        """Run neighbouring passes that are `per_sample` once for each of a pixel's samples, the others once."""
+    def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
+        """Run neighbouring passes that are `per_sample` once for each of a pixel's samples, the others once.
+
+        Yields the name of each after it ran.
+        """
         targets = frame.targets
         for per_sample, run in groupby(passes, lambda pass_: pass_.per_sample):
             several = per_sample and targets.samples > 1
             together, views = list(run), sample_views(frame.view, targets.offsets) if several else [frame.view]
             for number, seen in enumerate(views):
-                self._draw(together, replace(frame, view=seen, sample=number))
+                yield from self._draw(together, replace(frame, view=seen, sample=number))
 
-    def _draw(self, passes: Sequence[Pass[Any]], frame: Frame) -> None:
-        """Run those of `passes` that have anything to draw, each with the targets that it declares."""
+    def _draw(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
+        """Run those of `passes` that have anything to draw, each with the targets that it declares.
+
+        Yields the name of each after it ran.
+        """
         self._view_block.show(frame.view)
         for pass_ in passes:
             params = pass_.params_in(self.settings)
             own_frame = replace(frame, targets=self._declared[pass_])
             if pass_.enabled(own_frame, params):
-                with self.timers.measure(pass_.name):
-                    pass_.draw(own_frame, params)
+                parts, unfinished = pass_.parts(own_frame, params), True
+                while unfinished:
+                    with self.timers.measure(pass_.name):
+                        unfinished = next(parts, _END) is not _END
+                    yield pass_.name
 
     def sample_shares(self) -> PixelShares:
         """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.

@@ -346,6 +346,26 @@ Bytes = Annotated[
 ]
 
 
+class ReprojectionParams(Params):
+    """Set how the window shows slow frames; `render` and `bench` show every frame as it is."""
+
+    mode: Literal["auto", "on", "off"] = param(
+        "auto",
+        "While a frame is being drawn, show the last one, moved to where the viewer is by now: on, off, or only where "
+        "frames are slow (auto)",
+    )
+    margin: float = param(
+        0.08,
+        "What frames show beyond each edge of the window, as a part of its width and height, so that it can come into "
+        "sight",
+        ge=0,
+        le=0.5,
+    )
+    slice: float = param(
+        25.0, "Time for drawing a part of the next frame, before the last one is shown again", unit="ms", ge=1, le=1000
+    )
+
+
 class RenderSettings(PictureParams):
     """Hold everything that changes the picture but not the scene: `render:` of the scene file.
 
@@ -370,6 +390,7 @@ class RenderSettings(PictureParams):
     smaa: SmaaParams = Field(default_factory=SmaaParams)
     dof: DofParams = Field(default_factory=DofParams)
     output: OutputParams = Field(default_factory=OutputParams)
+    reprojection: ReprojectionParams = Field(default_factory=ReprojectionParams)
     gpu_memory: Bytes = param(
         DEFAULT_BUDGET,
         "Most GPU memory for depth images and meshes, as `2 GiB` or as a number of bytes; when it is full, "

@@ -24,13 +24,16 @@ from depthwalk.walk.panel import draw_atlas, draw_panel
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.screenshot import read_window, save_screenshot
+from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
 from depthwalk.walk.up_axis import ModelTurn
-from depthwalk.walk.window import Window, on_files_dropped, title_of, wait_for_event
+from depthwalk.walk.window import Window, on_files_dropped, on_refresh, title_of, wait_for_event
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
+_ROUNDS = 3  # in which widgets are drawn after an event
 _STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
+_RESTING_SECONDS = 0.5  # at most without a look at what has changed, where nothing is drawn
 
 
 def walk_in(
@@ -79,6 +82,8 @@ class _Walk:
         self._next_file: Path | None = None  # to be opened before the next frame
         self._last_time = time.perf_counter()  # of the last frame's beginning
         self._camera_before: Camera | None = None  # of the last frame
+        self._shown: tuple[Any, ...] = ()  # of what the widgets tell, in the last round
+        self._unshown = 0  # rounds in which the widgets are still drawn: imgui answers to events a round later
 
     def start(
         self,
@@ -95,9 +100,12 @@ class _Walk:
         self._model_turn = ModelTurn(scene, self._renderer)
         home = first_camera(scene.camera or self._renderer.frame_all(self._aspect))
         playback = Playback(path) if path is not None else None
-        self._state = State(scene, self._renderer, Walker.at(home), home, playback)
+        self._frames = ShownFrames(self._renderer)
+        self._releases.append(lambda: self._frames.release())
+        self._state = State(scene, self._renderer, Walker.at(home), home, playback, shown=self._frames)
         self._state.arrive()
-        self._input = Input(self._window, self._state, self._actions())
+        self._input = Input(self._window, self._state, self._actions(), lambda: self._frames.finish())
+        on_refresh(self._window, self._input.note_news)
         self._loading.end()
         self._state.tell(self._model_turn.guess or "H shows the keys")
 
@@ -123,6 +131,8 @@ class _Walk:
         again, library = scene.path == self._state.scene.path, self._library.sibling(scene.assets)
         renderer = self._loader.open(scene, library, self._renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
+        self._frames.release()
+        self._frames = self._state.shown = ShownFrames(renderer)
         self._state.show(scene, renderer, self._aspect)
         if model_turn.guess:
             self._state.tell(model_turn.guess)
@@ -154,6 +164,7 @@ class _Walk:
     def _step(self) -> None:
         """Advance the walk by the time since the last frame, less that spent on loading, and draw a frame."""
         if self._next_file is not None:
+            self._frames.finish()
             self._open(self._next_file)
         now = time.perf_counter()
         dt, self._last_time = now - self._last_time - self._loader.seconds, now
@@ -163,6 +174,9 @@ class _Walk:
         self._state.pull_focus(dt)
         self._take_news()
         if min(*self._window.size, *self._window.buffer_size) > 0:
+            if self._rests(dt):
+                self._rest(_RESTING_SECONDS)
+                return
             self._state.times.add(dt)
             self._draw(dt)
         else:  # minimised
@@ -172,9 +186,31 @@ class _Walk:
             self._background.baking_waits = False  # the first picture is there
         camera, self._camera_before = self._camera_before, self._state.camera
         if self._progress is not None and self._camera_before == camera and self._state.recorder is None:
-            done = time.perf_counter()
-            wait_for_event(now + _STILL_SECONDS - done)  # lets those work that bake
-            self._last_time += time.perf_counter() - done  # no frame took that long
+            self._rest(now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
+
+    def _rests(self, dt: float) -> bool:
+        """Return whether the window shows already all that there is to show."""
+        state, renderer = self._state, self._state.renderer
+        world = renderer.world
+        self._frames.note(
+            state.camera,
+            dt,
+            self._window.buffer_size,
+            renderer.settings,
+            state.scene.environment,
+            world.representation,
+            world.generation,
+        )
+        shown = self._window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self._progress
+        changed, self._shown = shown != self._shown or self._input.take_news(), shown
+        self._unshown = _ROUNDS if changed else max(self._unshown - 1, 0)
+        return self._frames.is_current and not (self._unshown or self._screenshot_due or state.recorder is not None)
+
+    def _rest(self, seconds: float) -> None:
+        """Wait for the user, at most for `seconds`, of which the walk's clock knows nothing."""
+        start = time.perf_counter()
+        wait_for_event(seconds)
+        self._last_time += time.perf_counter() - start  # no frame took that long
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
@@ -268,17 +304,24 @@ class _Walk:
 
     def _draw(self, dt: float) -> None:
         """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""
-        self._loader.load_missing(self._state.renderer, self._state.tell)
+        if not self._frames.is_drawing:
+            self._loader.load_missing(self._state.renderer, self._state.tell)
         state, size = self._state, self._window.buffer_size
         renderer, screen = state.renderer, self._window.fbo
         screen.viewport = (0, 0, *size)
         camera = state.camera
-        renderer.render(View(camera, size), screen)
-        if state.hud:
-            state.shares.update(renderer, dt)
+        if self._screenshot_due:
+            self._frames.finish()
+            renderer.render(View(camera, size), screen)
+        elif self._frames.draw(View(camera, size), screen):
+            state.scene_times.add(self._frames.scene_seconds)
+            if state.hud:
+                state.shares.update(renderer, dt)
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
+        if self._input.is_editing:
+            self._frames.finish()  # widgets may change the settings
         self._overlay.draw(screen, self._window.size, size, dt, self._widgets)
         if self._screenshot_due:
             self._screenshot_due = False

@@ -23,6 +23,8 @@ _CROSSING = 5.0, 120.0  # s, that it takes to cross a scene at its natural speed
 FAST = 4.0  # factor while Shift is held
 LONGEST_STEP = 1.0  # s: after a stop (a moved window, a sleeping computer) the camera must not leap
 TAP = 0.08  # s: taken for a key whose press and release arrive together; the events carry no times
+_STANDSTILL = 1e-4  # m/s: what differs by less from the velocity that is asked for
+_LEVEL = 1e-5  # metres: who is nearer to walking height has reached it
 _RESPONSE = 14.0  # 1/s: how fast velocity and walking height follow what is asked for
 
 
@@ -155,9 +157,13 @@ class Walker:
         excess = self.velocity - target  # fades: v(t) = target + excess · e^(−kt), and the path is its integral
         self.position = self.position + target * step + excess * ((1 - decay) / _RESPONSE)
         self.velocity = target + excess * decay
+        if glm.length(excess) * decay < _STANDSTILL:  # the rest of the way at once, so that a viewer comes to rest
+            self.velocity = target
+            self.position = self.position + excess * (decay / _RESPONSE)
         if self.walking:
             eye = ground + EYE_HEIGHT
-            self.position.y = eye + (self.position.y - eye) * decay
+            above = (self.position.y - eye) * decay
+            self.position.y = eye + (above if abs(above) > _LEVEL else 0.0)
 
     def _direction(self, shares: Sequence[float]) -> glm.dvec3:
         """Return the world direction, of length 1 at most, of moves that are held for these shares of the frame."""

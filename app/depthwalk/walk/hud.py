@@ -15,6 +15,7 @@ _WIDTH = 255.0
 _LABELS = 84.0  # width of the column of names
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
+_SLOWER = 1.3  # times as long as from picture to picture: frames that are drawn in slices
 _OVERLAY = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.no_inputs
@@ -176,6 +177,8 @@ def _draw_rate(state: State) -> None:
         imgui.text_colored(_BRIGHT, f"{1 / seconds:5.1f} FPS")
         imgui.same_line()
         imgui.text(f"{seconds * 1e3:6.1f} ms")
+    if (scene := state.scene_times.smoothed) > _SLOWER * seconds > 0:
+        imgui.text_colored(_DIM, f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms; moved in between")
     times = state.times.milliseconds
     if len(times) > 1:
         imgui.same_line()

@@ -47,9 +47,20 @@ class Input:
         The walk that the events change.
     actions
         What a key press does, by moderngl-window's name of the key. Keys that move the viewer need no action.
+    before_change
+        Called before an action, and before the mouse does more than to move the camera.
     """
 
-    def __init__(self, window: Window, state: State, actions: dict[str, Callable[[], None]]) -> None:
+    def __init__(
+        self,
+        window: Window,
+        state: State,
+        actions: dict[str, Callable[[], None]],
+        before_change: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._before_change = before_change
+        self._news = True  # whether anything happened that a widget may show
+        self._edits = False  # whether widgets got a press or a key since they were drawn
         self._window, self._state = window, state
         self._io = imgui.get_io()
         keys = window.keys
@@ -100,13 +111,29 @@ class Input:
         This must be called within every frame of imgui.
         """
         self._areas = areas
+        self._edits = False
         self._busy = imgui.is_any_item_active() or imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+    def note_news(self) -> None:
+        """Note that something happened that may change what the window shows."""
+        self._news = True
+
+    def take_news(self) -> bool:
+        """Return whether anything happened since the last call that may change what the window shows."""
+        news, self._news = self._news, False
+        return news
+
+    @property
+    def is_editing(self) -> bool:
+        """Return whether widgets, when they are drawn next, may change something."""
+        return self._edits or self._busy
 
     def _over_widgets(self, x: float, y: float) -> bool:
         inside = (left <= x < right and top <= y < bottom for left, top, right, bottom in self._areas)
         return self._busy or any(inside)
 
     def _on_key(self, key: Any, action: Any, modifiers: Any) -> None:
+        self._news = self._edits = True
         pressed = action == self._window.keys.ACTION_PRESS
         repeated = not pressed and action != self._window.keys.ACTION_RELEASE
         self._io.add_key_event(imgui.Key.mod_ctrl, modifiers.ctrl)
@@ -124,12 +151,15 @@ class Input:
             if key in self._moves:
                 self._state.held.press(self._moves[key])
             elif key in self._actions:
+                self._before_change()
                 self._actions[key]()
 
     def _on_character(self, character: str) -> None:
+        self._news = self._edits = True
         self._io.add_input_character(ord(character))
 
     def _on_mouse(self, x: float, y: float, dx: float, dy: float) -> None:
+        self._news = True
         # Differences computed here: those of moderngl-window leap when the mouse is released.
         if self._last is not None and (self.captured or self._drag):
             right, down = x - self._last[0], y - self._last[1]
@@ -143,6 +173,7 @@ class Input:
             self._io.add_mouse_pos_event(x, y)
 
     def _on_press(self, x: float, y: float, button: int) -> None:
+        self._news = self._edits = True
         if self.captured:
             return
         # The place of the last motion: on X11, GLFW gives the present one, several events later at 3 fps.
@@ -173,11 +204,13 @@ class Input:
         return True
 
     def _on_release(self, x: float, y: float, button: int) -> None:
+        self._news = self._edits = True
         self._io.add_mouse_button_event(button - 1, False)
         if self._drag and self._drag[0] == button:
             self._drag = None
 
     def _on_wheel(self, right: float, up: float) -> None:
+        self._news = self._edits = True
         if not self.captured and self._over_widgets(*(self._last or (0.0, 0.0))):
             self._io.add_mouse_wheel_event(right, up)
         else:

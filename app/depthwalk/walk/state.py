@@ -23,7 +23,9 @@ class State(Viewer):
     recorder
         The recording, or None while nothing is recorded.
     times
-        Durations of the last frames.
+        Durations from one picture that the window showed to the next.
+    scene_times
+        How long the work for the last frames of the scene took.
     shares
         The part of the objects' pixels that each representation drew in a recent frame.
     pull
@@ -40,6 +42,7 @@ class State(Viewer):
 
     recorder: Recorder | None = None
     times: FrameTimes = field(default_factory=FrameTimes)
+    scene_times: FrameTimes = field(default_factory=FrameTimes)
     shares: LateShares = field(default_factory=LateShares)
     pull: FocusPull = field(default_factory=FocusPull)
     hud: bool = True
@@ -102,7 +105,7 @@ class State(Viewer):
 
     def focus(self) -> None:
         """Begin to focus on the surface in the middle of the window."""
-        self.pull.start(self.renderer.distance_at())
+        self.pull.start(self.surfaces.distance_at(0.5, 0.5))
         off = self.renderer.settings.dof.mode == "none"
         self.tell(
             f"Focus at {self.pull.target:.3g} m" + ("; depth of field is off, see dof in the panel" if off else "")
@@ -112,7 +115,7 @@ class State(Viewer):
         """Turn the lens for `dt` seconds towards the focus distance that the user or the autofocus has chosen."""
         lens = self.renderer.settings.dof
         if lens.autofocus and lens.mode != "none":
-            self.pull.start(self.renderer.distance_at())
+            self.pull.start(self.surfaces.distance_at(0.5, 0.5))
         self.pull.advance(lens, dt)
 
     def represent(self, representation: Representation | None) -> None:

@@ -6,6 +6,7 @@ Nothing here draws or knows of a window, so that all of it is tested without one
 import time
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,18 @@ from depthwalk.walk.playback import Playback
 
 _TOAST_SECONDS = 4.0
 _EMPTY = 10.0  # metres: the radius that an empty scene is given
+
+
+class Surfaces(Protocol):
+    """Describe who knows where the surfaces are that a picture shows."""
+
+    def distance_at(self, across: float, down: float) -> float:
+        """Return the metres along the view axis to what is shown at a place; see `Renderer.distance_at`."""
+        ...
+
+    def point_at(self, across: float, down: float) -> glm.dvec3 | None:
+        """Return the world point that is shown at a place; see `Renderer.point_at`."""
+        ...
 
 
 class Mode(Enum):
@@ -49,6 +62,8 @@ class Viewer:
         The camera path that can be played; None: there is none.
     turned
         In Mode.ORBIT the camera that turns about its target; else None.
+    shown
+        Knows where the surfaces are that the window shows; None: the renderer does.
     held
         The moves whose keys are down.
     fast
@@ -61,12 +76,18 @@ class Viewer:
     home: Camera
     playback: Playback | None = None
     turned: Camera | None = None
+    shown: Surfaces | None = None
     held: HeldKeys = field(default_factory=HeldKeys)
     fast: bool = False
     _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
     _pace: float = 0.0  # the speed at which the walk began, while not all of the scene is shown
     _toast: str = ""
     _toast_end: float = 0.0
+
+    @property
+    def surfaces(self) -> Surfaces:
+        """Return who knows where the surfaces are that the window shows."""
+        return self.shown or self.renderer
 
     def tell(self, message: str) -> None:
         """Show `message` for a few seconds."""
@@ -209,7 +230,7 @@ class Viewer:
         if mode is not Mode.ORBIT:
             self.turned = None
         elif self.turned is None:
-            distance = self.renderer.distance_at()
+            distance = self.surfaces.distance_at(0.5, 0.5)
             if np.isinf(distance):
                 distance = self._distance_to_all()
             self.turned = orbit.with_distance(self.camera, distance)
@@ -233,7 +254,7 @@ class Viewer:
         down
             Part of the window's height, from the upper edge, 0 to 1.
         """
-        point = self.renderer.point_at(across, down)
+        point = self.surfaces.point_at(across, down)
         if point is None:
             self.tell("No surface under the mouse to turn about")
             return

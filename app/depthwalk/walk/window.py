@@ -81,6 +81,11 @@ def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> No
     glfw.set_drop_callback(window._window, dropped)  # type: ignore[arg-type] # the stubs know one file only
 
 
+def on_refresh(window: Window, action: Callable[[], None]) -> None:
+    """Have `action` called when the desktop has lost what `window` showed, which must be drawn again."""
+    glfw.set_window_refresh_callback(window._window, lambda handle: action())
+
+
 def wait_for_event(seconds: float) -> None:
     """Wait until the user does something, such as pressing a key, and handle it; at most for `seconds`."""
     if seconds > 0:

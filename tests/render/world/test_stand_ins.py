@@ -37,6 +37,10 @@ class FakeBackground:
         news, self.news = self.news, False
         return news
 
+    @property
+    def is_busy(self) -> bool:
+        return False
+
     def make(self, *assets: int) -> None:
         self.ready.update(assets)
         self.news = True

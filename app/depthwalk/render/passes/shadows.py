@@ -3,13 +3,14 @@
 Maps are kept from frame to frame; only those are drawn that would show something else than before.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
+from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawBatch, by_asset
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.mesh_object import POSITION_LAYOUT
 from depthwalk.render.resources.placed_records import PLACED_RECORD
@@ -52,43 +53,53 @@ class ShadowsPass(Pass[ShadowParams]):
 
         Afterwards `sun_maps` and `lamp_maps` hold all maps, new and old; None where nothing casts shadows.
         """
+        for _ in self.parts(frame, params):
+            pass
+
+    def parts(self, frame: Frame, params: ShadowParams) -> Iterator[None]:
+        """Draw as `draw` does; stop after each map, and after every so many triangles in it."""
         shadows, targets = frame.shadows, frame.targets
+        targets.lamp_maps = targets.sun_maps = None
         if shadows.lamps:
             texture = self._of_lamps.fit(params.lamps, params.lamp_resolution)
-            self._draw_maps(frame, self._of_lamps, self._of_lamps.stale(shadows.lamps))
+            yield from self._draw_maps(frame, self._of_lamps, self._of_lamps.stale(shadows.lamps))
             targets.lamp_maps = LampMaps(texture=texture, params=params)
-        else:
-            targets.lamp_maps = None
-        targets.sun_maps = self._draw_sun_maps(frame, params, shadows.sun) if shadows.sun else None
+        if shadows.sun:
+            yield from self._draw_sun_maps(frame, params, shadows.sun)
         if shadows.sun is None:
             self._of_sun.release()
         self._shown = bool(shadows.lamps or shadows.sun)
 
-    def _draw_sun_maps(self, frame: Frame, params: ShadowParams, maps: tuple[ShadowMap, ...]) -> SunMaps:
+    def _draw_sun_maps(self, frame: Frame, params: ShadowParams, maps: tuple[ShadowMap, ...]) -> Iterator[None]:
         texture = self._of_sun.fit(len(maps), params.resolution)
         requested = dict(enumerate(maps))
         due = self._of_sun.due(requested) if frame.shadows.may_wait else self._of_sun.stale(requested)
-        with self.gl.state(direct=(DEPTH_CLAMP,)):  # what lies before the near plane of the map casts shadows too
-            self._draw_maps(frame, self._of_sun, due)
+        # What lies before the near plane of the map casts shadows, too.
+        yield from self._draw_maps(frame, self._of_sun, due, direct=(DEPTH_CLAMP,))
         shown = [self._of_sun.shown(tile).view for tile in requested]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
-        return SunMaps(texture=texture, cascades=cascades, params=params)
+        frame.targets.sun_maps = SunMaps(texture=texture, cascades=cascades, params=params)
 
-    def _draw_maps(self, frame: Frame, atlas: ShadowAtlas, maps: Mapping[int, ShadowMap]) -> None:
-        """Draw `maps`, by the tiles of `atlas` that they go to."""
+    def _draw_maps(
+        self, frame: Frame, atlas: ShadowAtlas, maps: Mapping[int, ShadowMap], direct: tuple[int, ...] = ()
+    ) -> Iterator[None]:
+        """Draw `maps`, by the tiles of `atlas` that they go to, in parts. direct: see `gpu.state.State`."""
         for tile, shadow_map in maps.items():
             atlas.begin(tile, shadow_map)
             self._view.show(shadow_map.view)
-            with self.gl.state(depth_test=LESS):
-                self._draw_grids(frame, shadow_map)
+            self._instances.upload(shadow_map.grids.records)
+            for batches in shadow_map.grids.parts(PART_TRIANGLES):
+                with self.gl.state(into=atlas.framebuffer(tile), depth_test=LESS, direct=direct):
+                    self._draw_grids(frame, batches)
+                yield
+            with self.gl.state(into=atlas.framebuffer(tile), depth_test=LESS, direct=direct):
                 self._draw_meshes(frame, shadow_map)
             frame.plan.counts["shadow_maps"] += 1
             frame.plan.counts["shadow_triangles"] += shadow_map.triangles
 
-    def _draw_grids(self, frame: Frame, shadow_map: ShadowMap) -> None:
+    def _draw_grids(self, frame: Frame, drawn: list[DrawBatch]) -> None:
         """Draw depth images, front and back faces: the backs close gaps that the images leave in the fronts."""
-        self._instances.upload(shadow_map.grids.records)
-        for number, batches in shadow_map.grids.by_asset():
+        for number, batches in by_asset(drawn):
             asset = frame.assets.depth_object(number)
             program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
             asset.use_geometry(program, 0, frame.common.lod)

@@ -3,6 +3,8 @@
 The first pass of Liu, Liu and Wu 2007 (§2.2): on that plane a sample only moves toward the epipole, in 2-D.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT
@@ -10,6 +12,7 @@ from depthwalk.gpu.device import CLIP_DISTANCES, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
+from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawBatch, by_asset
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.paper.ordered_indices import OrderedIndices
@@ -36,13 +39,23 @@ class WarpPass(Pass[WarpParams]):
 
     def draw(self, frame: Frame, params: WarpParams) -> None:
         """Clear the slots of the tiles that `frame` warps, and warp samples into them in the order of `params`."""
-        self._clear_slots(frame)
-        with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
-            self._draw(frame, in_order=params.order == "epipole")
+        for _ in self.parts(frame, params):
+            pass
 
-    def _draw(self, frame: Frame, in_order: bool) -> None:
+    def parts(self, frame: Frame, params: WarpParams) -> Iterator[None]:
+        """Draw as `draw` does; stop after every so many triangles, unless they are drawn in order."""
+        self._clear_slots(frame)
         self._instances.upload(frame.plan.warp.records)
-        for number, batches in frame.plan.warp.by_asset():
+        in_order = params.order == "epipole"
+        several = [frame.plan.warp.batches] if in_order else frame.plan.warp.parts(PART_TRIANGLES)
+        for number, batches in enumerate(several):
+            if number:
+                yield
+            with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
+                self._draw(frame, batches, in_order)
+
+    def _draw(self, frame: Frame, drawn: list[DrawBatch], in_order: bool) -> None:
+        for number, batches in by_asset(drawn):
             asset = frame.assets.depth_object(number)
             asset.use_geometry(self._programs[asset.defines], 0, frame.common.lod)
             for batch in batches:

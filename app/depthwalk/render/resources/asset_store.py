@@ -108,6 +108,11 @@ class Background(Protocol):
         """Take over what was made ready since the last call, and return whether there was anything."""
         ...
 
+    @property
+    def is_busy(self) -> bool:
+        """Return whether something that was asked for is still being made ready."""
+        ...
+
 
 class _Reading(NamedTuple):
     """Hold a texture that a thread makes ready, and how much of the whole texture it will be."""
@@ -161,6 +166,7 @@ class AssetStore:
         self._reading: dict[int, _Reading] = {}
         self._threads: ThreadPoolExecutor | None = None  # one, made when it is first needed
         self._warned = False
+        self._deferred = False  # whether the last frame lacks depth objects that are still to be uploaded
         self.meshes = MeshStore(self.gl, library)
         self.background: Background | None = None
 
@@ -207,6 +213,12 @@ class AssetStore:
             return False
         made, read = self.background.poll(), self.meshes.poll()
         return made or read
+
+    @property
+    def is_waiting(self) -> bool:
+        """Return whether the next frame may show more than the last, although nothing in the scene has changed."""
+        beside = self.background is not None and self.background.is_busy
+        return self._deferred or self.meshes.is_busy or bool(self._reading) or beside
 
     def cooked(self, number: int) -> CookedObject:
         """Return the depth object numbered `number` as it was cooked; its large arrays are not loaded yet."""
@@ -382,6 +394,7 @@ class AssetStore:
             always are.
         """
         start = time.perf_counter()
+        self._deferred = False
         for number in needed:
             if number in self._depth:
                 self._depth[number] = self._depth.pop(number)
@@ -392,6 +405,7 @@ class AssetStore:
             is_held = isinstance(cooked.load, Preloaded) and cooked.load.is_held
             # Where a mesh has just given way to depth images, the frame would otherwise show neither.
             if seconds is not None and time.perf_counter() - start > seconds and not is_held:
+                self._deferred = True
                 continue
             self._make_room(cooked.bytes, set(needed))
             self.depth_object(number)

@@ -262,6 +262,11 @@ class MeshStore:
         """Return whether meshes that `is_read` was asked about are still to be read."""
         return bool(self._awaited)
 
+    @property
+    def is_busy(self) -> bool:
+        """Return whether any mesh is still to be read beside the frames."""
+        return bool(self._awaited) or self._reading is not None
+
     def levels(self, asset: int) -> tuple[MeshLevel, ...] | None:
         """Return the levels of a mesh as far as a thread has read them.
 

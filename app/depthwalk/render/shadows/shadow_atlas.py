@@ -105,7 +105,7 @@ class ShadowAtlas:
         return {tile: map_ for tile, map_ in stale.items() if tile not in can_wait[1:]}
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
-        """Clear a tile and bind it, so that a map is drawn into it next.
+        """Clear a tile, so that a map is drawn into it next.
 
         Parameters
         ----------
@@ -119,15 +119,18 @@ class ShadowAtlas:
         ValueError
             Before the first `fit`.
         """
+        framebuffer = self.framebuffer(tile)
+        framebuffer.clear(depth=1.0, viewport=framebuffer.viewport)
+        self._held.pop(tile, None)
+        self._held[tile] = shadow_map  # now the last in the order of drawing
+
+    def framebuffer(self, tile: int) -> moderngl.Framebuffer:
+        """Return the framebuffer that draws into the tile numbered `tile`. Raises ValueError before the first `fit`."""
         if self._framebuffer is None:
             raise ValueError("the atlas has no texture yet")
         side = self._resolution
-        viewport = tile % self._columns * side, tile // self._columns * side, side, side
-        self._framebuffer.use()
-        self._framebuffer.viewport = viewport
-        self._framebuffer.clear(depth=1.0, viewport=viewport)
-        self._held.pop(tile, None)
-        self._held[tile] = shadow_map  # now the last in the order of drawing
+        self._framebuffer.viewport = tile % self._columns * side, tile // self._columns * side, side, side
+        return self._framebuffer
 
     def forget(self) -> None:
         """Forget what the tiles show, so that all maps are drawn again."""

@@ -81,6 +81,11 @@ class RenderWorld:
             self._forget()
 
     @property
+    def generation(self) -> int:
+        """Return a number that changes whenever objects were added, replaced or moved."""
+        return self._generation
+
+    @property
     def is_whole(self) -> bool:
         """Return whether every object of the scene is shown in some way.
 

@@ -1,0 +1,75 @@
+"""Follow a camera, to tell where it will be."""
+
+import math
+
+from pyglm import glm
+
+from depthwalk.scene.arrays import Camera
+
+_SMOOTHED = 0.1  # s over which velocities are averaged
+_LEAST = 1e-9  # radians
+
+
+class Motion:
+    """Hold how a camera moves and turns."""
+
+    def __init__(self) -> None:
+        self._camera: Camera | None = None
+        self._velocity = glm.dvec3()  # m/s, world
+        self._turn = glm.dvec3()  # the axis, world, as long as the angle per second, radians
+
+    def follow(self, camera: Camera, dt: float) -> None:
+        """Note that the camera is at `camera` now, `dt` seconds after the last call.
+
+        Velocities are averaged over a tenth of a second; but those of a camera that stands still are 0 at once.
+        """
+        before, self._camera = self._camera, camera
+        if before is None or dt <= 0:
+            return
+        if before == camera:
+            self._velocity, self._turn = glm.dvec3(), glm.dvec3()
+            return
+        moved = glm.dvec3(*camera.position) - glm.dvec3(*before.position)
+        weight = min(1.0, dt / _SMOOTHED)
+        self._velocity = glm.mix(self._velocity, moved / dt, weight)
+        self._turn = glm.mix(self._turn, turn_between(before.look, camera.look) / dt, weight)
+
+    @property
+    def turn_rate(self) -> float:
+        """Return how fast the camera turns, radians per second."""
+        return float(glm.length(self._turn))
+
+    def ahead(self, seconds: float) -> Camera:
+        """Return where the camera will be in `seconds`, if it goes on as it did; see `follow`.
+
+        Raises ValueError before the first call of `follow`.
+        """
+        if self._camera is None:
+            raise ValueError("no camera has been followed yet")
+        if not (glm.length(self._velocity) or glm.length(self._turn)) or seconds <= 0:
+            return self._camera
+        position = glm.dvec3(*self._camera.position) + self._velocity * seconds
+        look, angle = self._camera.look, glm.length(self._turn) * seconds
+        if angle > _LEAST:
+            look = glm.angleAxis(angle, glm.normalize(self._turn)) * look
+        return Camera(position.to_tuple(), (position + look).to_tuple(), self._camera.fov)
+
+
+def turn_between(before: glm.dvec3, after: glm.dvec3) -> glm.dvec3:
+    """Return the turn that takes one look to another: its axis, world, as long as its angle, radians.
+
+    Parameters
+    ----------
+    before, after
+        Directions, world, of any length above 0.
+
+    Returns
+    -------
+    glm.dvec3
+        The axis; 0 where both point the same way.
+    """
+    axis = glm.cross(glm.normalize(before), glm.normalize(after))
+    sine = glm.length(axis)
+    if sine < _LEAST:
+        return glm.dvec3()
+    return axis / sine * math.atan2(sine, glm.dot(glm.normalize(before), glm.normalize(after)))

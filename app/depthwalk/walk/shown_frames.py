@@ -1,0 +1,247 @@
+"""Decide what a window shows at each moment: a new frame, the last one moved, or nothing new.
+
+Where frames take long, they are drawn in slices of a few passes. After each slice the window shows the last finished
+frame, moved to the newest camera (`render.reprojection`), so that the picture follows keys and mouse many times as
+often as frames are finished. Such frames have a margin, and look ahead: to where the viewer will be while they are
+shown. Where nothing changes any more, nothing is drawn.
+"""
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from copy import deepcopy
+from typing import Any
+
+import moderngl
+import numpy as np
+from pyglm import glm
+
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.reprojection import Reprojection, widened
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+from depthwalk.walk.motion import Motion
+
+_SLOW = 0.033  # s that frames take from which on they are drawn in slices
+_QUICK = 0.025  # s below which they are drawn whole again
+_MEASURED = 3  # frames that decide: the first one compiles shaders, which tells of no other
+_SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last change
+_LONGEST_SLICES = 3  # times as long as the settings say
+_TURNED_PAST = 0.1  # of the window, that may lie beyond the margin at the end of a steady turn
+_MOST_UNSEEN = 0.25  # of the window: where the last frame lacks more, the window waits for the next one
+_SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
+_FARTHEST_AHEAD = 1.0  # s
+
+
+class ShownFrames:
+    """Draw what a window shows of one renderer.
+
+    Parameters
+    ----------
+    renderer
+        Draws the scene's frames.
+
+    Attributes
+    ----------
+    scene_seconds
+        How long the work for the last frame of the scene took; 0 before the first.
+    in_slices
+        Whether frames are drawn in slices, and moved in between.
+    """
+
+    def __init__(self, renderer: Renderer) -> None:
+        self._renderer = renderer
+        self._reprojection = Reprojection(renderer.device)
+        self._motion = Motion()
+        self.scene_seconds = 0.0
+        self.in_slices = False
+        self._durations: deque[float] = deque(maxlen=_MEASURED)
+        self._steps: Iterator[str] | None = None  # of the frame that is being drawn in slices
+        self._source: View | None = None  # what that frame is seen through
+        self._spent = 0.0  # s of work for it so far
+        self._began = 0.0  # when it was begun, by the clock
+        self._delay = 0.0  # s from the beginning to the end of the last one, with all that was shown meanwhile
+        self._costs: list[float] = []  # s of each step of the last one
+        self._step, self._slices = 0, 0  # how many of either there were of this one
+        self._between = 0.0  # s from a slice of the last one to the next
+        self._view: View | None = None  # that was shown last
+        self._camera: Camera | None = None  # of the last call of `note`
+        self._known: tuple[Any, ...] = ()  # everything else of that call
+        self._settled = 0  # frames drawn since either changed
+
+    @property
+    def is_current(self) -> bool:
+        """Return whether the window shows the scene as it is, so that nothing need be drawn."""
+        plan = self._renderer.plan
+        if self.is_drawing or plan is None or self._renderer.assets.is_waiting or self._settled < _SETTLING[0]:
+            return False
+        return not plan.counts["warped"] or self._settled >= _SETTLING[1]
+
+    @property
+    def is_drawing(self) -> bool:
+        """Return whether a frame has been begun that is not finished yet."""
+        return self._steps is not None
+
+    def note(self, camera: Camera, dt: float, *state: Any) -> None:
+        """Note what is to be shown; call this once in every round of the window.
+
+        Parameters
+        ----------
+        camera
+            The camera of the viewer.
+        dt
+            Seconds since the last call.
+        *state
+            Everything else that the picture depends on, of types that can be compared and copied.
+        """
+        self._motion.follow(camera, dt)
+        if state != self._known:
+            self._known, self._settled = deepcopy(state), 0
+        if camera != self._camera:
+            self._camera, self._settled = camera, 0
+
+    def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
+        """Show the scene.
+
+        Parameters
+        ----------
+        view
+            The camera of the viewer, and the size of `screen`.
+        screen
+            The framebuffer to draw into.
+
+        Returns
+        -------
+        bool
+            Whether a frame of the scene was finished. Only then do targets and plan of the renderer fit together.
+        """
+        self._view = view
+        self._choose_way()
+        if not self.in_slices:
+            self._draw_whole(view, screen)
+            return True
+        finished = not self.is_current and self._draw_slice(view)
+        if self._reprojection.unseen(view) > _MOST_UNSEEN:  # as before the first frame, or after a sudden turn
+            view, finished = self._catch_up(view), True
+        self._reprojection.show(view, screen)
+        return finished
+
+    def _catch_up(self, view: View) -> View:
+        """Finish a frame at once, or two, until one holds what is to be seen; return where the viewer is by then."""
+        start = time.perf_counter()
+        if self.is_drawing:
+            self.finish()
+            view = View(self._motion.ahead(time.perf_counter() - start), view.size)
+        if self._reprojection.unseen(view) > _MOST_UNSEEN:
+            coming = time.perf_counter() - start + self.scene_seconds
+            view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
+            self._begin(view.camera, view)
+            self.finish()
+        return view
+
+    def finish(self) -> None:
+        """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
+        while self.is_drawing:
+            self._advance(np.inf)
+
+    def _choose_way(self) -> None:
+        """Decide whether frames are drawn in slices; not while one is being drawn."""
+        settings = self._renderer.settings
+        if self.is_drawing:
+            return
+        mode = settings.reprojection.mode
+        if mode != "auto":
+            self.in_slices = mode == "on"
+        elif len(self._durations) == _MEASURED:
+            self.in_slices = min(self._durations) > (_QUICK if self.in_slices else _SLOW)
+        if settings.dof.mode != "none" and settings.dof.autofocus:
+            self.in_slices = False  # the lens turns from frame to frame
+
+    def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
+        start = time.perf_counter()
+        self._renderer.render(view, screen)
+        if self._renderer.device.software:
+            self._renderer.device.context.finish()
+        of_passes = sum(self._renderer.timers.milliseconds.values()) / 1e3  # a GPU works behind the CPU
+        self._end_frame(max(time.perf_counter() - start, of_passes))
+
+    def _end_frame(self, seconds: float) -> None:
+        self._durations.append(seconds)
+        self.scene_seconds = seconds
+        self._settled += 1
+
+    def _draw_slice(self, view: View) -> bool:
+        """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
+        if not self.is_drawing:
+            self._begin(self._motion.ahead(min(_SHOWN_FOR * self._delay, _FARTHEST_AHEAD)), view)
+        return self._advance(self._slice_seconds(view))
+
+    def _begin(self, camera: Camera, view: View) -> None:
+        """Begin a frame that is seen by `camera`, and wider by the margin than `view`."""
+        self._source = widened(View(camera, view.size), self._renderer.settings.reprojection.margin)
+        self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
+        self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
+
+    def _slice_seconds(self, view: View) -> float:
+        """Return how long a slice may take: longer than the settings say where the viewer turns quickly.
+
+        A frame is shown for as long as the next one takes. In that time the viewer must not turn past the margins, and
+        the longer the slices are, the fewer pictures in between delay the frame.
+        """
+        settings, work = self._renderer.settings.reprojection, self.scene_seconds
+        spare = (2 * settings.margin + _TURNED_PAST) * 2 * np.arctan(view.half_extent[0])  # radians
+        most = spare / max(self._motion.turn_rate, 1e-6)
+        wanted = self._between * work / (most - work) if most > work else np.inf
+        return float(np.clip(wanted, settings.slice / 1e3, _LONGEST_SLICES * settings.slice / 1e3))
+
+    def _advance(self, seconds: float) -> bool:
+        """Go on with the frame for about `seconds`; return whether it is finished.
+
+        Each step is waited for, so that its time is known. The last one before the time is over is that after which,
+        judged by the frame before, the next one would end too late.
+        """
+        assert self._steps is not None
+        self._slices += 1
+        start = last = time.perf_counter()
+        while next(self._steps, None) is not None:
+            self._renderer.device.context.finish()
+            now = time.perf_counter()
+            self._costs[self._step : self._step + 1] = [now - last]
+            self._step, last = self._step + 1, now
+            coming = self._costs[self._step] if self._step < len(self._costs) else 0.0
+            if now - start + coming > seconds:
+                self._spent += now - start
+                return False
+        self._take_finished()
+        now = time.perf_counter()
+        self._delay = now - self._began
+        self._end_frame(self._spent + now - start)
+        if self._slices > 1:
+            self._between = (self._delay - self.scene_seconds) / (self._slices - 1)
+        return True
+
+    def _take_finished(self) -> None:
+        """Let the frame that was drawn in slices be the one that is shown."""
+        targets, fitted, source = self._renderer.targets, self._renderer.view, self._source
+        assert targets is not None and fitted is not None and source is not None
+        near, far = fitted.depth_range
+        self._reprojection.take(targets, View(source.camera, source.size, near, far))
+        self._steps = None
+
+    def distance_at(self, across: float, down: float) -> float:
+        """Return how far ahead the surface is that the window shows at a place; see `Renderer.distance_at`."""
+        if self._view is None or not self.in_slices:
+            return self._renderer.distance_at(across, down)
+        return self._reprojection.distance_at(self._view, across, down)
+
+    def point_at(self, across: float, down: float) -> glm.dvec3 | None:
+        """Return the world point that the window shows at a place; see `Renderer.point_at`."""
+        distance = self.distance_at(across, down)
+        if self._view is None or np.isinf(distance):
+            return None
+        return self._view.unproject(across, down, distance)
+
+    def release(self) -> None:
+        """Free everything on the GPU, and forget a frame that has been begun."""
+        self._steps = None
+        self._reprojection.release()

@@ -1,0 +1,61 @@
+"""A moved picture in cases that can be computed by hand."""
+
+import numpy as np
+import pytest
+
+from depthwalk.reference.reprojection import nearest_around, sources
+from depthwalk.render.reprojection import BEYOND
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+
+SIZE = (80, 60)
+AHEAD = View(Camera((0.0, 1.0, 4.0), (0.0, 1.0, 3.0), 0.8), SIZE, near=0.1, far=100.0)
+
+
+def pixels() -> np.ndarray:
+    x, y = np.meshgrid((np.arange(80) + 0.5) / 80, (np.arange(60) + 0.5) / 60)
+    return np.stack([x, y], -1)
+
+
+def test_a_camera_that_stands_still_sees_every_pixel_where_it_is() -> None:
+    distances = np.random.default_rng(1).uniform(1, 9, SIZE[::-1])
+    assert sources(AHEAD, distances, AHEAD) == pytest.approx(pixels())
+
+
+def test_a_wall_moves_by_its_parallax() -> None:
+    """One metre to the right, before a wall 5 m away, whose picture is 2 · 5 · tan 0.4 high."""
+    aside = View(Camera((1.0, 1.0, 4.0), (1.0, 1.0, 3.0), 0.8), SIZE)
+    height = 2 * 5 * np.tan(0.4)
+    found = sources(AHEAD, np.full(SIZE[::-1], 5.0), aside)
+    expected = 1 - np.abs(1 - (pixels() + np.array([1 / (height * 80 / 60), 0])))  # mirrored beyond the edge
+    assert found == pytest.approx(expected)
+
+
+def test_the_sky_turns_but_does_not_move() -> None:
+    elsewhere = View(Camera((3.0, 2.0, 0.0), (3.0, 2.0, -1.0), 0.8), SIZE)
+    assert sources(AHEAD, np.full(SIZE[::-1], BEYOND), elsewhere) == pytest.approx(pixels(), abs=1e-5)
+    turned = View(Camera((0.0, 1.0, 4.0), (-0.1, 1.0, 3.0), 0.8), SIZE)
+    found = sources(AHEAD, np.full(SIZE[::-1], BEYOND), turned)[30, 40]
+    assert found[0] == pytest.approx(0.506 - 0.1 / (2 * np.tan(0.4) * 80 / 60), abs=2e-3)
+
+
+def test_what_something_hid_is_filled_from_behind_it() -> None:
+    """A post 2 m away moves aside by more than its width; where it was, the wall of 10 m is seen."""
+    distances = np.full(SIZE[::-1], 10.0)
+    distances[:, 36:44] = 2.0
+    aside = View(Camera((0.3, 1.0, 4.0), (0.3, 1.0, 3.0), 0.8), SIZE)
+    column = np.minimum((sources(AHEAD, distances, aside)[30, :, 0] * 80).astype(int), 79)
+    from_post = np.flatnonzero((column >= 36) & (column < 44))
+    shift = 0.3 / (2 * 2 * np.tan(0.4) * 80 / 60) * 80
+    assert shift > 8 and from_post[[0, -1]] == pytest.approx([36 - shift, 43 - shift], abs=1)
+    assert len(from_post) in (7, 8, 9)
+
+
+def test_the_nearest_surface_is_known_around_each_cell() -> None:
+    distances = np.full((96, 160), 7.0)
+    distances[40:46, 70:76] = 3.0
+    found = nearest_around(distances)
+    assert found.shape == (6, 10)
+    rows, columns = np.nonzero(found == 3.0)
+    assert (rows.min(), rows.max(), columns.min(), columns.max()) == (1, 4, 2, 6)
+    assert set(found.ravel().tolist()) == {3.0, 7.0}

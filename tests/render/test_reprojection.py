@@ -1,0 +1,123 @@
+"""A finished picture that follows the camera: the shader against its twin, and against what the camera truly sees."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.reference.reprojection import sources
+from depthwalk.render.reprojection import BEYOND, Reprojection, widened
+from depthwalk.render.view.view import View, view_distance
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.environment import GroundParams, SkyParams
+from shapes import ShapeLibrary, box, scene_of, sphere
+from stage import OnScreen
+
+SIZE = (160, 120)
+HERE = Camera((0.0, 1.2, 4.0), (0.0, 0.6, 0.0), 0.8)
+ASIDE = Camera((0.15, 1.25, 3.8), (0.3, 0.6, 0.0), 0.8)
+
+
+class Moving(OnScreen):
+    """A crate and a ball on the ground, of which one picture is kept."""
+
+    def __init__(self, device: Device, margin: float = 0.0) -> None:
+        library = ShapeLibrary([box(1.0, 1.0, 1.0, (0, 0.5, 0)), sphere(0.5, 64, 32)], [None, None])
+        scene = scene_of(
+            (0, (-0.6, 0, 0), 0.4, 1.0), (1, (0.9, 0.5, 1.2), 0.0, 1.0), representation=Representation.MESH
+        )
+        scene.environment.ground, scene.environment.sky = GroundParams(), SkyParams()
+        super().__init__(device, scene, library, SIZE)
+        self.reprojection = Reprojection(device)
+        source = widened(View(HERE, SIZE), margin)
+        self.renderer.render(source, self.reprojection.canvas(source.size))
+        assert self.renderer.view is not None and self.renderer.targets is not None
+        self.source = View(source.camera, source.size, *self.renderer.view.depth_range)
+        self.depth = np.frombuffer(self.renderer.targets.depth.read(alignment=1), np.float32).reshape(source.size[::-1])
+        self.reprojection.take(self.renderer.targets, self.source)
+
+    def __exit__(self, *_: object) -> None:
+        self.reprojection.release()
+        super().__exit__()
+
+    def pixels(self) -> NDArray[np.int64]:
+        return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(120, 160, 3).astype(int)
+
+    def moved(self, camera: Camera) -> NDArray[np.int64]:
+        self.reprojection.show(View(camera, SIZE), self.screen)
+        return self.pixels()
+
+    def true(self, camera: Camera) -> NDArray[np.int64]:
+        self.draw(View(camera, SIZE))
+        return self.pixels()
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.1])
+def test_who_stands_still_sees_the_picture_itself(gl_device: Device, margin: float) -> None:
+    """With a margin, too, whose pixels lie outside: the same to the bit but where the other far plane rounds depths."""
+    with Moving(gl_device, margin) as stage:
+        shown, true = stage.moved(HERE), stage.true(HERE)
+    assert (np.abs(shown - true).max(-1) > 1).mean() < (0.002 if margin else 1e-9)
+
+
+def test_the_shader_is_its_twin(gl_device: Device) -> None:
+    """Of a picture whose colours tell places, seen through the distances of a scene."""
+    with Moving(gl_device) as stage:
+        assert stage.reprojection._images is not None
+        picture = stage.reprojection._images.shown.texture
+        x, y = np.meshgrid((np.arange(160) + 0.5) / 160, (np.arange(120) + 0.5) / 120)
+        picture.write((np.stack([x, y, 0 * x, 0 * x + 1], -1) * 255).round().astype(np.uint8).tobytes())
+        shown = stage.moved(ASIDE)[..., :2] / 255
+        distances = view_distance(stage.depth, *stage.source.depth_range)
+        expected = sources(stage.source, np.where(np.isinf(distances), BEYOND, distances), View(ASIDE, SIZE))
+    off = np.abs(shown - expected).max(-1)
+    assert np.median(off) < 0.003 and (off > 0.01).mean() < 0.01  # single precision decides along edges
+
+
+def test_a_moved_picture_is_nearer_to_the_truth_than_the_old_one(gl_device: Device) -> None:
+    with Moving(gl_device, 0.1) as stage:
+        old, shown, true = stage.moved(HERE), stage.moved(ASIDE), stage.true(ASIDE)
+    before, after = (np.abs(picture - true).mean() for picture in (old, shown))
+    assert after < before / 5
+
+
+def test_places_in_a_moved_picture_have_the_distances_of_the_surfaces(gl_device: Device) -> None:
+    with Moving(gl_device, 0.1) as stage:
+        places = [(0.5, 0.5), (0.3, 0.55), (0.75, 0.6), (0.5, 0.9), (0.5, 0.02)]
+        shown = [stage.reprojection.distance_at(View(ASIDE, SIZE), *place) for place in places]
+        stage.true(ASIDE)
+        true = [stage.renderer.distance_at(*place) for place in places]
+    assert np.isinf(true[-1]) and shown == pytest.approx(true, rel=0.02)
+
+
+def test_without_a_picture_there_is_no_surface(gl_device: Device) -> None:
+    reprojection = Reprojection(gl_device)
+    try:
+        assert np.isinf(reprojection.distance_at(View(HERE, SIZE), 0.5, 0.5))
+    finally:
+        reprojection.release()
+
+
+def test_it_knows_how_much_of_a_view_the_picture_lacks(gl_device: Device) -> None:
+    """The picture is 2 · 4 / 3 · tan 0.4 wide, one metre ahead."""
+    with Moving(gl_device) as stage:
+        wide = 2 * 4 / 3 * np.tan(0.4)
+        aside = Camera(HERE.position, (4.5 * wide / 2, 0.6, 0.0), 0.8)  # in the middle of what was the right edge
+        assert stage.reprojection.unseen(View(HERE, SIZE)) == 0
+        assert stage.reprojection.unseen(View(aside, SIZE)) == pytest.approx(0.47, abs=0.1)
+        away = Camera(HERE.position, (0.0, 1.2, 8.0), 0.8)
+        assert stage.reprojection.unseen(View(away, SIZE)) == 1
+
+
+def test_everything_is_released(gl_device: Device) -> None:
+    before = +gl_device.live
+    with Moving(gl_device) as stage:
+        stage.reprojection.canvas((64, 48))  # another size
+    assert +gl_device.live == before
+
+
+def test_a_wider_picture_has_the_same_pixels_in_its_middle() -> None:
+    view = View(HERE, SIZE)
+    wide = widened(view, 0.1)
+    assert wide.size == (192, 144) and wide.focal_pixels == pytest.approx(view.focal_pixels)
+    assert widened(view, 0.0).size == SIZE

@@ -1,0 +1,140 @@
+"""What a window shows while frames are slow, and when it rests."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import GroundParams, SkyParams
+from depthwalk.walk.shown_frames import ShownFrames
+from shapes import ShapeLibrary, bake, box, scene_of
+from stage import OnScreen
+
+SIZE = (160, 120)
+
+
+class Window(OnScreen):
+    """What a window does, round by round."""
+
+    def __init__(self, device: Device, mode: Literal["auto", "on", "off"], slice_ms: float = 1.0) -> None:
+        crate = box(1.0, 1.0, 1.0, (0, 0.5, 0))
+        scene = scene_of((0, (-0.6, 0, 0), 0.4, 1.0), (0, (0.9, 0, 0.8), 0.0, 1.0))
+        scene.environment.ground, scene.environment.sky = GroundParams(), SkyParams()
+        scene.render.shadows.enabled = True
+        scene.render.reprojection.mode = mode
+        scene.render.reprojection.slice = slice_ms
+        super().__init__(device, scene, ShapeLibrary([crate], [bake(crate)]), SIZE)
+        self.renderer.remembers = True
+        self.frames = ShownFrames(self.renderer)
+        self.finished = 0
+
+    def __exit__(self, *_: object) -> None:
+        self.frames.release()
+        super().__exit__()
+
+    def round(self, right: float = 0.0) -> bool:
+        """Return whether a frame was finished, with the camera so far to the right."""
+        camera = Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8)
+        self.frames.note(camera, 0.02, self.renderer.settings)
+        finished = self.frames.draw(View(camera, SIZE), self.screen)
+        self.finished += finished
+        return finished
+
+    def rest(self) -> int:
+        """Return how many rounds it takes until nothing is left to draw."""
+        for rounds in range(1, 500):
+            self.round()
+            if self.frames.is_current:
+                return rounds
+        raise AssertionError("never at rest")
+
+    def pixels(self) -> NDArray[np.int64]:
+        return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(120, 160, 3).astype(int)
+
+
+@pytest.fixture
+def sliced(gl_device: Device) -> Iterator[Window]:
+    with Window(gl_device, "on") as window:
+        yield window
+
+
+def test_in_slices_the_picture_at_rest_is_that_of_whole_frames(gl_device: Device, sliced: Window) -> None:
+    sliced.rest()
+    assert sliced.frames.in_slices
+    with Window(gl_device, "off") as whole:
+        whole.rest()
+        assert not whole.frames.in_slices
+        differs = np.abs(sliced.pixels() - whole.pixels()).max(-1) > 2
+    assert differs.mean() < 0.005
+
+
+def test_a_frame_is_drawn_over_several_rounds_and_the_picture_follows_in_each(sliced: Window) -> None:
+    sliced.rest()
+    before, finished = sliced.pixels(), []
+    pictures = []
+    for step in range(12):
+        finished.append(sliced.round(0.02 * step))
+        pictures.append(sliced.pixels())
+    assert not all(finished)
+    moved = [np.abs(one - other).mean() for one, other in zip(pictures[1:], pictures, strict=False)]
+    assert min(moved) > 0 and np.abs(pictures[-1] - before).mean() > np.abs(pictures[1] - before).mean()
+
+
+def test_it_rests_until_something_changes(sliced: Window) -> None:
+    sliced.rest()
+    drawn = sliced.finished
+    for _ in range(5):
+        assert not sliced.round() and sliced.frames.is_current
+    assert sliced.finished == drawn
+    sliced.renderer.settings.output.exposure = 1.0
+    sliced.round()
+    assert not sliced.frames.is_current
+    sliced.rest()
+    assert sliced.finished > drawn
+
+
+def test_a_frame_that_was_begun_can_be_finished_at_once(sliced: Window) -> None:
+    sliced.rest()
+    sliced.round(0.1)
+    assert sliced.frames.is_drawing
+    sliced.frames.finish()
+    assert not sliced.frames.is_drawing
+
+
+def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Window(gl_device, "auto") as window:
+        for slow in (1e9, 0.0):
+            monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", slow)
+            monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", slow)
+            for step in range(40):
+                window.round(0.01 * step)
+            assert window.frames.in_slices == (slow == 0)
+
+
+def test_an_autofocus_follows_whole_frames(sliced: Window) -> None:
+    sliced.rest()
+    sliced.renderer.settings.dof.mode, sliced.renderer.settings.dof.autofocus = "gather", True
+    assert sliced.round(0.1) and not sliced.frames.in_slices
+
+
+def test_places_are_those_that_the_window_shows(sliced: Window) -> None:
+    sliced.rest()
+    point = sliced.frames.point_at(0.5, 0.9)
+    assert point is not None and point.y == pytest.approx(0, abs=0.02)
+    assert sliced.frames.point_at(0.5, 0.02) is None
+
+
+def test_another_size_is_shown_at_once(gl_device: Device, sliced: Window) -> None:
+    sliced.rest()
+    with OnScreen(gl_device, sliced.renderer.scene, sliced.renderer.assets._library, (80, 60)) as small:
+        camera = Camera((0, 1.2, 4.0), (0, 0.6, 0.0), 0.8)
+        sliced.frames.note(camera, 0.02, (80, 60))
+        assert sliced.frames.draw(View(camera, (80, 60)), small.screen)
+        assert np.frombuffer(small.screen.read(components=3), np.uint8).std() > 5
