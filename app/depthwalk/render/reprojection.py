@@ -2,8 +2,8 @@
 
 A finished frame is itself a depth image: its colours, how far away each is, and the camera that it was seen through. So
 while the next frame is drawn, which may take long, the last one can follow the viewer at the cost of a few texture
-reads per pixel. What the picture does not hold is filled: beyond its edges by its mirror image, behind an
-object that has moved aside from the farther side. The shader is shaders/reprojection/reprojection.frag, its twin in NumPy
+reads per pixel. What the picture does not hold is filled: beyond its edges by its mirror image, behind an object that
+has moved aside from the farther side. The shader is shaders/reprojection/reprojection.frag, its twin in NumPy
 `reference.reprojection`.
 """
 
