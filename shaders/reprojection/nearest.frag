@@ -1,4 +1,4 @@
-// Keeps, for each cell of a finished picture, how far ahead the nearest surface in and around it is, metres.
+// Keeps how far ahead the nearest surface in and around each cell of a finished picture is, metres.
 #from depthwalk.render.reprojection import CELL
 #from depthwalk.render.reprojection import REACH
 uniform sampler2D distances;

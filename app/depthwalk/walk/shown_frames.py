@@ -228,6 +228,10 @@ class ShownFrames:
         self._reprojection.take(targets, View(source.camera, source.size, near, far))
         self._steps = None
 
+    def unseen(self, view: View) -> float:
+        """Return which part of `view` no frame holds that could be shown, 0 to 1; see `Reprojection.unseen`."""
+        return self._reprojection.unseen(view) if self.in_slices else 0.0
+
     def distance_at(self, across: float, down: float) -> float:
         """Return how far ahead the surface is that the window shows at a place; see `Renderer.distance_at`."""
         if self._view is None or not self.in_slices:
