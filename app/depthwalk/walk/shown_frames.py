@@ -73,7 +73,9 @@ class ShownFrames:
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
         plan = self._renderer.plan
-        if self.is_drawing or plan is None or self._renderer.assets.is_waiting or self._settled < _SETTLING[0]:
+        if self.is_drawing or plan is None or self._settled < _SETTLING[0]:
+            return False
+        if self._renderer.assets.is_waiting or plan.counts["shadow_maps_waiting"]:
             return False
         return not plan.counts["warped"] or self._settled >= _SETTLING[1]
 

@@ -37,6 +37,7 @@ def phase_counts(
         "mesh": len(mesh.records),
         "mesh_fallbacks": 0,
         "shadow_maps": 0,
+        "shadow_maps_waiting": 0,
         "shadow_triangles": 0,
         "warped": len(warp.records),
         "warped_triangles": warped,

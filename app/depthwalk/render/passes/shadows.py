@@ -4,12 +4,13 @@ Maps are kept from frame to frame; only those are drawn that would show somethin
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
-from depthwalk.gpu.state import LESS
+from depthwalk.gpu.state import ALWAYS, LESS
 from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawBatch, by_asset
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.mesh_object import POSITION_LAYOUT
@@ -20,6 +21,18 @@ from depthwalk.render.shadows.shadow_atlas import ShadowAtlas
 from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
 from depthwalk.scene.render_settings import ShadowParams
+
+_PORTION = 5  # parts of a map that may wait, which a frame draws: 50 ms of a software rasteriser
+_CLAMPED = (DEPTH_CLAMP,)  # what lies before the near plane of a map of the sun casts shadows, too
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Begun:
+    """Hold a map that is drawn over several frames, the tile that it will take, and what is still to be drawn."""
+
+    tile: int
+    map: ShadowMap
+    rest: list[list[DrawBatch]]
 
 
 class ShadowsPass(Pass[ShadowParams]):
@@ -39,6 +52,9 @@ class ShadowsPass(Pass[ShadowParams]):
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._of_sun = ShadowAtlas(gl, columns=COLUMNS)
         self._of_lamps = ShadowAtlas(gl, columns=4)
+        self._beside = ShadowAtlas(gl, columns=1)  # one map of the sun, drawn over several frames
+        self._copy = Program(gl, "common/fullscreen.vert", "shadows/copy.frag")
+        self._begun: _Begun | None = None
         self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
@@ -68,14 +84,18 @@ class ShadowsPass(Pass[ShadowParams]):
             yield from self._draw_sun_maps(frame, params, shadows.sun)
         if shadows.sun is None:
             self._of_sun.release()
+            self._beside.release()
+            self._begun = None
         self._shown = bool(shadows.lamps or shadows.sun)
 
     def _draw_sun_maps(self, frame: Frame, params: ShadowParams, maps: tuple[ShadowMap, ...]) -> Iterator[None]:
         texture = self._of_sun.fit(len(maps), params.resolution)
         requested = dict(enumerate(maps))
-        due = self._of_sun.due(requested) if frame.shadows.may_wait else self._of_sun.stale(requested)
-        # What lies before the near plane of the map casts shadows, too.
-        yield from self._draw_maps(frame, self._of_sun, due, direct=(DEPTH_CLAMP,))
+        waiting = self._of_sun.waiting(requested) if frame.shadows.may_wait else {}
+        due = {tile: map_ for tile, map_ in self._of_sun.stale(requested).items() if tile not in waiting}
+        yield from self._draw_maps(frame, self._of_sun, due, _CLAMPED)
+        yield from self._draw_portion(frame, waiting)
+        frame.plan.counts["shadow_maps_waiting"] = len(self._of_sun.waiting(requested)) if waiting else 0
         shown = [self._of_sun.shown(tile).view for tile in requested]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
         frame.targets.sun_maps = SunMaps(texture=texture, cascades=cascades, params=params)
@@ -96,6 +116,46 @@ class ShadowsPass(Pass[ShadowParams]):
                 self._draw_meshes(frame, shadow_map)
             frame.plan.counts["shadow_maps"] += 1
             frame.plan.counts["shadow_triangles"] += shadow_map.triangles
+
+    def _draw_portion(self, frame: Frame, waiting: Mapping[int, ShadowMap]) -> Iterator[None]:
+        """Go on with one of the sun's maps that may wait, by as many triangles as a frame has time for.
+
+        It is drawn beside the others, over several frames, and takes its tile when it is finished.
+        """
+        begun = self._begun
+        if begun is None or begun.tile not in waiting or not waiting[begun.tile].follows(begun.map):
+            begun = self._begun = self._begin_portions(waiting)
+        if begun is None:
+            return
+        self._view.show(begun.map.view)
+        self._instances.upload(begun.map.grids.records)
+        for batches in [begun.rest.pop(0) for _ in range(min(_PORTION, len(begun.rest)))]:
+            with self.gl.state(into=self._beside.framebuffer(0), depth_test=LESS, direct=_CLAMPED):
+                self._draw_grids(frame, batches)
+            yield
+        if begun.rest:
+            return
+        with self.gl.state(into=self._beside.framebuffer(0), depth_test=LESS, direct=_CLAMPED):
+            self._draw_meshes(frame, begun.map)
+        yield
+        self._of_sun.begin(begun.tile, begun.map)
+        target = self._of_sun.framebuffer(begun.tile)
+        assert self._beside.texture is not None
+        self._beside.texture.use(0)
+        self._copy.set(map_texture=0, corner=target.viewport[:2])
+        with self.gl.state(into=target, depth_test=ALWAYS):
+            self._copy.fill()
+        self._begun = None
+        frame.plan.counts["shadow_maps"] += 1
+        frame.plan.counts["shadow_triangles"] += begun.map.triangles
+
+    def _begin_portions(self, waiting: Mapping[int, ShadowMap]) -> "_Begun | None":
+        """Begin with the first of the maps that may wait, by tile; None where there is none."""
+        for tile, shadow_map in waiting.items():
+            self._beside.fit(1, shadow_map.view.resolution).compare_func = ""  # it is copied, not compared with
+            self._beside.begin(0, shadow_map)
+            return _Begun(tile=tile, map=shadow_map, rest=list(shadow_map.grids.parts(PART_TRIANGLES)))
+        return None
 
     def _draw_grids(self, frame: Frame, drawn: list[DrawBatch]) -> None:
         """Draw depth images, front and back faces: the backs close gaps that the images leave in the fronts."""
@@ -123,3 +183,4 @@ class ShadowsPass(Pass[ShadowParams]):
         self._mesh_arrays.forget()
         self._of_sun.forget()
         self._of_lamps.forget()
+        self._begun = None

@@ -77,13 +77,12 @@ class ShadowAtlas:
         """Return the map that the tile numbered `tile` shows now, which an earlier frame may have asked for."""
         return self._held[tile]
 
-    def due(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Return which of some maps to draw in this frame, so that the others may wait for the next frames.
+    def waiting(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
+        """Return which of the stale maps may be shown as they are for some frames more.
 
-        Stale maps are drawn at once that do not follow what their tile shows (`ShadowMap.follows`), and the nearest, in
-        tile 0, if its objects changed where it is: near by one sees that a shadow is late. If it only moved, as while
-        somebody walks, it may wait as the others may: until then the next map holds what it does not reach. Of those
-        that may wait the one drawn longest ago is drawn, too.
+        Those may that follow what their tile shows (`ShadowMap.follows`); but not the nearest, in tile 0, if its
+        objects changed where it is: near by one sees that a shadow is late. If it only moved, as while somebody walks,
+        it may wait as the others may: until then the next map holds what it does not reach.
 
         Parameters
         ----------
@@ -93,16 +92,15 @@ class ShadowAtlas:
         Returns
         -------
         dict[int, ShadowMap]
-            Those to draw, by the number of their tile.
+            Those, by the number of their tile, the one drawn longest ago first.
         """
         stale = self.stale(requested)
         held = {tile: map_ for tile, map_ in self._held.items() if tile in stale}  # in the order of drawing
-        can_wait = [
-            tile
+        return {
+            tile: stale[tile]
             for tile, before in held.items()
             if stale[tile].follows(before) and (tile > 0 or not stale[tile].sees_same(before))
-        ]
-        return {tile: map_ for tile, map_ in stale.items() if tile not in can_wait[1:]}
+        }
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
         """Clear a tile, so that a map is drawn into it next.
