@@ -91,7 +91,8 @@ def walk(scene: Scene, start: Camera, seconds: float) -> Walked:
             renderer.upload_seconds = UPLOAD_SECONDS
 
         try:
-            intervals, scene_seconds, unseen, kept = [], [], [], []
+            intervals, scene_seconds, unseen = [], [], []
+            kept: list[Shown] = []
             begin = before = time.perf_counter()
             while (now := time.perf_counter()) < begin + WARM + seconds:
                 camera = camera_at(start, now - begin)
