@@ -102,9 +102,10 @@ def walk(scene: Scene, start: Camera, seconds: float) -> Walked:
                     continue
                 intervals.append(spent)
                 scene_seconds.append(frames.scene_seconds)
-                unseen.append(frames.unseen(View(camera, SIZE)))
+                unseen.append(frames.unseen)
                 if len(kept) < KEPT * (now - begin - WARM) / seconds:
-                    kept.append(Shown(read_pixels(screen)[..., :3].copy(), camera))
+                    assert frames.view is not None  # `show` has drawn a picture
+                    kept.append(Shown(read_pixels(screen)[..., :3].copy(), frames.view.camera))
                     before += time.perf_counter() - now  # reading is no part of showing
             while not frames.is_current:
                 show(camera, 0.02)
@@ -141,6 +142,7 @@ def averaged(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def main(
     scenes: Annotated[list[Path], typer.Argument(help="Scene files, each with a camera.")],
     seconds: Annotated[float, typer.Option(help="How long to walk.")] = 10.0,
+    mode: Annotated[str, typer.Option(help="render.reprojection.mode: auto, on, or off for whole frames.")] = "auto",
 ) -> None:
     """Print a row per scene: pictures a second, how long from one to the next, what they lack, and their likeness."""
     print(
@@ -148,7 +150,7 @@ def main(
     )
     print("|---|---|---|---|---|---|---|")
     for file in scenes:
-        scene = load_scene(file)
+        scene = load_scene(file, overrides={"render.reprojection.mode": mode})
         if scene.camera is None:
             raise typer.BadParameter(f"{file}: a scene without a camera")
         walked = walk(scene, scene.camera, seconds)

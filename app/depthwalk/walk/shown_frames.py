@@ -64,7 +64,7 @@ class ShownFrames:
         self._costs: list[float] = []  # s of each step of the last one
         self._step, self._slices = 0, 0  # how many of either there were of this one
         self._between = 0.0  # s from a slice of the last one to the next
-        self._view: View | None = None  # that was shown last
+        self._view: View | None = None  # that is shown
         self._camera: Camera | None = None  # of the last call of `note`
         self._known: tuple[Any, ...] = ()  # everything else of that call
         self._settled = 0  # frames drawn since either changed
@@ -124,7 +124,8 @@ class ShownFrames:
             return True
         finished = not self.is_current and self._draw_slice(view)
         if self._reprojection.unseen(view) > _MOST_UNSEEN:  # as before the first frame, or after a sudden turn
-            view, finished = self._catch_up(view), True
+            view = self._view = self._catch_up(view)
+            finished = True
         self._reprojection.show(view, screen)
         return finished
 
@@ -230,9 +231,15 @@ class ShownFrames:
         self._reprojection.take(targets, View(source.camera, source.size, near, far))
         self._steps = None
 
-    def unseen(self, view: View) -> float:
-        """Return which part of `view` no frame holds that could be shown, 0 to 1; see `Reprojection.unseen`."""
-        return self._reprojection.unseen(view) if self.in_slices else 0.0
+    @property
+    def view(self) -> View | None:
+        """Return what the picture is seen through that is shown; None before the first."""
+        return self._view
+
+    @property
+    def unseen(self) -> float:
+        """Return which part of the picture that is shown no frame holds, 0 to 1; see `Reprojection.unseen`."""
+        return self._reprojection.unseen(self._view) if self.in_slices and self._view is not None else 0.0
 
     def distance_at(self, across: float, down: float) -> float:
         """Return how far ahead the surface is that the window shows at a place; see `Renderer.distance_at`."""
