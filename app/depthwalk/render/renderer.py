@@ -57,8 +57,8 @@ class Renderer:
     passes : the passes in their order.
     remembers : whether a frame uses what earlier frames found, such as impostor tiles and what was in sight. If not, no
         frame depends on another.
-    upload_seconds : how long a frame may bring assets to the GPU, seconds; None: until all are resident (see
-        `AssetStore.stream`).
+    upload_seconds : how long a frame may bring assets to the GPU, seconds, where frames should take equally long; None:
+        until all are resident (see `AssetStore.stream`), and shadow maps are drawn whole.
     world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
     targets : the textures that passes draw into; None before the first frame.
@@ -229,9 +229,10 @@ class Renderer:
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""
         settings, lamps = self.settings, frame.environment.lights
-        return self._shadows.plan(
+        planned = self._shadows.plan(
             frame.view, frame.light, lamps, settings.shadows, settings.lod.magnification, residency, self.remembers
         )
+        return replace(planned, in_portions=self.upload_seconds is not None)
 
     def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
         """Run neighbouring passes that are `per_sample` once for each of a pixel's samples, the others once.

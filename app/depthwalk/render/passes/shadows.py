@@ -118,9 +118,9 @@ class ShadowsPass(Pass[ShadowParams]):
             frame.plan.counts["shadow_triangles"] += shadow_map.triangles
 
     def _draw_portion(self, frame: Frame, waiting: Mapping[int, ShadowMap]) -> Iterator[None]:
-        """Go on with one of the sun's maps that may wait, by as many triangles as a frame has time for.
+        """Go on with one of the sun's maps that may wait: by as many triangles as a frame has time for, or to its end.
 
-        It is drawn beside the others, over several frames, and takes its tile when it is finished.
+        It is drawn beside the others, and takes its tile when it is finished.
         """
         begun = self._begun
         if begun is None or begun.tile not in waiting or not waiting[begun.tile].follows(begun.map):
@@ -129,7 +129,8 @@ class ShadowsPass(Pass[ShadowParams]):
             return
         self._view.show(begun.map.view)
         self._instances.upload(begun.map.grids.records)
-        for batches in [begun.rest.pop(0) for _ in range(min(_PORTION, len(begun.rest)))]:
+        count = min(_PORTION, len(begun.rest)) if frame.shadows.in_portions else len(begun.rest)
+        for batches in [begun.rest.pop(0) for _ in range(count)]:
             with self.gl.state(into=self._beside.framebuffer(0), depth_test=LESS, direct=_CLAMPED):
                 self._draw_grids(frame, batches)
             yield

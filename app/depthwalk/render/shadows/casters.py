@@ -110,6 +110,9 @@ class Shadows:
     may_wait
         Whether maps of the sun may be redrawn some frames later, as long as they follow what is shown
         (`ShadowMap.follows`).
+    in_portions
+        Whether a map that may wait is drawn over several frames, so that these take equally long; otherwise one is
+        drawn whole in each frame.
     lamps
         The maps of lamps, by the tile of the atlas that each lies in.
     tiles
@@ -118,6 +121,7 @@ class Shadows:
 
     sun: tuple[ShadowMap, ...] | None = None
     may_wait: bool = False
+    in_portions: bool = False
     lamps: dict[int, ShadowMap] = field(default_factory=dict)
     tiles: dict[int, int] = field(default_factory=dict)
 
