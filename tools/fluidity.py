@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.colour import linear_from_srgb8, srgb8_from_linear
 from depthwalk.quality.metrics import flip_map
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import read_pixels
@@ -80,7 +81,9 @@ def camera_at(start: Camera, seconds: float) -> Camera:
 def walk(scene: Scene, start: Camera, seconds: float) -> Walked:
     """Walk through a scene as `camera_at` does, for some seconds, and stand still afterwards."""
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE) as headless, headless.device.context:
-        renderer, screen, context = headless.renderer, headless._screen, headless.device.context
+        renderer, context = headless.renderer, headless.device.context
+        scope = headless.device.scope("fluidity")
+        screen = scope.framebuffer([scope.texture(SIZE, 4)])
         frames = ShownFrames(renderer)
         renderer.remembers = True
 
@@ -116,6 +119,7 @@ def walk(scene: Scene, start: Camera, seconds: float) -> Walked:
             idle = (time.process_time() - used) / (time.perf_counter() - at)
         finally:
             frames.release()
+            scope.release()
     return Walked(np.array(intervals), float(np.median(scene_seconds)), float(np.mean(unseen)), kept, idle)
 
 
@@ -131,12 +135,9 @@ def pictures(scene: Scene, cameras: list[Camera], size: tuple[int, int]) -> list
 
 def averaged(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the picture (h, w, 3) of the means of `SAMPLES` × `SAMPLES` pixels each, taken of linear light."""
-    encoded = picture.astype(np.float64) / 255
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     height, width, _ = picture.shape
-    mean = linear.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, 3).mean((1, 3))
-    shown = np.where(mean <= 0.0031308, mean * 12.92, 1.055 * mean ** (1 / 2.4) - 0.055)
-    return np.asarray(np.round(255 * shown).astype(np.uint8))
+    linear = linear_from_srgb8(picture)
+    return srgb8_from_linear(linear.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, 3).mean((1, 3)))
 
 
 def main(

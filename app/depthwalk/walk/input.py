@@ -48,7 +48,7 @@ class Input:
     actions
         What a key press does, by moderngl-window's name of the key. Keys that move the viewer need no action.
     before_change
-        Called before an action, and before the mouse does more than to move the camera.
+        Called before an action, which may change the scene.
     """
 
     def __init__(

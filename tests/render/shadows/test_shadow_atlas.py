@@ -50,7 +50,7 @@ def drawn(atlas: ShadowAtlas, maps: Mapping[int, ShadowMap]) -> list[int]:
 
 def due(atlas: ShadowAtlas, wanted: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
     """What a frame draws that finishes one map of those that may wait."""
-    later = list(atlas.waiting(wanted))
+    later = list(atlas.waiting(atlas.stale(wanted)))
     return {tile: shadow_map for tile, shadow_map in atlas.stale(wanted).items() if tile not in later[1:]}
 
 

@@ -1,6 +1,6 @@
 """Define what a frame's plan consists of: the draw lists that the planner makes and the passes draw."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from operator import add, attrgetter
@@ -51,16 +51,6 @@ class DrawBatch:
 PART_TRIANGLES = 100_000  # of a part of a pass: a software rasteriser draws them in some 20 ms
 
 
-def by_asset(batches: Iterable[DrawBatch]) -> Iterator[tuple[int, Iterator[DrawBatch]]]:
-    """Group sorted `batches` by asset, so that a pass sets the state of each asset once.
-
-    Yields
-    ------
-    The number of an asset in `AssetStore`, and the batches that draw it.
-    """
-    return groupby(batches, attrgetter("asset"))
-
-
 @dataclass(kw_only=True)
 class DrawList:
     """Hold instance records and the batches that draw them.
@@ -75,11 +65,16 @@ class DrawList:
     batches: list[DrawBatch] = field(default_factory=list)
 
     def by_asset(self) -> Iterator[tuple[int, Iterator[DrawBatch]]]:
-        """Yield the batches by asset, see the function `by_asset`."""
-        return by_asset(self.batches)
+        """Yield the batches by asset, so that a pass sets the state of each asset once.
 
-    def parts(self, triangles: int) -> Iterator[list[DrawBatch]]:
-        """Yield all batches, those together that have about `triangles` triangles; larger ones are divided."""
+        Yields
+        ------
+        The number of an asset in `AssetStore`, and the batches that draw it.
+        """
+        return groupby(self.batches, attrgetter("asset"))
+
+    def parts(self, triangles: int) -> Iterator["DrawList"]:
+        """Yield lists of about `triangles` triangles each that together draw the same; larger batches are divided."""
         part: list[DrawBatch] = []
         room = triangles
         for batch in self.batches:
@@ -90,10 +85,10 @@ class DrawList:
                 part.append(replace(batch, first=batch.first + drawn, count=count))
                 drawn, room = drawn + count, room - count * each
                 if room < each:
-                    yield part
+                    yield replace(self, batches=part)
                     part, room = [], triangles
         if part:
-            yield part
+            yield replace(self, batches=part)
 
     @classmethod
     def joined(cls, lists: Sequence["DrawList"]) -> "DrawList":

@@ -3,15 +3,17 @@
 Maps are kept from frame to frame; only those are drawn that would show something else than before.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+
+import moderngl
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
-from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawBatch, by_asset
+from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawList
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.mesh_object import POSITION_LAYOUT
 from depthwalk.render.resources.placed_records import PLACED_RECORD
@@ -32,7 +34,7 @@ class _Begun:
 
     tile: int
     map: ShadowMap
-    rest: list[list[DrawBatch]]
+    rest: list[DrawList]
 
 
 class ShadowsPass(Pass[ShadowParams]):
@@ -91,11 +93,12 @@ class ShadowsPass(Pass[ShadowParams]):
     def _draw_sun_maps(self, frame: Frame, params: ShadowParams, maps: tuple[ShadowMap, ...]) -> Iterator[None]:
         texture = self._of_sun.fit(len(maps), params.resolution)
         requested = dict(enumerate(maps))
-        waiting = self._of_sun.waiting(requested) if frame.shadows.may_wait else {}
-        due = {tile: map_ for tile, map_ in self._of_sun.stale(requested).items() if tile not in waiting}
+        stale = self._of_sun.stale(requested)
+        waiting = self._of_sun.waiting(stale) if frame.shadows.may_wait else {}
+        due = {tile: map_ for tile, map_ in stale.items() if tile not in waiting}
         yield from self._draw_maps(frame, self._of_sun, due, _CLAMPED)
         yield from self._draw_portion(frame, waiting)
-        frame.plan.counts["shadow_maps_waiting"] = len(self._of_sun.waiting(requested)) if waiting else 0
+        frame.plan.counts["shadow_maps_waiting"] = len(self._of_sun.stale(waiting))
         shown = [self._of_sun.shown(tile).view for tile in requested]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
         frame.targets.sun_maps = SunMaps(texture=texture, cascades=cascades, params=params)
@@ -106,16 +109,9 @@ class ShadowsPass(Pass[ShadowParams]):
         """Draw `maps`, by the tiles of `atlas` that they go to, in parts. direct: see `gpu.state.State`."""
         for tile, shadow_map in maps.items():
             atlas.begin(tile, shadow_map)
-            self._view.show(shadow_map.view)
-            self._instances.upload(shadow_map.grids.records)
-            for batches in shadow_map.grids.parts(PART_TRIANGLES):
-                with self.gl.state(into=atlas.framebuffer(tile), depth_test=LESS, direct=direct):
-                    self._draw_grids(frame, batches)
-                yield
-            with self.gl.state(into=atlas.framebuffer(tile), depth_test=LESS, direct=direct):
-                self._draw_meshes(frame, shadow_map)
-            frame.plan.counts["shadow_maps"] += 1
-            frame.plan.counts["shadow_triangles"] += shadow_map.triangles
+            parts = list(shadow_map.grids.parts(PART_TRIANGLES))
+            yield from self._draw_parts(frame, shadow_map, parts, atlas.framebuffer(tile), direct)
+            self._finish(frame, shadow_map, atlas.framebuffer(tile), direct)
 
     def _draw_portion(self, frame: Frame, waiting: Mapping[int, ShadowMap]) -> Iterator[None]:
         """Go on with one of the sun's maps that may wait: by as many triangles as a frame has time for, or to its end.
@@ -127,17 +123,12 @@ class ShadowsPass(Pass[ShadowParams]):
             begun = self._begun = self._begin_portions(waiting)
         if begun is None:
             return
-        self._view.show(begun.map.view)
-        self._instances.upload(begun.map.grids.records)
-        count = min(_PORTION, len(begun.rest)) if frame.shadows.in_portions else len(begun.rest)
-        for batches in [begun.rest.pop(0) for _ in range(count)]:
-            with self.gl.state(into=self._beside.framebuffer(0), depth_test=LESS, direct=_CLAMPED):
-                self._draw_grids(frame, batches)
-            yield
+        count = _PORTION if frame.shadows.in_portions else len(begun.rest)
+        portion, begun.rest[:count] = begun.rest[:count], []
+        yield from self._draw_parts(frame, begun.map, portion, self._beside.framebuffer(0), _CLAMPED)
         if begun.rest:
             return
-        with self.gl.state(into=self._beside.framebuffer(0), depth_test=LESS, direct=_CLAMPED):
-            self._draw_meshes(frame, begun.map)
+        self._finish(frame, begun.map, self._beside.framebuffer(0), _CLAMPED)
         yield
         self._of_sun.begin(begun.tile, begun.map)
         target = self._of_sun.framebuffer(begun.tile)
@@ -147,20 +138,42 @@ class ShadowsPass(Pass[ShadowParams]):
         with self.gl.state(into=target, depth_test=ALWAYS):
             self._copy.fill()
         self._begun = None
-        frame.plan.counts["shadow_maps"] += 1
-        frame.plan.counts["shadow_triangles"] += begun.map.triangles
 
     def _begin_portions(self, waiting: Mapping[int, ShadowMap]) -> "_Begun | None":
         """Begin with the first of the maps that may wait, by tile; None where there is none."""
-        for tile, shadow_map in waiting.items():
-            self._beside.fit(1, shadow_map.view.resolution).compare_func = ""  # it is copied, not compared with
-            self._beside.begin(0, shadow_map)
-            return _Begun(tile=tile, map=shadow_map, rest=list(shadow_map.grids.parts(PART_TRIANGLES)))
-        return None
+        if not waiting:
+            return None
+        tile, shadow_map = next(iter(waiting.items()))
+        self._beside.fit(1, shadow_map.view.resolution).compare_func = ""  # it is copied, not compared with
+        self._beside.begin(0, shadow_map)
+        return _Begun(tile=tile, map=shadow_map, rest=list(shadow_map.grids.parts(PART_TRIANGLES)))
 
-    def _draw_grids(self, frame: Frame, drawn: list[DrawBatch]) -> None:
+    def _draw_parts(
+        self,
+        frame: Frame,
+        shadow_map: ShadowMap,
+        parts: Sequence[DrawList],
+        into: moderngl.Framebuffer,
+        direct: tuple[int, ...],
+    ) -> Iterator[None]:
+        """Draw some parts of the depth images of a map, and stop after each. direct: see `gpu.state.State`."""
+        self._view.show(shadow_map.view)
+        self._instances.upload(shadow_map.grids.records)
+        for part in parts:
+            with self.gl.state(into=into, depth_test=LESS, direct=direct):
+                self._draw_grids(frame, part)
+            yield
+
+    def _finish(self, frame: Frame, shadow_map: ShadowMap, into: moderngl.Framebuffer, direct: tuple[int, ...]) -> None:
+        """Draw the meshes of a map, whose depth images have been drawn, and count it."""
+        with self.gl.state(into=into, depth_test=LESS, direct=direct):
+            self._draw_meshes(frame, shadow_map)
+        frame.plan.counts["shadow_maps"] += 1
+        frame.plan.counts["shadow_triangles"] += shadow_map.triangles
+
+    def _draw_grids(self, frame: Frame, part: DrawList) -> None:
         """Draw depth images, front and back faces: the backs close gaps that the images leave in the fronts."""
-        for number, batches in by_asset(drawn):
+        for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
             program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
             asset.use_geometry(program, 0, frame.common.lod)

@@ -12,7 +12,7 @@ from depthwalk.gpu.device import CLIP_DISTANCES, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
-from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawBatch, by_asset
+from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawList
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.paper.ordered_indices import OrderedIndices
@@ -47,15 +47,15 @@ class WarpPass(Pass[WarpParams]):
         self._clear_slots(frame)
         self._instances.upload(frame.plan.warp.records)
         in_order = params.order == "epipole"
-        several = [frame.plan.warp.batches] if in_order else frame.plan.warp.parts(PART_TRIANGLES)
-        for number, batches in enumerate(several):
+        several = [frame.plan.warp] if in_order else frame.plan.warp.parts(PART_TRIANGLES)
+        for number, part in enumerate(several):
             if number:
                 yield
             with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
-                self._draw(frame, batches, in_order)
+                self._draw(frame, part, in_order)
 
-    def _draw(self, frame: Frame, drawn: list[DrawBatch], in_order: bool) -> None:
-        for number, batches in by_asset(drawn):
+    def _draw(self, frame: Frame, part: DrawList, in_order: bool) -> None:
+        for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
             asset.use_geometry(self._programs[asset.defines], 0, frame.common.lod)
             for batch in batches:

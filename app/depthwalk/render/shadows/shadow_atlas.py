@@ -77,8 +77,8 @@ class ShadowAtlas:
         """Return the map that the tile numbered `tile` shows now, which an earlier frame may have asked for."""
         return self._held[tile]
 
-    def waiting(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Return which of the stale maps may be shown as they are for some frames more.
+    def waiting(self, stale: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
+        """Return which of some stale maps may be shown as they are for some frames more.
 
         Those may that follow what their tile shows (`ShadowMap.follows`); but not the nearest, in tile 0, if its
         objects changed where it is: near by one sees that a shadow is late. If it only moved, as while somebody walks,
@@ -86,15 +86,14 @@ class ShadowAtlas:
 
         Parameters
         ----------
-        requested
-            The maps that a frame asks for, by the number of their tile.
+        stale
+            The maps, as `stale` returns them.
 
         Returns
         -------
         dict[int, ShadowMap]
             Those, by the number of their tile, the one drawn longest ago first.
         """
-        stale = self.stale(requested)
         held = {tile: map_ for tile, map_ in self._held.items() if tile in stale}  # in the order of drawing
         return {
             tile: stale[tile]
