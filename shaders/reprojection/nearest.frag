@@ -1,16 +1,15 @@
-// Keeps how far ahead the nearest surface in and around each cell of a finished picture is, metres.
+// Keeps how far ahead the nearest surface in each cell of a finished picture is, metres.
 #from depthwalk.render.reprojection import CELL
-#from depthwalk.render.reprojection import REACH
 uniform sampler2D distances;
 
 layout(location = 0) out float nearest;
 
-const int STRIDE = 4;       // pixels: things narrower than that may be overlooked
+const int STRIDE = 2;       // pixels: things narrower than that may be overlooked
 
 void main() {
-    ivec2 first = ivec2(gl_FragCoord.xy) * CELL - REACH, last = textureSize(distances, 0) - 1;
-    nearest = texelFetch(distances, clamp(first + REACH, ivec2(0), last), 0).r;
-    for (int y = STRIDE / 2; y < CELL + 2 * REACH; y += STRIDE)
-        for (int x = STRIDE / 2; x < CELL + 2 * REACH; x += STRIDE)
-            nearest = min(nearest, texelFetch(distances, clamp(first + ivec2(x, y), ivec2(0), last), 0).r);
+    ivec2 first = ivec2(gl_FragCoord.xy) * CELL, last = textureSize(distances, 0) - 1;
+    nearest = abs(texelFetch(distances, first, 0).r);
+    for (int y = STRIDE / 2; y < CELL; y += STRIDE)
+        for (int x = STRIDE / 2; x < CELL; x += STRIDE)
+            nearest = min(nearest, abs(texelFetch(distances, min(first + ivec2(x, y), last), 0).r));
 }

@@ -3,12 +3,14 @@
 // Coordinates are those of the picture's camera: right, up and ahead of it, metres. Each pixel looks for the surface on its
 // ray by fixed-point steps: how far away the picture's surface is in one place tells in which place to look next (Bowles et
 // al. 2012, "Iterative Image Warping"). They begin with what is there if everything is infinitely far, and once more with
-// the nearest surface around: a thing may have moved by more than its width.
+// the nearest surface that has come there: a thing may have moved by more than its width.
+// EXACT: the camera is that of the picture; TURNED: it stands where that stood.
+#from depthwalk.render.reprojection import CELL
 #from depthwalk.render.reprojection import FIXED_POINT_STEPS
 #from depthwalk.render.reprojection import HIDDEN
 uniform sampler2D picture;      // sRGB
-uniform sampler2D distances;    // metres ahead
-uniform sampler2D nearest;      // the least of them in and around each cell
+uniform sampler2D distances;    // metres ahead, negative beside what is nearer
+uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
 uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the new camera, one metre long along its axis
 uniform vec3 viewer;            // the new camera
 uniform vec3 axis;              // its view axis, unit
@@ -20,7 +22,7 @@ layout(location = 0) out vec4 screen;
 
 struct Found {
     vec2 place;         // in the picture
-    float ahead;        // how far the picture's surface is there
+    float ahead;        // how far the picture's surface is there, as `distances` have it
     float expected;     // how far it should be
     vec2 behind;        // of all places looked at, that of the farthest surface
 };
@@ -31,34 +33,38 @@ vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * 
 // Beyond its edges a picture goes on as its mirror image, which looks like more of the same.
 vec2 mirrored(vec2 place) { return 1.0 - abs(1.0 - abs(place)); }
 
-// Looks for the surface on a ray, from one that the picture shows in a place.
-Found search(vec3 ray, vec2 place, float ahead) {
-    float expected = ahead, farthest = ahead;
+// Looks for the surface on a ray, from a place in the picture.
+Found search(vec3 ray, vec2 place) {
+    float ahead = texture(distances, place).r, expected = abs(ahead), farthest = expected;
     vec2 behind = place;
     for (int k = 0; k < FIXED_POINT_STEPS; ++k) {
-        vec3 surface = vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead;
+        vec3 surface = vec3((2.0 * place - 1.0) * half_extent, 1.0) * abs(ahead);
         vec3 point = viewer + max(dot(axis, surface - viewer), 1e-2) * ray;
         place = place_of(point);
         ahead = texture(distances, place).r;
         expected = point.z;
-        if (ahead > farthest) { farthest = ahead; behind = place; }
+        if (abs(ahead) > farthest) { farthest = abs(ahead); behind = place; }
     }
     return Found(place, ahead, expected, behind);
 }
 
 void main() {
-#ifdef EXACT
+#if defined EXACT
     screen = texelFetch(picture, ivec2(gl_FragCoord.xy) + margin, 0);
+#elif defined TURNED
+    screen = texture(picture, mirrored(place_of(ray_from_screen * vec3(2.0 * uv - 1.0, 1.0))));
 #else
     vec3 ray = ray_from_screen * vec3(2.0 * uv - 1.0, 1.0);
-    vec2 far_place = place_of(ray);
-    float far_ahead = texture(distances, far_place).r, near = texture(nearest, far_place).r;
-    Found found = search(ray, far_place, far_ahead);
-    if (near < HIDDEN * min(found.ahead, far_ahead)) {
-        Found other = search(ray, far_place, near);
-        if (abs(other.ahead - other.expected) < (1.0 - HIDDEN) * other.expected && other.ahead < found.ahead) found = other;
-    }
+    vec3 near = viewer + texelFetch(nearest, ivec2(gl_FragCoord.xy) / CELL, 0).r * ray;
+    Found found = search(ray, place_of(ray)), other = search(ray, place_of(near));
+    bool nearer = abs(other.ahead) < HIDDEN * abs(found.ahead);
+    if (nearer && abs(abs(other.ahead) - other.expected) < (1.0 - HIDDEN) * other.expected) found = other;
     // Something nearer stands in the picture where this surface should be: what was behind it was never seen.
-    screen = texture(picture, mirrored(found.ahead < HIDDEN * found.expected ? found.behind : found.place));
+    bool hidden = abs(found.ahead) < HIDDEN * found.expected;
+    vec2 place = mirrored(hidden ? found.behind : found.place);
+    // Beside what is nearer a pixel keeps to itself: in the blend of four it would take the edge of that with it.
+    bool alone = hidden || found.ahead < 0.0;
+    vec2 size = vec2(textureSize(distances, 0));
+    screen = texture(picture, alone ? (floor(place * size) + 0.5) / size : place);
 #endif
 }

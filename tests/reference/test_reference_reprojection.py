@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from depthwalk.reference.reprojection import nearest_around, sources
-from depthwalk.render.reprojection import BEYOND
+from depthwalk.reference.reprojection import beside_nearer, nearest_in_cells, nearest_seen, sources
+from depthwalk.render.reprojection import BEYOND, CELL
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
@@ -51,11 +51,29 @@ def test_what_something_hid_is_filled_from_behind_it() -> None:
     assert len(from_post) in (7, 8, 9)
 
 
-def test_the_nearest_surface_is_known_around_each_cell() -> None:
+def test_the_nearest_surface_is_known_in_each_cell() -> None:
     distances = np.full((96, 160), 7.0)
     distances[40:46, 70:76] = 3.0
-    found = nearest_around(distances)
+    found = nearest_in_cells(distances)
     assert found.shape == (6, 10)
-    rows, columns = np.nonzero(found == 3.0)
-    assert (rows.min(), rows.max(), columns.min(), columns.max()) == (1, 4, 2, 6)
-    assert set(found.ravel().tolist()) == {3.0, 7.0}
+    assert np.argwhere(found == 3.0).tolist() == [[2, 4]] and set(found.ravel().tolist()) == {3.0, 7.0}
+
+
+def test_the_nearest_surface_is_looked_for_where_it_has_come() -> None:
+    """A post 2 m away in the fourth column of cells, before the sky, that moves by two columns and a half."""
+    size = (10 * CELL, 6 * CELL)
+    picture = View(AHEAD.camera, size, near=0.1, far=100.0)
+    distances = np.full(size[::-1], float(BEYOND))
+    distances[:, 4 * CELL + 2 : 4 * CELL + 10] = 2.0
+    metres = 2 * 2 * np.tan(0.4) * size[0] / size[1] / 10  # that a cell covers there
+    assert np.unique(np.argwhere(nearest_seen(picture, distances, picture) == 2.0)[:, 1]).tolist() == [3, 4, 5]
+    aside = View(Camera((2.5 * metres, 1.0, 4.0), (2.5 * metres, 1.0, 3.0), 0.8), size)
+    found = nearest_seen(picture, distances, aside)
+    assert np.unique(np.argwhere(found < BEYOND)[:, 1]).tolist() == [1, 2]
+    assert found[found < BEYOND] == pytest.approx(2.0)
+
+
+def test_only_what_is_farther_than_what_is_beside_it_keeps_to_itself() -> None:
+    distances = np.full((3, 6), 7.0)
+    distances[:, 2:4] = 3.0
+    assert beside_nearer(distances)[1].tolist() == [False, True, False, False, True, False]

@@ -63,8 +63,8 @@ def test_who_stands_still_sees_the_picture_itself(gl_device: Device, margin: flo
 def test_the_shader_is_its_twin(gl_device: Device) -> None:
     """Of a picture whose colours tell places, seen through the distances of a scene."""
     with Moving(gl_device) as stage:
-        assert stage.reprojection._images is not None
-        picture = stage.reprojection._images.shown.texture
+        assert stage.reprojection._shown is not None
+        picture = stage.reprojection._shown.colours.texture
         x, y = np.meshgrid((np.arange(160) + 0.5) / 160, (np.arange(120) + 0.5) / 120)
         picture.write((np.stack([x, y, 0 * x, 0 * x + 1], -1) * 255).round().astype(np.uint8).tobytes())
         shown = stage.moved(ASIDE)[..., :2] / 255
@@ -119,5 +119,5 @@ def test_everything_is_released(gl_device: Device) -> None:
 def test_a_wider_picture_has_the_same_pixels_in_its_middle() -> None:
     view = View(HERE, SIZE)
     wide = widened(view, 0.1)
-    assert wide.size == (192, 144) and wide.focal_pixels == pytest.approx(view.focal_pixels)
+    assert wide.size == (192, 128) and wide.focal_pixels == pytest.approx(view.focal_pixels)
     assert widened(view, 0.0).size == SIZE

@@ -7,7 +7,7 @@ import pytest
 
 from depthwalk.gpu.device import Device, GpuError
 from depthwalk.render.passes import PASSES
-from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, _atlas_size, declared
+from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, atlas_size, declared
 
 SIZE = (20, 12)
 MADE = ("visibility", "albedo", "surface", "depth", "material_depth", "shadow")
@@ -90,4 +90,4 @@ def test_a_pass_sets_only_what_it_writes(targets: Targets) -> None:
 def test_the_atlas_holds_four_pictures_where_it_can(
     size: tuple[int, int], limit: int, expected: tuple[int, int]
 ) -> None:
-    assert _atlas_size(size, limit) == expected
+    assert atlas_size(size, limit) == expected

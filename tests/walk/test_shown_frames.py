@@ -131,10 +131,34 @@ def test_places_are_those_that_the_window_shows(sliced: Window) -> None:
     assert sliced.frames.point_at(0.5, 0.02) is None
 
 
-def test_another_size_is_shown_at_once(gl_device: Device, sliced: Window) -> None:
+def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_device: Device, sliced: Window) -> None:
     sliced.rest()
     with OnScreen(gl_device, sliced.renderer.scene, sliced.renderer.assets._library, (80, 60)) as small:
         camera = Camera((0, 1.2, 4.0), (0, 0.6, 0.0), 0.8)
-        sliced.frames.note(camera, 0.02, (80, 60))
-        assert sliced.frames.draw(View(camera, (80, 60)), small.screen)
-        assert np.frombuffer(small.screen.read(components=3), np.uint8).std() > 5
+
+        def pixels() -> NDArray[np.int64]:
+            sliced.frames.note(camera, 0.02, (80, 60))
+            sliced.frames.draw(View(camera, (80, 60)), small.screen)
+            return np.frombuffer(small.screen.read(components=3), np.uint8).astype(int)
+
+        first = pixels()
+        while not sliced.frames.is_current:
+            last = pixels()
+        small.draw(View(camera, (80, 60)))
+        whole = np.frombuffer(small.screen.read(components=3), np.uint8).astype(int)
+    assert np.abs(first - whole).mean() < 4
+    assert np.abs(last - whole).mean() < 0.5
+
+
+def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sliced: Window) -> None:
+    sliced.rest()
+    targets = sliced.renderer.targets
+    assert targets is not None and targets.size[1] >= SIZE[1]
+    for step in range(1, 40):
+        sliced.round(0.01 * step)
+    moving = sliced.renderer.targets
+    assert moving is not None and moving.size[1] == round(0.75 * targets.size[1])
+    assert sliced.renderer.warp_limit is not None
+    sliced.rest()
+    still = sliced.renderer.targets
+    assert still is not None and still.size == targets.size and sliced.renderer.warp_limit is None

@@ -3,15 +3,17 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.reprojection import CELL, FIXED_POINT_STEPS, HIDDEN, REACH, seen_from
+from depthwalk.render.reprojection import BEYOND, CELL, FIXED_POINT_STEPS, HIDDEN, seen_from
 from depthwalk.render.view.view import View
-from depthwalk.types import Array
+from depthwalk.types import Array, Mask
 
-_STRIDE = 4  # pixels
+_STRIDE = 2  # pixels
+_CORNERS = np.array([[0, 1, 0, 1], [0, 0, 1, 1]])  # of a cell: to the right and up
+_LEAST = 0.01  # metres ahead, nearer than which nothing is placed
 
 
-def nearest_around(distances: Array) -> NDArray[np.float64]:
-    """Return the least distance in and around each cell of a picture, as shaders/reprojection/nearest.frag finds it.
+def nearest_in_cells(distances: Array) -> NDArray[np.float64]:
+    """Return the least distance in each cell of a picture, as shaders/reprojection/nearest.frag finds it.
 
     Parameters
     ----------
@@ -24,13 +26,67 @@ def nearest_around(distances: Array) -> NDArray[np.float64]:
         (⌈h / CELL⌉, ⌈w / CELL⌉) metres.
     """
     rows, columns = (-(-size // CELL) for size in distances.shape)
-    steps = np.arange(_STRIDE // 2, CELL + 2 * REACH, _STRIDE) - REACH
+    steps = np.append(np.arange(_STRIDE // 2, CELL, _STRIDE), 0)
     row, column = (
-        np.append(np.arange(count)[:, None] * CELL + steps, np.arange(count)[:, None] * CELL, 1).clip(0, size - 1)
+        (np.arange(count)[:, None] * CELL + steps).clip(0, size - 1)
         for count, size in zip((rows, columns), distances.shape, strict=True)
     )
-    found: NDArray[np.float64] = distances[row[:, None, :-1, None], column[None, :, None, :-1]].min((2, 3))
-    return np.asarray(np.minimum(found, distances[row[:, None, -1], column[None, :, -1]]))
+    return np.asarray(distances[row[:, None, :, None], column[None, :, None, :]].min((2, 3)), np.float64)
+
+
+def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
+    """Return how far ahead of another camera the nearest surface of a picture is, by cells of that camera's view.
+
+    Each cell of the picture goes where its nearest surface appears, with a border of half a cell
+    (shaders/reprojection/moved_cell.vert).
+
+    Parameters
+    ----------
+    picture
+        The view of the picture.
+    distances
+        (h, w) metres along the picture's view axis, lower row first.
+    view
+        The other view, of W × H pixels.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where nothing comes.
+    """
+    rays, viewer, _ = seen_from(picture, view)
+    nearest = nearest_in_cells(distances)
+    row, column = np.indices(nearest.shape).reshape(2, -1, 1)
+    place = np.dstack([column + _CORNERS[0], row + _CORNERS[1]]) * CELL / np.array(picture.size)
+    direction = np.dstack([(2 * place - 1) * np.array(picture.half_extent), np.ones(place.shape[:2])])
+    seen = (direction * nearest.reshape(-1, 1, 1) - viewer) @ np.linalg.inv(rays).T
+    ahead, cells = seen[..., 2].min(1), np.array(view.size) / CELL
+    found = np.full(np.ceil(cells).astype(int)[::-1], float(BEYOND))
+    drawn = np.flatnonzero((nearest.ravel() < BEYOND) & (ahead >= _LEAST))
+    at = (0.5 + 0.5 * seen[drawn, :, :2] / seen[drawn, :, 2:]) * cells
+    low, high = np.ceil(at.min(1) - 1), np.floor(at.max(1))  # of the cells whose middles are within
+    first, last = (edge.clip(0, np.array(found.shape)[::-1]).astype(int) for edge in (low, high + 1))
+    for k, (x, y), (right, top) in zip(drawn, first, last, strict=True):
+        found[y:top, x:right] = np.minimum(found[y:top, x:right], ahead[k])
+    return found
+
+
+def beside_nearer(distances: Array) -> Mask:
+    """Return at which pixels of a picture a nearer surface begins beside, as shaders/reprojection/distance.frag does.
+
+    Parameters
+    ----------
+    distances
+        (h, w) metres.
+
+    Returns
+    -------
+    Mask
+        (h, w).
+    """
+    padded = np.pad(distances, 1, mode="edge")
+    beside = np.min([padded[1:-1, 2:], padded[1:-1, :-2], padded[2:, 1:-1], padded[:-2, 1:-1]], axis=0)
+    return np.asarray(beside < HIDDEN * distances)
 
 
 def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
@@ -38,7 +94,8 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
 
     The surface on a pixel's ray is found by fixed-point steps, which take turns between how far away it is and where in
     the picture it therefore lies (Bowles et al. 2012, "Iterative Image Warping"). They begin with what is there if
-    everything is infinitely far, and once more with the nearest surface around.
+    everything is infinitely far, and once more with the nearest surface that has come there. Beside nearer surfaces a
+    pixel of the picture keeps to itself, so that its middle is the place.
 
     Parameters
     ----------
@@ -63,7 +120,8 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     def place_of(point: Array) -> Array:
         return np.asarray(0.5 + 0.5 * point[..., :2] / (np.maximum(point[..., 2:], 1e-3) * half_extent))
 
-    def search(place: Array, ahead: Array) -> tuple[Array, Array, Array, Array]:
+    def search(place: Array) -> tuple[Array, Array, Array, Array]:
+        ahead = look_up(distances, place)
         expected = farthest = ahead
         behind = place
         for _ in range(FIXED_POINT_STEPS):
@@ -75,16 +133,20 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
             farthest = np.maximum(farthest, ahead)
         return place, ahead, expected, behind
 
-    far_place = place_of(rays)
-    far_ahead, near = look_up(distances, far_place), look_up(nearest_around(distances), far_place)
-    place, ahead, expected, behind = search(far_place, far_ahead)
-    other_place, other_ahead, other_expected, other_behind = search(far_place, near)
-    better = (near < HIDDEN * np.minimum(ahead, far_ahead)) & (other_ahead < ahead)
+    cell = np.indices((height, width)) // CELL
+    near = nearest_seen(picture, distances, view)[cell[0], cell[1]]
+    place, ahead, expected, behind = search(place_of(rays))
+    other_place, other_ahead, other_expected, other_behind = search(place_of(viewer + near[..., None] * rays))
+    better = other_ahead < HIDDEN * ahead
     better &= np.abs(other_ahead - other_expected) < (1 - HIDDEN) * other_expected
     place, behind = (np.where(better[..., None], *both) for both in ((other_place, place), (other_behind, behind)))
     ahead, expected = np.where(better, other_ahead, ahead), np.where(better, other_expected, expected)
-    found = np.where((ahead < HIDDEN * expected)[..., None], behind, place)
-    return np.asarray(1 - np.abs(1 - np.abs(found)))  # mirrored beyond the edges
+    hidden = ahead < HIDDEN * expected
+    alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
+    found = np.where(hidden[..., None], behind, place)
+    found = 1 - np.abs(1 - np.abs(found))  # mirrored beyond the edges
+    size = np.array(picture.size)
+    return np.asarray(np.where(alone[..., None], (np.floor(found * size) + 0.5) / size, found))
 
 
 def look_up(texture: Array, place: Array) -> NDArray[np.float64]:

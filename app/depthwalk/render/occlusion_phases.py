@@ -61,12 +61,13 @@ class InSight:
 
 @dataclass(frozen=True, kw_only=True)
 class _FrameInputs:
-    """Hold what a frame is drawn with. remembers: what earlier frames found may be used."""
+    """Hold what a frame is drawn with. remembers, warp_limit: see `OcclusionPhases.plans`."""
 
     view: View
     targets: Targets
     residency: FrameResidency
     remembers: bool
+    warp_limit: int | None
 
 
 @dataclass(kw_only=True)
@@ -135,7 +136,13 @@ class OcclusionPhases:
             )
 
     def plans(
-        self, view: View, in_sight: InSight, targets: Targets, residency: FrameResidency, remembers: bool
+        self,
+        view: View,
+        in_sight: InSight,
+        targets: Targets,
+        residency: FrameResidency,
+        remembers: bool,
+        warp_limit: int | None = None,
     ) -> Iterator[FrameDrawLists]:
         """Yield the plan of each phase, which is to be drawn into `targets` before the next one is asked for.
 
@@ -146,12 +153,15 @@ class OcclusionPhases:
         targets : the textures that the phases are drawn into; their depth is read between the phases.
         residency : brings to the GPU what the frame draws.
         remembers : whether what earlier frames found may be used.
+        warp_limit : how many triangles may be warped, see `PlanSettings`.
 
         Yields
         ------
         What the passes draw in the next phase.
         """
-        frame = _FrameInputs(view=view, targets=targets, residency=residency, remembers=remembers)
+        frame = _FrameInputs(
+            view=view, targets=targets, residency=residency, remembers=remembers, warp_limit=warp_limit
+        )
         pending = _Pending(rows=in_sight.rows, batches=list(in_sight.batches), far_cells=in_sight.far_cells)
         rows = self._first_phase(frame, pending)
         size = max(len(rows), FIRST_PHASE)
@@ -267,7 +277,11 @@ class OcclusionPhases:
         settings = self._settings
         layout = tile_layout(settings, settings.warp, frame.remembers)
         return PlanSettings(
-            lod=settings.lod, layout=layout, polygons=settings.mesh, atlas_size=frame.targets.atlas_size
+            lod=settings.lod,
+            layout=layout,
+            polygons=settings.mesh,
+            atlas_size=frame.targets.atlas_size,
+            warp_limit=frame.warp_limit,
         )
 
     def _resident(self, frame: _FrameInputs, rows: Rows) -> Rows:

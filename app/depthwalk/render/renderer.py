@@ -29,7 +29,7 @@ from depthwalk.render.pixel_shares import PixelShares
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
-from depthwalk.render.targets import Targets, declared
+from depthwalk.render.targets import Targets, TileAtlas, atlas_size, declared
 from depthwalk.render.view.bounds import depth_range, ground_range
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
@@ -59,6 +59,8 @@ class Renderer:
         frame depends on another.
     upload_seconds : how long a frame may bring assets to the GPU, seconds, where frames should take equally long; None:
         until all are resident (see `AssetStore.stream`), and shadow maps are drawn whole.
+    warp_limit : how many triangles a frame may warp, where frames should take equally long. What is beyond and cannot
+        wait is warped coarser, and again in later frames; None: everything is warped as finely as it should be.
     world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
     targets : the textures that passes draw into; None before the first frame.
@@ -78,7 +80,9 @@ class Renderer:
         self.world = RenderWorld(scene, library, self.assets)
         self.remembers = False
         self.upload_seconds: float | None = None
+        self.warp_limit: int | None = None
         self.targets: Targets | None = None
+        self._atlas: TileAtlas | None = None
         self._declared: dict[Pass[Any], Targets] = {}  # the targets as each pass may use them
         self.plan: FrameDrawLists | None = None
         self.view: View | None = None
@@ -154,7 +158,7 @@ class Renderer:
         """
         shared = common(self.settings)
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
-        targets = self._prepare_targets(view.size, hardware_samples(self.settings, self.device), shared.aa)
+        targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared.aa)
         targets.screen = screen
         self.world.take_arrivals(view.position)
         self.world.table()  # loads what is not loaded yet
@@ -174,7 +178,7 @@ class Renderer:
             lens_point=lens_point,
         )
         plans: list[FrameDrawLists] = []
-        for plan in self._phases.plans(view, in_sight, targets, residency, self.remembers):
+        for plan in self._phases.plans(view, in_sight, targets, residency, self.remembers, self.warp_limit):
             plans.append(plan)
             yield from self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
         whole = FrameDrawLists.joined(plans)
@@ -185,11 +189,12 @@ class Renderer:
         whole.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
         self.plan, self.view = whole, view
 
-    def _prepare_targets(self, size: tuple[int, int], samples: int, aa: AntiAliasing) -> Targets:
-        """Return cleared targets of `size` pixels; those of the last frame where they fit."""
+    def _prepare_targets(self, view: View, samples: int, aa: AntiAliasing) -> Targets:
+        """Return cleared targets for `view`; those of the last frame where they fit."""
+        size = view.size
         if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
             self._release_targets()
-            targets = Targets(self.device, size, samples)
+            targets = Targets(self.device, size, samples, self._atlas_for(view))
             try:
                 self._declared = {
                     pass_: declared(targets, pass_.name, pass_.reads, pass_.writes) for pass_ in self.passes
@@ -204,6 +209,17 @@ class Renderer:
         cleared = self.targets.polygons if aa.geometric else self.targets.visibility
         cleared.clear(depth=1.0)
         return self.targets
+
+    def _atlas_for(self, view: View) -> TileAtlas:
+        """Return an atlas for the impostor tiles of `view`; that of the last frame where it fits."""
+        whole = round(view.size[0] / view.scale), round(view.size[1] / view.scale)
+        size = atlas_size(whole, self.device.max_texture_size)
+        if self._atlas is None or self._atlas.size != size:
+            if self._atlas is not None:
+                self._atlas.release()
+            self._atlas = None  # should there be no memory for the next
+            self._atlas = TileAtlas(self.device, size)
+        return self._atlas
 
     def _fitted(self, view: View, in_sight: InSight) -> View:
         """Return `view` with near and far plane about what is `in_sight` and about the ground."""
@@ -348,6 +364,9 @@ class Renderer:
             self._shares = None
         self._gl.release()
         self._release_targets()
+        if self._atlas is not None:
+            self._atlas.release()
+            self._atlas = None
 
     def _release_targets(self) -> None:
         self._phases.resized()

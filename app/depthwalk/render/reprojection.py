@@ -18,26 +18,51 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
+from depthwalk.gpu.state import LESS
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 
 BEYOND = 1e6  # metres: how far away that counts as being which nothing was drawn, the sky
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
-REACH = 24  # pixels around a cell that count as well: by how much a thing may move and still be found
 _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
+LEVEL_MARGIN = 1 / 3  # margin above and below for each at the sides
 HIDDEN = 0.95  # what is nearer than this part of the distance that a search ends at hides what the search looks for
 
 
 def widened(view: View, margin: float) -> View:
-    """Return `view` with more picture on every side: `margin` times its width and height, in whole pixels.
+    """Return `view` with more picture on every side; the pixels that both have in common are the same.
 
-    The pixels that both have in common are the same.
+    Parameters
+    ----------
+    view : the view of the window.
+    margin : part of its width that is added on the left and on the right. Above and below `LEVEL_MARGIN` of that part
+        of its height is added: viewers turn about far more than they nod.
+
+    Returns
+    -------
+    The wider view, larger by whole pixels.
     """
     width, height = view.size
-    size = width + 2 * round(margin * width), height + 2 * round(margin * height)
+    size = width + 2 * round(margin * width), height + 2 * round(LEVEL_MARGIN * margin * height)
     fov = 2 * math.atan(math.tan(view.camera.fov / 2) * size[1] / height)
     return replace(view, camera=replace(view.camera, fov=fov), size=size)
+
+
+def reduced(view: View, scale: float) -> View:
+    """Return `view` with fewer pixels, `scale` times as many along either axis, but objects drawn as finely as in it.
+
+    Parameters
+    ----------
+    view : the view of the whole picture.
+    scale : 0 to 1.
+
+    Returns
+    -------
+    The view, of at least one pixel.
+    """
+    size = max(round(scale * view.size[0]), 1), max(round(scale * view.size[1]), 1)
+    return replace(view, size=size, scale=view.scale * size[1] / view.size[1])
 
 
 def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -66,17 +91,23 @@ class _Image(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Images:
-    """Hold the finished picture, that which is being drawn, and what is known of the distances in the first."""
+class _Picture:
+    """Hold a picture and what is known of the distances in it."""
 
     size: tuple[int, int]
-    shown: _Image
-    drawn: _Image
+    colours: _Image
     distances: _Image
     nearest: _Image
 
     def __iter__(self) -> Iterator[_Image]:
-        yield from (self.shown, self.drawn, self.distances, self.nearest)
+        yield from (self.colours, self.distances, self.nearest)
+
+
+class _Cells(NamedTuple):
+    """Hold how far ahead of the viewer the nearest surfaces are, by cells of the screen."""
+
+    nearest: _Image
+    depth: moderngl.Texture
 
 
 class Reprojection:
@@ -96,30 +127,29 @@ class Reprojection:
         vertex = "common/fullscreen.vert"
         self._distance = Program(self._gl, vertex, "reprojection/distance.frag")
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
+        self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
         self._programs = Variants(
             lambda defines: Program(self._gl, vertex, "reprojection/reprojection.frag", defines=defines)
         )
         self.view: View | None = None
-        self._images: _Images | None = None
+        self._shown: _Picture | None = None
+        self._drawn: _Picture | None = None  # what is being drawn
+        self._cells: _Cells | None = None
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
-        """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into.
-
-        Another size than before loses the finished picture.
-        """
-        if self._images is None or self._images.size != size:
-            self._forget()
+        """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
+        if self._drawn is None or self._drawn.size != size:
+            self._free(self._drawn)
+            self._drawn = None  # should there be no memory for the next
             cells = -(-size[0] // CELL), -(-size[1] // CELL)
-            self._images = _Images(
+            self._drawn = _Picture(
                 size=size,
-                shown=self._image(size, 4, "f1"),
-                drawn=self._image(size, 4, "f1"),
+                colours=self._image(size, 4, "f1"),
                 distances=self._image(size, 1, "f4"),
                 nearest=self._image(cells, 1, "f4"),
             )
-            for image in (self._images.shown, self._images.drawn):
-                image.texture.filter = moderngl.LINEAR, moderngl.LINEAR
-        return self._images.drawn.framebuffer
+            self._drawn.colours.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        return self._drawn.colours.framebuffer
 
     def _image(self, size: tuple[int, int], components: int, dtype: str) -> _Image:
         texture = self._gl.texture(size, components, dtype)
@@ -133,9 +163,9 @@ class Reprojection:
         targets : those that the picture was made of, with its depths.
         view : the view of the picture, near and far plane fitted, of the size of the canvas.
         """
-        if self._images is None:
+        if self._drawn is None:
             raise ValueError("no picture was drawn: there is no canvas yet")
-        distances, nearest = self._images.distances, self._images.nearest
+        _, distances, nearest = self._drawn
         targets.depth.use(0)
         self._distance.set(depth_texture=0, planes=view.depth_range)
         with self._gl.state(into=distances.framebuffer):
@@ -144,20 +174,25 @@ class Reprojection:
         self._nearest.set(distances=0)
         with self._gl.state(into=nearest.framebuffer):
             self._nearest.fill()
-        self._images = replace(self._images, shown=self._images.drawn, drawn=self._images.shown)
+        self._shown, self._drawn = self._drawn, self._shown
         self.view = view
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
-        if self.view is None or self._images is None:
+        if self.view is None or self._shown is None:
             raise ValueError("there is no finished picture yet")
-        for unit, image in enumerate((self._images.shown, self._images.distances, self._images.nearest)):
-            image.texture.use(unit)
+        rays, viewer, axis = seen_from(self.view, view)
         wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
         same = (self.view.camera.position, self.view.camera.target) == (view.camera.position, view.camera.target)
         is_part = math.isclose(self.view.focal_pixels, view.focal_pixels) and wide % 2 == high % 2 == 0
-        program = self._programs[("EXACT",) if same and is_part else ()]
-        rays, viewer, axis = seen_from(self.view, view)
+        if viewer.any():
+            defines: tuple[str, ...] = ()
+            self._move_cells(view.size, rays, viewer).texture.use(2)
+        else:
+            defines = ("EXACT",) if same and is_part else ("TURNED",)
+        self._shown.colours.texture.use(0)
+        self._shown.distances.texture.use(1)
+        program = self._programs[defines]
         program.set(
             picture=0,
             distances=1,
@@ -170,6 +205,29 @@ class Reprojection:
         )
         with self._gl.state(into=screen):
             program.fill()
+
+    def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> _Image:
+        """Return how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
+        assert self.view is not None and self._shown is not None
+        count = -(-size[0] // CELL), -(-size[1] // CELL)
+        if self._cells is None or self._cells.nearest.texture.size != count:
+            self._free_cells()
+            texture, depth = self._gl.texture(count, 1, "f4"), self._gl.depth_texture(count)
+            self._cells = _Cells(_Image(texture, self._gl.framebuffer([texture], depth)), depth)
+        nearest = self._cells.nearest
+        nearest.framebuffer.clear(BEYOND, depth=1.0)
+        self._shown.nearest.texture.use(0)
+        self._moved.set(
+            nearest=0,
+            picture_size=self.view.size,
+            half_extent=self.view.half_extent,
+            viewer=tuple(viewer),
+            screen_from_ray=tuple(np.linalg.inv(rays).T.ravel()),
+            screen_cells=(size[0] / CELL, size[1] / CELL),
+        )
+        with self._gl.state(into=nearest.framebuffer, depth_test=LESS):
+            self._moved.rectangles(math.prod(self._shown.nearest.texture.size))
+        return nearest
 
     def unseen(self, view: View) -> float:
         """Return which part of what `view` sees lies beyond the edges of the finished picture, 0 to 1.
@@ -211,18 +269,24 @@ class Reprojection:
 
     def _distance_to(self, point: NDArray[np.float64]) -> float:
         """Return how far ahead the picture's surface is in front of or behind a point (3,), metres, of its camera."""
-        assert self.view is not None and self._images is not None
+        assert self.view is not None and self._shown is not None
         size = np.array(self.view.size)
         place = 0.5 + 0.5 * point[:2] / (max(point[2], 1e-3) * np.array(self.view.half_extent))
         x, y = np.clip((place * size).astype(int), 0, size - 1).tolist()
-        return float(np.frombuffer(self._images.distances.framebuffer.read((x, y, 1, 1), 1, dtype="f4"), np.float32)[0])
+        read = self._shown.distances.framebuffer.read((x, y, 1, 1), 1, dtype="f4")
+        return abs(float(np.frombuffer(read, np.float32)[0]))
 
-    def _forget(self) -> None:
-        for image in self._images or ():
+    def _free_cells(self) -> None:
+        if self._cells is not None:
+            nearest, depth = self._cells
+            self._gl.free(nearest.framebuffer, nearest.texture, depth)
+        self._cells = None
+
+    def _free(self, picture: _Picture | None) -> None:
+        for image in picture or ():
             self._gl.free(image.framebuffer, image.texture)
-        self._images = self.view = None
 
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._images = self.view = None
+        self._shown = self._drawn = self._cells = self.view = None

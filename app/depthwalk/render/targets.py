@@ -166,6 +166,42 @@ class Drawn:
     depth: moderngl.Texture
 
 
+class TileAtlas:
+    """Hold the textures of the target `atlas`. They outlive the other targets, whose size may change in between.
+
+    Parameters
+    ----------
+    device : the owner of the GL context.
+    size : width and height, texels, see `atlas_size`.
+
+    Attributes
+    ----------
+    size : width and height, texels.
+    owner, depth : the textures, see `TARGETS`.
+    framebuffer : draws into both.
+
+    Raises
+    ------
+    GpuError
+        Where the driver refuses a texture; nothing stays created.
+    """
+
+    def __init__(self, device: Device, size: tuple[int, int]) -> None:
+        self.size, self._gl = size, device.scope("atlas")
+        formats = TARGETS["atlas"].textures
+        try:
+            self.owner = _texture(self._gl, size, formats["atlas_owner"])
+            self.depth = _texture(self._gl, size, formats["atlas_depth"])
+            self.framebuffer = self._gl.framebuffer([self.owner], self.depth)
+        except BaseException:
+            self.release()
+            raise
+
+    def release(self) -> None:
+        """Free the textures."""
+        self._gl.release()
+
+
 class Targets:
     """Hold the textures of `TARGETS` and the framebuffers of `FRAMEBUFFERS`, as attributes of these names.
 
@@ -174,6 +210,7 @@ class Targets:
     device : the owner of the GL context.
     size : width and height, pixels.
     samples : samples per pixel of the textures that objects are drawn into.
+    atlas : the atlas of the impostor tiles, which somebody else frees; None: one of its own.
 
     Attributes
     ----------
@@ -213,31 +250,34 @@ class Targets:
     covered: moderngl.Framebuffer
     screen: moderngl.Framebuffer
 
-    def __init__(self, device: Device, size: tuple[int, int], samples: int = 1) -> None:
+    def __init__(self, device: Device, size: tuple[int, int], samples: int = 1, atlas: TileAtlas | None = None) -> None:
         self.size, self.samples = size, samples
         self.gl = device.scope("targets")
-        self.atlas_size = _atlas_size(size, device.max_texture_size)
+        self._own_atlas: TileAtlas | None = None
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
         self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
         try:
-            self._create(device)
+            if atlas is None:
+                atlas = self._own_atlas = TileAtlas(device, atlas_size(size, device.max_texture_size))
+            self._create(device, atlas)
         except BaseException:  # what was created before a texture is refused
-            self.gl.release()
+            self.release()
             raise
 
-    def _create(self, device: Device) -> None:
+    def _create(self, device: Device, atlas: TileAtlas) -> None:
         """Create the textures and framebuffers."""
-        for target in ("atlas", "visibility", "albedo", "surface", "depth", "material_depth", "shadow"):
+        self.atlas_size, self.atlas = atlas.size, atlas.framebuffer
+        self.atlas_owner, self.atlas_depth = atlas.owner, atlas.depth
+        for target in ("visibility", "albedo", "surface", "depth", "material_depth", "shadow"):
             for name, texture_format in TARGETS[target].textures.items():
-                texture_size = self.atlas_size if target == "atlas" else self.size
-                setattr(self, name, _texture(self.gl, texture_size, texture_format))
+                setattr(self, name, _texture(self.gl, self.size, texture_format))
         self.lit_texture = _texture(self.gl, self.size, RGBA16F)
         self.drawn, self.offsets = self._textures_of_samples(), np.zeros((1, 2))
         if self.samples > 1:
             self.offsets = sample_offsets(device, self.samples)
         for name, framebuffer in FRAMEBUFFERS.items():
-            if name != "screen":
+            if name not in ("atlas", "screen"):
                 setattr(self, name, self._framebuffer(framebuffer))
 
     def _textures_of_samples(self) -> Drawn:
@@ -274,8 +314,10 @@ class Targets:
         return texture
 
     def release(self) -> None:
-        """Free the textures and framebuffers."""
+        """Free the textures and framebuffers, but for an atlas that somebody else frees."""
         self.gl.release()
+        if self._own_atlas is not None:
+            self._own_atlas.release()
 
 
 class DeclaredTargets:
@@ -359,8 +401,18 @@ def _texture(gl: Scope, size: tuple[int, int], texture_format: TextureFormat, sa
     return gl.multisampled_texture(size, samples, components, dtype)
 
 
-def _atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:
-    """Return four pictures' worth of texels in powers of two, at least `ATLAS_TEXELS`, at most `limit` a side."""
+def atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:
+    """Return how large an atlas is: four pictures' worth of texels in powers of two, at least `ATLAS_TEXELS`.
+
+    Parameters
+    ----------
+    size : width and height of the picture, pixels.
+    limit : the largest width and height of a texture, texels.
+
+    Returns
+    -------
+    Width and height, texels.
+    """
     texels = max(ATLAS_TEXELS, 4 * size[0] * size[1])
     width = 1 << max(12, (int(texels**0.5) - 1).bit_length())
     height = 1 << max(11, (-(-texels // width) - 1).bit_length())

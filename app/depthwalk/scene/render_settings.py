@@ -355,11 +355,17 @@ class ReprojectionParams(Params):
         "frames are slow (auto)",
     )
     margin: float = param(
-        0.08,
-        "What frames show beyond each edge of the window, as a part of its width and height, so that it can come into "
-        "sight",
+        0.12,
+        "What frames show beyond the left and right edges of the window, as a part of its width, so that it can come into "
+        "sight; above and below it is a third of that part of the height",
         ge=0,
         le=0.5,
+    )
+    scale: float = param(
+        0.75,
+        "Pixels of such frames per pixel of the window, along either axis, while the viewer moves",
+        ge=0.25,
+        le=1,
     )
     slice: float = param(
         25.0, "Time for drawing a part of the next frame, before the last one is shown again", unit="ms", ge=1, le=1000

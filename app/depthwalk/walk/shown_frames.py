@@ -10,6 +10,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -17,7 +18,7 @@ import numpy as np
 from pyglm import glm
 
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.reprojection import Reprojection, widened
+from depthwalk.render.reprojection import Reprojection, reduced, widened
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.motion import Motion
@@ -26,11 +27,12 @@ _SLOW = 0.033  # s that frames take from which on they are drawn in slices
 _QUICK = 0.025  # s below which they are drawn whole again
 _MEASURED = 3  # frames that decide: the first one compiles shaders, which tells of no other
 _SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last change
-_LONGEST_SLICES = 3  # times as long as the settings say
+_LONGEST_SLICES = 2  # times as long as the settings say
 _TURNED_PAST = 0.1  # of the window, that may lie beyond the margin at the end of a steady turn
 _MOST_UNSEEN = 0.25  # of the window: where the last frame lacks more, the window waits for the next one
 _SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
+_WARP_LIMIT = 400_000  # triangles
 
 
 class ShownFrames:
@@ -66,6 +68,7 @@ class ShownFrames:
         self._between = 0.0  # s from a slice of the last one to the next
         self._view: View | None = None  # that is shown
         self._camera: Camera | None = None  # of the last call of `note`
+        self._moved = False  # whether that was another than in the call before
         self._known: tuple[Any, ...] = ()  # everything else of that call
         self._settled = 0  # frames drawn since either changed
 
@@ -77,7 +80,7 @@ class ShownFrames:
             return False
         if self._renderer.assets.is_waiting or plan.counts["shadow_maps_waiting"]:
             return False
-        return not plan.counts["warped"] or self._settled >= _SETTLING[1]
+        return not plan.counts["warped"] or (self._settled >= _SETTLING[1] and not plan.counts["provisional"])
 
     @property
     def is_drawing(self) -> bool:
@@ -99,7 +102,8 @@ class ShownFrames:
         self._motion.follow(camera, dt)
         if state != self._known:
             self._known, self._settled = deepcopy(state), 0
-        if camera != self._camera:
+        self._moved = camera != self._camera
+        if self._moved:
             self._camera, self._settled = camera, 0
 
     def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
@@ -181,7 +185,11 @@ class ShownFrames:
 
     def _begin(self, camera: Camera, view: View) -> None:
         """Begin a frame that is seen by `camera`, and wider by the margin than `view`."""
-        self._source = widened(View(camera, view.size), self._renderer.settings.reprojection.margin)
+        settings = self._renderer.settings.reprojection
+        self._source = widened(View(camera, view.size), settings.margin)
+        if self._moved:
+            self._source = reduced(self._source, settings.scale)
+        self._renderer.warp_limit = _WARP_LIMIT if self._moved else None
         self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
         self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
 
@@ -228,7 +236,7 @@ class ShownFrames:
         targets, fitted, source = self._renderer.targets, self._renderer.view, self._source
         assert targets is not None and fitted is not None and source is not None
         near, far = fitted.depth_range
-        self._reprojection.take(targets, View(source.camera, source.size, near, far))
+        self._reprojection.take(targets, replace(source, near=near, far=far))
         self._steps = None
 
     @property

@@ -34,6 +34,7 @@ def counts(
         pieces=np.array(pieces, int),
         resolution=np.array(resolution, float),
         error=np.array(error, float),
+        provisional=0,
         atlas_used=0.25,
     )
     nothing = drawn(0)

@@ -23,6 +23,7 @@ def tiles(objects: Rows | Sequence[int], slots: Rows, frame: int, density: float
         level=np.zeros(count, int),
         pieces=np.zeros(count, int),
         resolution=np.ones(count),
+        provisional=np.zeros(count, bool),
     )
 
 

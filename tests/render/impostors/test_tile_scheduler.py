@@ -44,12 +44,20 @@ class Walk:
         target: tuple[float, float, float],
         size: tuple[int, int] = (320, 240),
         objects: Objects | None = None,
+        warp_limit: int | None = None,
+        scale: float = 1.0,
     ) -> FrameDrawLists:
         objects = objects or self.objects
-        view = View(Camera(position, target, 0.9), size, 0.1, 100.0)
+        view = View(Camera(position, target, 0.9), size, 0.1, 100.0, scale=scale)
         bounds = object_bounds(objects, self.table.centre, self.table.bounding_radius)
         visible, _ = bounds.visible(view)
-        settings = PlanSettings(lod=LodParams(), layout=self.layout, polygons=MeshLodParams(), atlas_size=self.atlas)
+        settings = PlanSettings(
+            lod=LodParams(),
+            layout=self.layout,
+            polygons=MeshLodParams(),
+            atlas_size=self.atlas,
+            warp_limit=warp_limit,
+        )
         scene = SceneArrays(objects=objects, bounds=bounds, table=self.table)
         return self.planner.plan(view, scene, visible, settings)
 
@@ -104,6 +112,36 @@ def test_another_size_warps_all(walk: Callable[..., Any]) -> None:
     steps.frame((0, 1, 9), (0, 0.5, 0))
     counts = steps.frame((0, 1, 9), (0, 0.5, 0), size=(400, 300)).counts
     assert counts["warped"] == counts["dpci"]
+
+
+def test_fewer_pixels_of_the_same_picture_warp_nothing(walk: Callable[..., Any]) -> None:
+    steps = walk()
+    before = steps.frame((0, 1, 9), (0, 0.5, 0))
+    reduced = steps.frame((0, 1, 9), (0, 0.5, 0), size=(240, 180), scale=0.75)
+    assert reduced.counts["warped"] == 0 and reduced.counts["dpci"] == before.counts["dpci"]
+    fresh = walk().frame((0, 1, 9), (0, 0.5, 0), size=(240, 180), scale=0.75).counts
+    assert fresh["warped_triangles"] == before.counts["warped_triangles"]
+    assert fresh["atlas_used"] == pytest.approx(before.counts["atlas_used"], rel=0.1)
+
+
+def test_what_has_too_many_triangles_is_coarser_at_first(walk: Callable[..., Any]) -> None:
+    steps = walk()
+    whole = walk().frame((0, 1, 9), (0, 0.5, 0)).counts
+    limit = whole["warped_triangles"] // 2
+    hurried = steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=limit).counts
+    assert hurried["warped"] == hurried["dpci"] == whole["dpci"]
+    assert 0 < hurried["warped_triangles"] <= limit and hurried["provisional"] > 20
+    later = steps.frame((0, 1, 9), (0, 0.5, 0)).counts
+    assert later["warped"] == hurried["provisional"] and later["provisional"] == 0
+    levels = [{name: n for name, n in counts.items() if name.startswith("level_")} for counts in (later, whole)]
+    assert levels[0] == levels[1]
+
+
+def test_what_is_provisional_waits_for_the_budget(walk: Callable[..., Any]) -> None:
+    steps = walk(triangle_budget=8000)
+    hurried = steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=20_000).counts["provisional"]
+    left = [steps.frame((0, 1, 9), (0, 0.5, 0)).counts["provisional"] for _ in range(3)]
+    assert hurried > left[0] > left[1] > left[2]
 
 
 def test_another_setting_warps_all(walk: Callable[..., Any]) -> None:

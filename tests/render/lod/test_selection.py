@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
+from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level, levels_within
 from depthwalk.scene.render_settings import LodParams
 from stage import view_of
 
@@ -27,3 +27,12 @@ def test_allowed_errors_grow_with_the_bias_and_shrink_with_the_picture() -> None
     plain = error_at_a_metre(view, LodParams(error=0.5))
     assert plain * view.focal_pixels == pytest.approx(0.5)
     assert error_at_a_metre(view, LodParams(error=0.5, bias=1.0)) == pytest.approx(2 * plain)
+
+
+def test_levels_become_coarser_together_until_there_are_few_enough_triangles() -> None:
+    triangles = np.array([[900, 300, 100, 30], [400, 200, 100, 0], [50, 0, 0, 0]])
+    level, coarsest = np.array([0, 1, 0]), np.array([3, 2, 0])
+    assert levels_within(triangles, level, coarsest, 2000).tolist() == [0, 1, 0]
+    assert levels_within(triangles, level, coarsest, 500).tolist() == [1, 2, 0]
+    assert levels_within(triangles, level, coarsest, 250).tolist() == [2, 2, 0]
+    assert levels_within(triangles, level, coarsest, 1).tolist() == [3, 2, 0]

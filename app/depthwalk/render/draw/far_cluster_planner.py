@@ -96,7 +96,8 @@ class FarClusterPlanner:
         scene, clusters = self._world.arrays(), self.clusters()
         self._spoil_changed(numbers, len(scene.objects))
         impostors = _impostors(view, scene, clusters, numbers, settings)
-        work = self._tiles.plan(view, impostors, settings.layout, continues=True)
+        error = self._tiles.begin_phase(view, impostors, settings.layout, continues=True)
+        work = self._tiles.plan(view, impostors, error, settings.layout)
         warp = _warp_list(view, scene, clusters, numbers[work.warped], work, settings)
 
         object_rows, count = clusters.members(numbers[work.drawn])
@@ -166,6 +167,7 @@ def _impostors(
         level=level,
         pieces=np.full(count, ALL_PIECES),
         triangles=scene.table.triangles[typical.asset, level] * clusters.sizes(numbers),
+        provisional=np.zeros(count, bool),
     )
 
 
@@ -251,4 +253,4 @@ def _iter_steps(
     distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
     first = clusters.first_members(numbers)
     texel = scene.table.texel[scene.objects.asset[first]] * scene.objects.scale[first]
-    return iter_step(distance, texel, view.half_extent[1], view.size[1])
+    return iter_step(distance, texel, view.half_extent[1], view.size[1] / view.scale)

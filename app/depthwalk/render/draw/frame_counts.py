@@ -42,6 +42,7 @@ def phase_counts(
         "warped": len(warp.records),
         "warped_triangles": warped,
         "draw_batches": len(warp.batches),
+        "provisional": work.provisional,
     }
     levels = {f"level_{level}": int(n) for level, n in enumerate(np.bincount(work.level)) if n}
     halvings = np.floor(np.log2(step)).astype(np.int64)

@@ -103,5 +103,5 @@ def least_footprints(view: View, objects: Objects, materials: MaterialRecords, t
     """
     nearest = table.nearest(objects.asset, materials.records["viewer"][1:, :3].astype(np.float64))
     footprint = np.full(len(materials.assets), np.inf)
-    np.minimum.at(footprint, np.searchsorted(materials.assets, objects.asset), nearest / view.focal_pixels)
+    np.minimum.at(footprint, np.searchsorted(materials.assets, objects.asset), nearest / view.detail_pixels)
     return footprint

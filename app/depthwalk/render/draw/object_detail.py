@@ -150,13 +150,13 @@ def choose_levels(
     asset, max_level = objects.asset, table.levels[objects.asset]
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
     if lod.mode == "paper":
-        step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
+        step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1] / view.scale)
         max_level = np.minimum(max_level, int(np.log2(lod.max_step)))
         level = paper_level(step, lod.bias, max_level)
     else:
         level = error_level(table.error[asset], error_at_a_metre(view, lod) * table.nearest(asset, viewer))
     pixels = (
-        table.area[asset] * objects.scale**2 * (view.focal_pixels / np.maximum(distance, bounds.bounding_radius)) ** 2
+        table.area[asset] * objects.scale**2 * (view.detail_pixels / np.maximum(distance, bounds.bounding_radius)) ** 2
     )
     affordable = affordable_level(table.triangles[asset], pixels, lod.triangles_per_pixel)
     return np.maximum(level, np.minimum(affordable, max_level))

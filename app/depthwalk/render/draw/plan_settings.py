@@ -15,9 +15,12 @@ class PlanSettings:
     layout : how impostor tiles are laid out, and how long they are reused.
     polygons : how coarse meshes may be.
     atlas_size : width and height of the tile atlas, texels.
+    warp_limit : how many triangles may be warped. What cannot wait is warped coarser beyond that, and again later;
+        None: everything is warped as finely as it should be.
     """
 
     lod: LodParams
     layout: TileParams
     polygons: MeshLodParams
     atlas_size: tuple[int, int]
+    warp_limit: int | None = None

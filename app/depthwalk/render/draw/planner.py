@@ -11,7 +11,7 @@ import numpy as np
 from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
 from depthwalk.render.draw.frame_counts import phase_counts
-from depthwalk.render.draw.object_detail import DetailSelector
+from depthwalk.render.draw.object_detail import DetailSelector, choose_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_records import warp_records
 from depthwalk.render.impostors.tile_scheduler import ImpostorObjects, TileScheduler, TileWork
@@ -19,13 +19,14 @@ from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, nearest_f
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.paper_lod import iter_step
+from depthwalk.render.lod.selection import levels_within
 from depthwalk.render.resources.placed_records import placed_records
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Objects, Representation
-from depthwalk.scene.render_settings import MeshLodParams
+from depthwalk.scene.render_settings import LodParams, MeshLodParams
 from depthwalk.types import Array, Ints, Mask, Rows
 
 
@@ -85,7 +86,9 @@ class Planner:
         seen = self._seen(view, scene, visible[~as_mesh], settings)
         tiled, too_near = _split_by_plane(seen, table)
         impostors = _impostors(seen, tiled, table)
-        work = self.tiles.plan(view, impostors, settings.layout, continues)
+        error = self.tiles.begin_phase(view, impostors, settings.layout, settings.warp_limit, continues)
+        impostors = self._lightened(impostors, error, table, settings.lod)
+        work = self.tiles.plan(view, impostors, error, settings.layout)
 
         warp = _warp_list(impostors, work, table, settings.atlas_size)
         composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
@@ -119,6 +122,22 @@ class Planner:
         detail = self._detail.level_and_pieces(view, scene.table, rows, objects, bounds, viewer, settings.lod)
         return _Seen(rows, objects, bounds, viewer, *detail)
 
+    def _lightened(
+        self, impostors: ImpostorObjects, error: Array, table: AssetTable, lod: LodParams
+    ) -> ImpostorObjects:
+        """Return the `impostors` (n,) with coarser levels where those that cannot wait have too many triangles."""
+        allowed = self.tiles.allowed(error)
+        if allowed is None or lod.freeze:
+            return impostors
+        forced, most = allowed
+        asset, level = impostors.objects.asset[forced], impostors.level[forced]
+        coarser = levels_within(table.triangles[asset], level, table.levels[asset], most)
+        changed = np.flatnonzero(coarser > level)
+        rows, asset, level = forced[changed], asset[changed], coarser[changed]
+        return impostors.coarsened(
+            rows, level, choose_pieces(asset, level, impostors.viewer[rows], table, lod), table.triangles[asset, level]
+        )
+
     def _forget_if_changed(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
         """Drop all tiles if they were made for other objects or with other settings.
 
@@ -126,7 +145,8 @@ class Planner:
         """
         objects, groups = scene.objects, (settings.lod, settings.layout)
         dumped = [group.model_dump() for group in groups]
-        made_for = scene.table, scene.generation, dumped, view.size, settings.atlas_size
+        height = round(view.size[1] / view.scale)
+        made_for = scene.table, scene.generation, dumped, height, settings.atlas_size
         same = bool(self._made_for) and scene.table is self._made_for[0] and made_for[1:] == self._made_for[1:]
         same = same and self._objects is not None and _same_assets(objects, self._objects)
         self._objects, self._made_for = objects, made_for
@@ -182,6 +202,7 @@ def _impostors(seen: _Seen, tiled: Rows, table: AssetTable) -> ImpostorObjects:
         level=level,
         pieces=seen.pieces[tiled],
         triangles=table.triangles[asset, level],
+        provisional=np.zeros(len(tiled), bool),
     )
 
 
@@ -225,4 +246,4 @@ def _iter_steps(view: View, impostors: ImpostorObjects, table: AssetTable) -> Ar
     """Return the paper's Iter_step (k,) of the `impostors`."""
     distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
     texel = table.texel[impostors.objects.asset] * impostors.objects.scale
-    return iter_step(distance, texel, view.half_extent[1], view.size[1])
+    return iter_step(distance, texel, view.half_extent[1], view.size[1] / view.scale)

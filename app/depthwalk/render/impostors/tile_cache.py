@@ -35,6 +35,7 @@ class CachedTiles(StructOfArrays):
     level : (n,) level of detail of the geometry that each tile shows.
     pieces : (n,) pieces of that geometry, bit masks, see `ImpostorObjects`.
     resolution : (n,) texels along each side of each tile over those that it should have there, 0 to 1.
+    provisional : (n,) whether each tile shows a coarser level than it should, for want of time.
     """
 
     record: NDArray[np.void]
@@ -47,6 +48,7 @@ class CachedTiles(StructOfArrays):
     level: Rows
     pieces: Rows
     resolution: Array
+    provisional: Mask
 
     def __len__(self) -> int:
         return len(self.object)
@@ -66,6 +68,7 @@ class CachedTiles(StructOfArrays):
             level=number,
             pieces=number,
             resolution=real,
+            provisional=np.zeros(0, bool),
         )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.impostors.reprojection_error import (
+    HARDEST,
     MARGIN,
     coarseness,
     covers_view,
@@ -23,10 +24,11 @@ from depthwalk.scene.arrays import Objects
 from depthwalk.scene.render_settings import TileParams
 from depthwalk.types import Array, Mask, Rows
 
-# The reprojection error, 1 where as large as allowed, of a tile that lacks pieces that the viewer now sees: it is due,
-# but within the budget. What turned its back when the tile was warped is still seen at a grazing angle, and covers no
-# more than the parallax by which the tile may be off.
+# The reprojection error, 1 where as large as allowed, of a tile that is provisional or lacks pieces that the viewer now
+# sees: it is due, but within the budget. What turned its back when the tile was warped is still seen at a grazing angle
+# and covers no more than the parallax by which the tile may be off.
 _LACKING = 2.0
+_LEAST_SHARE = 0.25  # of the triangles that a frame may warp, for what a later phase finds in sight
 _MOST_STALE = 0.5  # if more of the tiles that the last frame showed are stale, all are warped and packed tightly: a cut
 
 
@@ -44,6 +46,7 @@ class ImpostorObjects:
     level : (m,) level of detail that serves each object now.
     pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
     triangles : (m,) how many triangles all pieces of that level have.
+    provisional : (m,) whether that level is coarser than what serves, for want of time.
     """
 
     row: Rows
@@ -54,6 +57,7 @@ class ImpostorObjects:
     level: Rows
     pieces: Rows
     triangles: Rows
+    provisional: Mask
 
     def __len__(self) -> int:
         return len(self.row)
@@ -69,7 +73,26 @@ class ImpostorObjects:
             level=self.level[rows],
             pieces=self.pieces[rows],
             triangles=self.triangles[rows],
+            provisional=self.provisional[rows],
         )
+
+    def coarsened(self, rows: Rows, level: Rows, pieces: Rows, triangles: Rows) -> "ImpostorObjects":
+        """Return the objects with a provisional level for some of them.
+
+        Parameters
+        ----------
+        rows : (k,) numbers of those objects.
+        level, pieces, triangles : (k,) their columns at that level.
+
+        Returns
+        -------
+        All objects.
+        """
+        new = {"level": level, "pieces": pieces, "triangles": triangles, "provisional": np.ones(len(rows), bool)}
+        columns = {name: getattr(self, name).copy() for name in new}
+        for name, column in columns.items():
+            column[rows] = new[name]
+        return replace(self, **columns)
 
 
 @dataclass(kw_only=True)
@@ -91,6 +114,7 @@ class TileWork:
     pieces : (d,) pieces that each drawn tile shows, bit masks, see `CachedTiles`.
     resolution : (d,) texels along each side of each drawn tile over those that it should have there, 0 to 1.
     error : (d,) reprojection error of each drawn tile, 1 where it is as large as allowed.
+    provisional : how many of the drawn tiles are coarser than they should be, for want of time.
     atlas_used : part of the atlas that holds tiles, 0 to 1.
     """
 
@@ -106,6 +130,7 @@ class TileWork:
     pieces: Rows
     resolution: Array
     error: Array
+    provisional: int
     atlas_used: float
 
 
@@ -115,6 +140,10 @@ class TileScheduler:
     def __init__(self) -> None:
         self._cache = TileCache()
         self._budget = 0  # triangles that may still be warped in this frame
+        self._warped = 0  # triangles that were
+        self._limit: int | None = None  # of these, where even what cannot wait has one
+        self._shown_before = 0  # how many tiles the last frame showed; in later phases, this one
+        self._continues = False  # whether this is a later phase of a frame
 
     def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
         """Drop all tiles, and start with an empty atlas.
@@ -134,32 +163,73 @@ class TileScheduler:
         """Have the tiles of the objects with the `rows` (m,) warped again in the next frame, because these changed."""
         self._cache.spoil(rows)
 
-    def plan(self, view: View, impostors: ImpostorObjects, layout: TileParams, continues: bool = False) -> TileWork:
+    def begin_phase(
+        self,
+        view: View,
+        impostors: ImpostorObjects,
+        layout: TileParams,
+        limit: int | None = None,
+        continues: bool = False,
+    ) -> Array:
+        """Return how far the tiles of some objects are off, before `plan` decides which to warp.
+
+        Parameters
+        ----------
+        view : the view of the picture, near and far plane fitted.
+        impostors : the n objects that impostors show, nearest first.
+        layout : how tiles are laid out, and how long they are reused.
+        limit : how many triangles the frame may warp, see `PlanSettings.warp_limit`.
+        continues : whether the objects belong to the same frame as those of the last call, and share its budget.
+
+        Returns
+        -------
+        (n,) reprojection errors, 1 where as large as allowed; inf where a tile is missing, or lacks what is seen.
+        """
+        self._shown_before, self._continues = self._cache.shown_now, continues
+        if not continues:
+            self._cache.frame += 1
+            self._limit = limit if layout.reuse_error else None
+            self._budget, self._warped = layout.triangle_budget, 0
+        return self._errors(view, impostors, layout)
+
+    def allowed(self, error: Array) -> tuple[Rows, int] | None:
+        """Return which tiles cannot wait, and how many triangles there may be for them; None where any number may.
+
+        Parameters
+        ----------
+        error : (n,) reprojection errors from `begin_phase`.
+
+        Returns
+        -------
+        (m,) numbers of the tiles, and the number of triangles. Every phase of a frame gets a part.
+        """
+        if self._limit is None:
+            return None
+        left = max(self._limit - self._warped, int(_LEAST_SHARE * self._limit))
+        return np.flatnonzero(error > HARDEST), left
+
+    def plan(self, view: View, impostors: ImpostorObjects, error: Array, layout: TileParams) -> TileWork:
         """Decide which tiles to warp and which to draw.
 
         Parameters
         ----------
         view : the view of the picture, near and far plane fitted.
-        impostors : the objects that impostors show, nearest first.
+        impostors : the n objects of the last call of `begin_phase`; other levels may serve them now.
+        error : (n,) reprojection errors that this call returned.
         layout : how tiles are laid out, and how long they are reused.
-        continues : whether the objects belong to the same frame as those of the last call, and share its budget.
 
         Returns
         -------
         The tiles to warp, and those to draw.
         """
-        cache = self._cache
-        shown_before = cache.shown_now
-        if not continues:
-            cache.frame += 1
-            self._budget = layout.triangle_budget
-        error = self._errors(view, impostors, layout)
         stale = due(error, impostors.triangles, self._budget)
-        most_stale = _MOST_STALE * max(len(impostors), shown_before)
-        cut = not layout.reuse_error or (not continues and stale.sum() > most_stale)
+        most_stale = _MOST_STALE * max(len(impostors), self._shown_before)
+        jumped = self._limit is None and not self._continues and stale.sum() > most_stale
+        cut = not layout.reuse_error or jumped
         if cut:
             stale[:] = True
-        self._budget -= int(impostors.triangles[stale].sum())
+        triangles = int(impostors.triangles[stale].sum())
+        self._budget, self._warped = self._budget - triangles, self._warped + triangles
         placed, slots = self._store(view, impostors, np.flatnonzero(stale), layout, pack=cut)
         error[placed.number] = 0
         stale[placed.number] = False  # what is stale now is out of sight
@@ -192,6 +262,7 @@ class TileScheduler:
             pieces=cached.pieces[row],
             resolution=cached.resolution[row],
             error=error[drawn],
+            provisional=int(cached.provisional[row].sum()),
             atlas_used=cache.used,
         )
 
@@ -235,15 +306,15 @@ class TileScheduler:
         tiles.seen[row] = self._cache.frame
         scale = impostors.objects.scale[known]
         to_centre = impostors.bounds.centre[known] - view.position
-        pixels = parallax(tiles.record.take(row), viewer, view.focal_pixels)
-        density = view.focal_pixels * scale / np.linalg.norm(to_centre, axis=1)
+        pixels = parallax(tiles.record.take(row), viewer, view.detail_pixels)
+        density = view.detail_pixels * scale / np.linalg.norm(to_centre, axis=1)
         error[known] = np.maximum(pixels / layout.reuse_error, coarseness(tiles.density[row], density))
         cut = np.flatnonzero(~tiles.whole[row])
         forward, radius = to_centre[cut] @ view.axes[2], impostors.bounds.bounding_radius[known[cut]]
         span = np.stack([np.maximum(forward - radius, 0), forward + radius], -1) / scale[cut, None]
         covers = covers_view(tiles.take(row[cut]), view, impostors.objects.rotation[known[cut]], viewer[cut], span)
         error[known[cut[~covers]]] = np.inf
-        lacks = known[impostors.pieces[known] & ~tiles.pieces[row] != 0]
+        lacks = known[(impostors.pieces[known] & ~tiles.pieces[row] != 0) | tiles.provisional[row]]
         error[lacks] = np.maximum(error[lacks], _LACKING)
         return error
 
@@ -272,11 +343,11 @@ def _place(view: View, impostors: ImpostorObjects, number: Rows, layout: TilePar
         rows = np.flatnonzero(seen.visible)
         planes, seen, chosen, number = planes.take(rows), seen.take(rows), chosen.take(rows), number[rows]
     if layout.tile_mapping == "plane":
-        planes, tiles = plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit)
+        planes, tiles = plane_tiles(planes, view.detail_pixels * layout.tile_scale, limit)
     else:
         nearest = (chosen.bounds.centre - view.position) @ view.axes[2] - chosen.bounds.bounding_radius
         depth = np.maximum(nearest, view.depth_range[0]) / chosen.objects.scale
-        tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale, limit)
+        tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale / view.scale, limit)
     return _PlacedTiles(impostors=chosen, number=number, planes=planes, tiles=tiles, whole=seen.whole)
 
 
@@ -293,10 +364,11 @@ def _cached(view: View, placed: _PlacedTiles, slots: Rows, resolution: Array, fr
         object=impostors.row,
         slot=slots,
         seen=np.full(len(slots), frame),
-        density=view.focal_pixels * impostors.objects.scale / distance,
+        density=view.detail_pixels * impostors.objects.scale / distance,
         frustum=frustum_rows(view, impostors.objects.rotation),
         whole=placed.whole,
         level=impostors.level,
         pieces=impostors.pieces,
         resolution=resolution,
+        provisional=impostors.provisional,
     )

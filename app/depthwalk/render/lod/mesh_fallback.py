@@ -131,8 +131,8 @@ class MeshFallbacks:
         meshes = self.placed(objects, rows[near] - self.part[number])
         viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
         nearest = outside(viewer, self.centre[number], self.half_height[number], self.cylinder_radius[number])
-        metres = nearest / view.focal_pixels, (nearest + self.cylinder_radius[number]) / view.focal_pixels
-        max_pixels = view.size[0] * view.size[1]
+        metres = nearest / view.detail_pixels, (nearest + self.cylinder_radius[number]) / view.detail_pixels
+        max_pixels = view.size[0] * view.size[1] / view.scale**2
         found[near] = self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, max_pixels)
         return found
 
@@ -176,7 +176,7 @@ class MeshFallbacks:
         """Return the numbers (k,) of those of the objects `rows` (m,) that may be near enough, by a quick test."""
         asset = objects.asset[rows]
         able = np.flatnonzero(self.mesh[asset] >= 0) if magnification else np.zeros(0, np.intp)
-        limit = view.focal_pixels / max(magnification, 1e-9) * self.texel[asset[able]] + self.span[asset[able]]
+        limit = view.detail_pixels / max(magnification, 1e-9) * self.texel[asset[able]] + self.span[asset[able]]
         distance = np.linalg.norm(objects.position[rows[able]] - view.position, axis=1)
         return np.asarray(able[distance < limit * objects.scale[rows[able]]])
 

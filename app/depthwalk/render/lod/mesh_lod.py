@@ -59,6 +59,6 @@ def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allo
     -------
     (n,) levels.
     """
-    metres = allowed * nearest / view.focal_pixels
+    metres = allowed * nearest / view.detail_pixels
     level = error_level(errors[objects.asset], metres)
     return np.where(objects.representation == Representation.MESH_LOD, level, 0)

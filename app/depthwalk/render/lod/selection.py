@@ -24,7 +24,7 @@ def error_at_a_metre(view: View, lod: LodParams) -> float:
     -------
     Metres.
     """
-    return lod.error * 2**lod.bias / view.focal_pixels
+    return lod.error * 2**lod.bias / view.detail_pixels
 
 
 def error_level(error: Array, allowed: Array) -> Ints:
@@ -59,3 +59,23 @@ def affordable_level(triangles: Rows, pixels: Array, per_pixel: float) -> Ints:
     (n,) levels, 0 the finest; beyond the coarsest level where even that has too many.
     """
     return np.asarray((triangles > per_pixel * pixels[:, None]).sum(1))
+
+
+def levels_within(triangles: Rows, level: Rows, coarsest: Rows, most: int) -> Rows:
+    """Return levels so much coarser, all by the same number, that objects have few enough triangles together.
+
+    Parameters
+    ----------
+    triangles : (n, levels) number of triangles, falling with the level.
+    level : (n,) the level that would serve each object.
+    coarsest : (n,) the coarsest level of each.
+    most : how many triangles they may have together.
+
+    Returns
+    -------
+    (n,) levels, 0 the finest; the coarsest where even these have too many.
+    """
+    rows, coarser = np.arange(len(level)), np.asarray(level)
+    while triangles[rows, coarser].sum() > most and (coarser < coarsest).any():
+        coarser = np.minimum(coarser + 1, coarsest)
+    return coarser

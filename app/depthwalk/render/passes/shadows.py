@@ -24,7 +24,7 @@ from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
 from depthwalk.scene.render_settings import ShadowParams
 
-_PORTION = 5  # parts of a map that may wait, which a frame draws: 50 ms of a software rasteriser
+_PORTION = 2  # parts of a map that may wait, which a frame draws: 30 ms of a software rasteriser
 _CLAMPED = (DEPTH_CLAMP,)  # what lies before the near plane of a map of the sun casts shadows, too
 
 

@@ -37,6 +37,8 @@ class View:
         them to the scene.
     shear : how far a point at one metre along the view axis is shifted in the picture to the right and up, metres. This
         gives the frustum of a camera that was moved aside and still sees the same rectangle.
+    scale : pixels of the picture, along either axis, for each of those that decide how finely objects are drawn. It is
+        below 1 for a picture that shows the objects of a larger one in fewer pixels, to be finished sooner.
     """
 
     camera: Camera
@@ -44,6 +46,7 @@ class View:
     near: float | None = None
     far: float | None = None
     shear: tuple[float, float] = (0.0, 0.0)
+    scale: float = 1.0
 
     @property
     def depth_range(self) -> tuple[float, float]:
@@ -109,6 +112,11 @@ class View:
     def focal_pixels(self) -> float:
         """Return how many pixels a length of one metre covers at a distance of one metre along the view axis."""
         return self.size[1] / (2 * self.half_extent[1])
+
+    @property
+    def detail_pixels(self) -> float:
+        """Return `focal_pixels` as they are to be when it is decided how finely objects are drawn."""
+        return self.focal_pixels / self.scale
 
     def unproject(self, across: float, down: float, distance: float) -> glm.dvec3:
         """Return the world point that the picture shows at a place and a distance.

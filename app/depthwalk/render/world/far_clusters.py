@@ -74,7 +74,7 @@ class FarClusters:
         half, middle = (high - low) / 2, (high + low) / 2 - view.position
         apart = np.maximum(np.abs(middle) - half, 0)
         gap = np.linalg.norm(apart, axis=1)
-        small = 2 * view.focal_pixels * cells.largest[numbers] < pixels * gap
+        small = 2 * view.detail_pixels * cells.largest[numbers] < pixels * gap
         steep = apart[:, 1] > _STEEP * gap
         return np.asarray(self.able[numbers] & small & steep & (gap > _FAR * np.linalg.norm(half, axis=1)))
 

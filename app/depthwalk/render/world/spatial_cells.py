@@ -128,7 +128,7 @@ class SpatialCells:
         if min_pixels:
             apart = near.centre.take(seen, 0) - view.position
             squared = np.einsum("ni,ni->n", apart, apart)  # a norm takes five times as long
-            large = 2 * view.focal_pixels * near.bounding_radius[seen] >= min_pixels * np.sqrt(squared)
+            large = 2 * view.detail_pixels * near.bounding_radius[seen] >= min_pixels * np.sqrt(squared)
             seen, forward = seen[large], forward[large]
         return rows[seen], forward
 
@@ -140,7 +140,7 @@ class SpatialCells:
         half, middle = (self.high - self.low) / 2, (self.high + self.low) / 2 - view.position
         inside = (middle @ planes.T < half @ np.abs(planes).T).all(1)
         gap = np.linalg.norm(np.maximum(np.abs(middle) - half, 0), axis=1)
-        return np.asarray(inside & (2 * view.focal_pixels * self.largest >= min_pixels * gap))
+        return np.asarray(inside & (2 * view.detail_pixels * self.largest >= min_pixels * gap))
 
     def refit(self, bounds: Bounds, rows: slice) -> None:
         """Fit the boxes of cells to objects that moved.

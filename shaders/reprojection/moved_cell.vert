@@ -1,0 +1,37 @@
+// Places each cell of a finished picture where a camera that has moved sees the nearest surface in it: a rectangle about the
+// cell, as far ahead as that surface. Coordinates are those of reprojection.frag.
+#from depthwalk.render.reprojection import BEYOND, CELL
+uniform sampler2D nearest;          // of each cell, metres
+uniform vec2 picture_size;          // pixels
+uniform vec2 half_extent;           // tangents of half the picture's angles
+uniform vec3 viewer;                // the new camera
+uniform mat3 screen_from_ray;       // takes what is seen from there, × metres ahead, to (x, y, 1) × metres ahead, −1 to 1
+uniform vec2 screen_cells;          // columns and rows of cells on the screen, of which the last may be in part
+
+flat out float ahead;
+
+const float LEAST = 0.01;           // metres ahead, nearer than which nothing is placed
+const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
+
+void main() {
+    int columns = textureSize(nearest, 0).x;
+    ivec2 cell = ivec2(gl_InstanceID % columns, gl_InstanceID / columns);
+    float distance = texelFetch(nearest, cell, 0).r;
+    vec2 low = vec2(1e9), high = vec2(-1e9);
+    ahead = 1e9;
+    for (int k = 0; k < 4; ++k) {
+        vec2 place = vec2(cell + ivec2(k & 1, k >> 1)) * float(CELL) / picture_size;
+        vec3 seen = screen_from_ray * (vec3((2.0 * place - 1.0) * half_extent, 1.0) * distance - viewer);
+        ahead = min(ahead, seen.z);
+        low = min(low, seen.xy / seen.z);
+        high = max(high, seen.xy / seen.z);
+    }
+    if (distance >= BEYOND || ahead < LEAST) {
+        gl_Position = NOWHERE;
+        return;
+    }
+    // Cells of the screen that it touches only are covered, too.
+    vec2 corner = mix(low, high, vec2(gl_VertexID & 1, gl_VertexID >> 1));
+    vec2 at = (0.5 + 0.5 * corner) * screen_cells + vec2(gl_VertexID & 1, gl_VertexID >> 1) - 0.5;
+    gl_Position = vec4(2.0 * at / ceil(screen_cells) - 1.0, 1.0 - 2.0 * LEAST / ahead, 1.0);
+}
