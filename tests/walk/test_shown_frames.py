@@ -132,6 +132,7 @@ def test_places_are_those_that_the_window_shows(sliced: Window) -> None:
 
 
 def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_device: Device, sliced: Window) -> None:
+    sliced.renderer.settings.reprojection.refine = False
     sliced.rest()
     with OnScreen(gl_device, sliced.renderer.scene, sliced.renderer.assets._library, (80, 60)) as small:
         camera = Camera((0, 1.2, 4.0), (0, 0.6, 0.0), 0.8)
@@ -151,6 +152,7 @@ def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_dev
 
 
 def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sliced: Window) -> None:
+    sliced.renderer.settings.reprojection.refine = False
     sliced.rest()
     targets = sliced.renderer.targets
     assert targets is not None and targets.size[1] >= SIZE[1]
@@ -162,3 +164,33 @@ def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sl
     sliced.rest()
     still = sliced.renderer.targets
     assert still is not None and still.size == targets.size and sliced.renderer.warp_limit is None
+
+
+@pytest.mark.parametrize("mode", ["on", "off"])
+def test_at_rest_the_picture_is_refined_until_something_moves(gl_device: Device, mode: Literal["on", "off"]) -> None:
+    with Window(gl_device, mode) as window:
+        window.renderer.settings.reprojection.refine = False
+        window.rest()
+        plain = window.pixels()
+        window.renderer.settings.reprojection.refine = True
+        assert window.rest() > 0
+        refined = window.pixels()
+        assert (np.abs(refined - plain).max(-1) > 8).mean() > 0.005  # along edges
+        window.round()
+        assert np.array_equal(window.pixels(), refined) and window.frames.is_current
+        window.round(0.02)
+        assert not window.frames.is_current
+        window.rest()
+        assert np.array_equal(window.pixels(), refined)
+
+
+def test_a_picture_that_is_being_refined_is_given_up_when_the_viewer_moves(sliced: Window) -> None:
+    sliced.renderer.settings.reprojection.slice = 1
+    sliced.rest()
+    for step in range(1, 6):
+        while not sliced.frames.is_drawing or sliced.frames._still_steps is None:
+            sliced.round(0.1 * step)
+        sliced.round(0.1 * step)
+        assert not sliced.frames.is_current
+    sliced.rest()
+    assert sliced.frames.point_at(0.5, 0.9) is not None

@@ -93,6 +93,11 @@ class PassTimers:
         if self._pending and (self.kind == "finish" or len(self._pending) > _FRAMES_IN_FLIGHT):
             self._publish()
 
+    def drop_frame(self) -> None:
+        """Forget what was measured since the last frame ended: it belongs to no frame."""
+        self._spare += [value for _, value in self._measured if not isinstance(value, float)]
+        self._measured = []
+
     def _publish(self) -> None:
         """Add up the times of the oldest frame that waits, which become `milliseconds`."""
         times: dict[str, float] = {}

@@ -6,7 +6,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
 from typing import Any
@@ -18,7 +18,7 @@ from pyglm import glm
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing.modes import AntiAliasing, hardware_samples, sample_views
+from depthwalk.render.antialiasing.modes import AntiAliasing, hardware_samples, sample_views, supersampled
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
 from depthwalk.render.frame import Frame, Pass, common
@@ -36,6 +36,15 @@ from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
+
+
+@dataclass(kw_only=True)
+class _Memory:
+    """Hold what frames of one kind keep for the next ones: what was in sight, and the impostor tiles."""
+
+    phases: OcclusionPhases
+    atlas: TileAtlas | None = None
+
 
 _END = object()  # of a pass: it has no further part
 _IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
@@ -82,12 +91,13 @@ class Renderer:
         self.upload_seconds: float | None = None
         self.warp_limit: int | None = None
         self.targets: Targets | None = None
-        self._atlas: TileAtlas | None = None
         self._declared: dict[Pass[Any], Targets] = {}  # the targets as each pass may use them
         self.plan: FrameDrawLists | None = None
         self.view: View | None = None
         self.timers = PassTimers(device)
-        self._phases = OcclusionPhases(device, scene.render, self.world, self.timers)
+        self._frames = self._new_memory()
+        self._fine: _Memory | None = None  # made when somebody asks for such frames
+        self._last_shadows = Shadows()
         self._gl = device.scope("view")
         self._view_block = ViewBlock(self._gl, PICTURE_VIEW)
         self._shadows = ShadowPlanner(self.world, self.timers)
@@ -136,6 +146,31 @@ class Renderer:
             yield from self._render(seen, screen, transparent, lens_point)
         self.timers.end_frame()
 
+    def fine_steps(self, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
+        """Draw a picture as `steps` does, with four samples per pixel, as a more exact one of the frame before.
+
+        It shows the shadow maps of that frame, and changes nothing that later frames remember, but what `targets` hold.
+        The caller may stop after any step.
+
+        Parameters
+        ----------
+        view : the camera of the frame before, or a part of its picture.
+        screen : the framebuffer to draw into, of the size of `view`.
+
+        Yields
+        ------
+        The name of the pass whose commands were just given to the GPU.
+        """
+        if self._fine is None:
+            self._fine = self._new_memory()
+        try:
+            yield from self._render(view, screen, False, 0, fine=True)
+        finally:
+            self.timers.drop_frame()
+
+    def _new_memory(self) -> _Memory:
+        return _Memory(phases=OcclusionPhases(self.device, self.scene.render, self.world, self.timers))
+
     def rehearse(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw a picture that does not count, so that later ones need not wait for the compiler of the driver.
 
@@ -151,18 +186,23 @@ class Renderer:
             self.remembers = remembers
             self._forget_assets()
 
-    def _render(self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int) -> Iterator[str]:
+    def _render(
+        self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int, fine: bool = False
+    ) -> Iterator[str]:
         """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them.
 
-        Yields the names of the passes, see `steps`.
+        fine: see `fine_steps`. Yields the names of the passes, see `steps`.
         """
-        shared = common(self.settings)
+        shared, memory, remembers = common(self.settings), self._frames, self.remembers
+        if fine:
+            assert self._fine is not None
+            shared, memory, remembers = replace(shared, aa=supersampled(shared.aa)), self._fine, False
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
-        targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared.aa)
+        targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared.aa, memory)
         targets.screen = screen
         self.world.take_arrivals(view.position)
         self.world.table()  # loads what is not loaded yet
-        in_sight = self._phases.in_sight(view)
+        in_sight = memory.phases.in_sight(view)
         view = self._fitted(view, in_sight)
         self.assets.budget = self.settings.gpu_memory
         residency = FrameResidency(self.world, self.assets, self.upload_seconds)
@@ -178,23 +218,28 @@ class Renderer:
             lens_point=lens_point,
         )
         plans: list[FrameDrawLists] = []
-        for plan in self._phases.plans(view, in_sight, targets, residency, self.remembers, self.warp_limit):
+        for plan in memory.phases.plans(
+            view, in_sight, targets, residency, remembers, None if fine else self.warp_limit
+        ):
             plans.append(plan)
             yield from self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=self._materials(view, whole))
-        frame = replace(frame, shadows=self._shadow_maps(frame, residency))
+        frame = replace(frame, shadows=self._last_shadows if fine else self._shadow_maps(frame, residency))
         yield from self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
         whole.counts["assets"] = self.assets.depth_count
         whole.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
-        self.plan, self.view = whole, view
+        if not fine:
+            self.plan, self.view = whole, view
 
-    def _prepare_targets(self, view: View, samples: int, aa: AntiAliasing) -> Targets:
+    def _prepare_targets(self, view: View, samples: int, aa: AntiAliasing, memory: _Memory) -> Targets:
         """Return cleared targets for `view`; those of the last frame where they fit."""
-        size = view.size
-        if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
+        size, atlas = view.size, self._atlas_for(view, memory)
+        targets = self.targets
+        same = targets is not None and (targets.size, targets.samples) == (size, samples)
+        if targets is None or not same or targets.atlas is not atlas.framebuffer:
             self._release_targets()
-            targets = Targets(self.device, size, samples, self._atlas_for(view))
+            targets = Targets(self.device, size, samples, atlas)
             try:
                 self._declared = {
                     pass_: declared(targets, pass_.name, pass_.reads, pass_.writes) for pass_ in self.passes
@@ -206,20 +251,20 @@ class Renderer:
             for pass_ in self.passes:
                 pass_.resize(size)
         # Only GPAA reads albedo and normals where nothing is.
-        cleared = self.targets.polygons if aa.geometric else self.targets.visibility
+        cleared = targets.polygons if aa.geometric else targets.visibility
         cleared.clear(depth=1.0)
-        return self.targets
+        return targets
 
-    def _atlas_for(self, view: View) -> TileAtlas:
-        """Return an atlas for the impostor tiles of `view`; that of the last frame where it fits."""
+    def _atlas_for(self, view: View, memory: _Memory) -> TileAtlas:
+        """Return an atlas for the impostor tiles of `view`; that of the last such frame where it fits."""
         whole = round(view.size[0] / view.scale), round(view.size[1] / view.scale)
         size = atlas_size(whole, self.device.max_texture_size)
-        if self._atlas is None or self._atlas.size != size:
-            if self._atlas is not None:
-                self._atlas.release()
-            self._atlas = None  # should there be no memory for the next
-            self._atlas = TileAtlas(self.device, size)
-        return self._atlas
+        if memory.atlas is None or memory.atlas.size != size:
+            if memory.atlas is not None:
+                memory.atlas.release()
+            memory.atlas = None  # should there be no memory for the next
+            memory.atlas = TileAtlas(self.device, size)
+        return memory.atlas
 
     def _fitted(self, view: View, in_sight: InSight) -> View:
         """Return `view` with near and far plane about what is `in_sight` and about the ground."""
@@ -248,7 +293,8 @@ class Renderer:
         planned = self._shadows.plan(
             frame.view, frame.light, lamps, settings.shadows, settings.lod.magnification, residency, self.remembers
         )
-        return replace(planned, in_portions=self.upload_seconds is not None)
+        self._last_shadows = replace(planned, in_portions=self.upload_seconds is not None)
+        return self._last_shadows
 
     def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
         """Run neighbouring passes that are `per_sample` once for each of a pixel's samples, the others once.
@@ -351,6 +397,7 @@ class Renderer:
         return Camera(place.to_tuple(), target.to_tuple(), fov)
 
     def _forget_assets(self) -> None:
+        self._last_shadows = Shadows()
         for pass_ in self.passes:
             pass_.forget_assets()
 
@@ -364,12 +411,15 @@ class Renderer:
             self._shares = None
         self._gl.release()
         self._release_targets()
-        if self._atlas is not None:
-            self._atlas.release()
-            self._atlas = None
+        for memory in (self._frames, self._fine):
+            if memory is not None and memory.atlas is not None:
+                memory.atlas.release()
+                memory.atlas = None
 
     def _release_targets(self) -> None:
-        self._phases.resized()
+        self._frames.phases.resized()
+        if self._fine is not None:
+            self._fine.phases.resized()
         if self.targets is not None:
             self.targets.release()
         self.targets = None

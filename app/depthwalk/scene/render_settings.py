@@ -356,8 +356,8 @@ class ReprojectionParams(Params):
     )
     margin: float = param(
         0.12,
-        "What frames show beyond the left and right edges of the window, as a part of its width, so that it can come into "
-        "sight; above and below it is a third of that part of the height",
+        "What frames show beyond the left and right edges of the window, as a part of its width, so that it can come "
+        "into sight; above and below it is a third of that part of the height",
         ge=0,
         le=0.5,
     )
@@ -366,6 +366,11 @@ class ReprojectionParams(Params):
         "Pixels of such frames per pixel of the window, along either axis, while the viewer moves",
         ge=0.25,
         le=1,
+    )
+    refine: bool = param(
+        True,
+        "When nothing moves any more, draw the picture once more, with four samples per pixel; only without other "
+        "anti-aliasing (render.aa: none)",
     )
     slice: float = param(
         25.0, "Time for drawing a part of the next frame, before the last one is shown again", unit="ms", ge=1, le=1000

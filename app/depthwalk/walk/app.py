@@ -310,6 +310,7 @@ class _Walk:
         renderer, screen = state.renderer, self._window.fbo
         screen.viewport = (0, 0, *size)
         camera = state.camera
+        self._frames.refines = not state.atlas
         if self._screenshot_due:
             self._frames.finish()
             renderer.render(View(camera, size), screen)

@@ -19,6 +19,7 @@ from pyglm import glm
 
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.reprojection import Reprojection, reduced, widened
+from depthwalk.render.still_picture import StillPicture
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.motion import Motion
@@ -49,6 +50,8 @@ class ShownFrames:
         How long the work for the last frame of the scene took; 0 before the first.
     in_slices
         Whether frames are drawn in slices, and moved in between.
+    refines
+        Whether the picture may be drawn once more when it has come to rest; True unless somebody looks at targets.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -57,6 +60,7 @@ class ShownFrames:
         self._motion = Motion()
         self.scene_seconds = 0.0
         self.in_slices = False
+        self.refines = True
         self._durations: deque[float] = deque(maxlen=_MEASURED)
         self._steps: Iterator[str] | None = None  # of the frame that is being drawn in slices
         self._source: View | None = None  # what that frame is seen through
@@ -71,12 +75,20 @@ class ShownFrames:
         self._moved = False  # whether that was another than in the call before
         self._known: tuple[Any, ...] = ()  # everything else of that call
         self._settled = 0  # frames drawn since either changed
+        self._still = StillPicture(renderer.device)
+        self._still_steps: Iterator[str] | None = None  # of the still picture that is being drawn
+        self._still_done = False
 
     @property
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
+        return self._is_settled and (self._still_done or not self._wants_still)
+
+    @property
+    def _is_settled(self) -> bool:
+        """Return whether frames that follow would be the same as the last one."""
         plan = self._renderer.plan
-        if self.is_drawing or plan is None or self._settled < _SETTLING[0]:
+        if self._steps is not None or plan is None or self._settled < _SETTLING[0]:
             return False
         if self._renderer.assets.is_waiting or plan.counts["shadow_maps_waiting"]:
             return False
@@ -84,8 +96,14 @@ class ShownFrames:
 
     @property
     def is_drawing(self) -> bool:
-        """Return whether a frame has been begun that is not finished yet."""
-        return self._steps is not None
+        """Return whether a frame, or a still picture, has been begun that is not finished yet."""
+        return self._steps is not None or self._still_steps is not None
+
+    @property
+    def _wants_still(self) -> bool:
+        """Return whether the picture of a viewer who stands still is drawn once more, with more samples."""
+        settings = self._renderer.settings
+        return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
 
     def note(self, camera: Camera, dt: float, *state: Any) -> None:
         """Note what is to be shown; call this once in every round of the window.
@@ -123,6 +141,10 @@ class ShownFrames:
         """
         self._view = view
         self._choose_way()
+        if self._is_settled and self._wants_still:
+            self._draw_still(view, screen)
+            return False
+        self._drop_still()
         if not self.in_slices:
             self._draw_whole(view, screen)
             return True
@@ -133,10 +155,37 @@ class ShownFrames:
         self._reprojection.show(view, screen)
         return finished
 
+    def _draw_still(self, view: View, screen: moderngl.Framebuffer) -> None:
+        """Go on with the still picture, for a slice where frames are drawn in slices; show it when it is finished."""
+        if not self._still_done:
+            if self._still_steps is None:
+                self._still_steps = self._still.steps(self._renderer, view)
+            seconds = self._renderer.settings.reprojection.slice / 1e3 if self.in_slices else np.inf
+            if not self._run(self._still_steps, seconds):
+                self._reprojection.show(view, screen)
+                return
+            self._still_steps, self._still_done = None, True
+            if not self.in_slices:  # targets are to be those of the plan again
+                self._renderer.render(view, screen)
+        self._still.show(screen)
+
+    def _run(self, steps: Iterator[str], seconds: float) -> bool:
+        """Go on with `steps` for about so long; return whether they are finished. Each step is waited for."""
+        end = time.perf_counter() + seconds
+        while next(steps, None) is not None:
+            self._renderer.device.context.finish()
+            if time.perf_counter() > end:
+                return False
+        return True
+
+    def _drop_still(self) -> None:
+        """Forget the still picture, and what of one has been drawn."""
+        self._still_steps, self._still_done = None, False
+
     def _catch_up(self, view: View) -> View:
         """Finish a frame at once, or two, until one holds what is to be seen; return where the viewer is by then."""
         start = time.perf_counter()
-        if self.is_drawing:
+        if self._steps is not None:
             self.finish()
             view = View(self._motion.ahead(time.perf_counter() - start), view.size)
         if self._reprojection.unseen(view) > _MOST_UNSEEN:
@@ -148,7 +197,8 @@ class ShownFrames:
 
     def finish(self) -> None:
         """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
-        while self.is_drawing:
+        self._drop_still()
+        while self._steps is not None:
             self._advance(np.inf)
 
     def _choose_way(self) -> None:
@@ -179,7 +229,7 @@ class ShownFrames:
 
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
-        if not self.is_drawing:
+        if self._steps is None:
             self._begin(self._motion.ahead(min(_SHOWN_FOR * self._delay, _FARTHEST_AHEAD)), view)
         return self._advance(self._slice_seconds(view))
 
@@ -265,4 +315,6 @@ class ShownFrames:
     def release(self) -> None:
         """Free everything on the GPU, and forget a frame that has been begun."""
         self._steps = None
+        self._drop_still()
+        self._still.release()
         self._reprojection.release()

@@ -13,13 +13,14 @@ from depthwalk.scene.arrays import Camera
 SIZE = (160, 120)
 
 
-def test_outlines_hold_all_points() -> None:
+@pytest.mark.parametrize("shear", [(0.0, 0.0), (0.6, -0.4)])
+def test_outlines_hold_all_points(shear: tuple[float, float]) -> None:
     """Of random cylinders, some of them partly behind the viewer; and they are not much larger than they must be."""
     rng = np.random.default_rng(3)
     count, points = 3000, 100
     axis = rng.normal(size=(count, 3))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    view = View(Camera((1.0, 2.0, 3.0), (0.0, 1.0, -4.0), 1.1), SIZE, 0.05, 100.0)
+    view = View(Camera((1.0, 2.0, 3.0), (0.0, 1.0, -4.0), 1.1), SIZE, 0.05, 100.0, shear)
     centre = view.position + rng.uniform(-1, 1, (count, 3)) * 6 + 6 * view.axes[2]
     held = Cylinders(centre, axis, rng.uniform(0.01, 1.5, count), rng.uniform(0.01, 1.5, count))
     found = screen_extents(view, held, 0.0)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.view.bounds import Bounds, depth_range
+from depthwalk.render.view.bounds import Bounds, depth_range, extents, ground_range
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, scene_of, sphere
@@ -18,17 +18,54 @@ from studio import Studio
 number = st.floats(-50, 50)
 
 
-@given(st.tuples(number, number, number), st.floats(0.01, 5), st.tuples(number, number, number), st.floats(0.2, 2.5))
+shears = st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
+
+
+@given(
+    st.tuples(number, number, number),
+    st.floats(0.01, 5),
+    st.tuples(number, number, number),
+    st.floats(0.2, 2.5),
+    shears,
+    st.integers(0, 2),
+)
 def test_a_sphere_that_shows_a_point_is_visible(
-    centre: tuple[float, float, float], bounding_radius: float, eye: tuple[float, float, float], fov: float
+    centre: tuple[float, float, float],
+    bounding_radius: float,
+    eye: tuple[float, float, float],
+    fov: float,
+    shear: tuple[float, float],
+    along: int,
 ) -> None:
-    view = View(Camera(eye, (eye[0] + 1, eye[1] + 0.3, eye[2] - 1), fov), (160, 90))
-    point = np.add(centre, (0, bounding_radius, 0))  # one point of the sphere
+    view = View(Camera(eye, (eye[0] + 1, eye[1] + 0.3, eye[2] - 1), fov), (160, 90), shear=shear)
+    point = np.add(centre, bounding_radius * np.eye(3)[along])  # one point of the sphere
     right, up, forward = view.axes @ (point - view.position)
     tan_x, tan_y = view.half_extent
     shows = forward > 0 and abs(right) < tan_x * forward and abs(up) < tan_y * forward
     visible, _ = Bounds(np.array([centre]), np.array([bounding_radius])).visible(view)
     assert len(visible) == 1 or not shows
+
+
+@given(st.tuples(st.floats(-4, 4), st.floats(-4, 4), st.floats(3, 9)), st.floats(0.1, 2), shears)
+def test_the_extent_of_a_sphere_holds_its_points(
+    centre: tuple[float, float, float], bounding_radius: float, shear: tuple[float, float]
+) -> None:
+    view = View(Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 1.0), (160, 90), 0.1, 50.0, shear)
+    centre = (centre[0], centre[1], -centre[2])
+    low, high = extents(view, Bounds(np.array([centre]), np.array([bounding_radius])))
+    directions = np.random.default_rng(2).normal(size=(200, 3))
+    points = centre + bounding_radius * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    right, up, forward = view.axes @ points.T
+    at = np.clip(np.stack([right, up], -1) / forward[:, None] / view.half_extent, -1, 1)
+    assert (at >= low - 1e-9).all() and (at <= high + 1e-9).all()
+
+
+def test_the_nearest_ground_is_that_at_the_lower_edge() -> None:
+    """From 1.6 m above, looking ahead: at 45° down; also in a picture of the lower half alone."""
+    camera = Camera((0.0, 1.6, 0.0), (0.0, 1.6, -1.0), np.pi / 2)
+    assert ground_range(View(camera, (100, 100)), 0.0, 50.0)[0] == pytest.approx(1.6)
+    half = Camera(camera.position, camera.target, 2 * np.arctan(0.5))
+    assert ground_range(View(half, (100, 100), shear=(0.0, 0.5)), 0.0, 50.0)[0] == pytest.approx(1.6)
 
 
 @pytest.mark.parametrize(

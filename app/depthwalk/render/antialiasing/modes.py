@@ -61,6 +61,11 @@ def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
     )
 
 
+def supersampled(aa: AntiAliasing) -> AntiAliasing:
+    """Return `aa` with `SUPERSAMPLING` samples per pixel along either axis."""
+    return replace(aa, samples=SUPERSAMPLING)
+
+
 def hardware_samples(settings: PictureParams, device: Device) -> int:
     """Return how many hardware samples per pixel the targets have that objects are drawn into.
 

@@ -87,9 +87,10 @@ def screen_extents(view: View, cylinders: Cylinders, margin: float) -> ScreenExt
     clipped = nearest <= near  # by the near plane: its extent has no bounds
     nearest[clipped] = np.inf
     low, high = [], []
-    for sideways, along, tangent, size in zip((x, y), axis[:2], view.half_extent, view.size, strict=True):
+    extents = zip(view.half_extent, view.shear, view.size, strict=True)
+    for sideways, along, (tangent, shear, size) in zip((x, y), axis[:2], extents, strict=True):
         t = sideways / np.where(clipped, np.inf, z)
-        e = _support(c, 1 + t * t, along - t * axis[2]) / nearest
+        e = _support(c, 1 + (t - np.float32(shear)) ** 2, along - t * axis[2]) / nearest
         middle, half = (t / tangent + 1) * (size / 2), e * (size / 2 / tangent) + margin
         low.append(middle - half)
         high.append(middle + half)

@@ -103,8 +103,9 @@ class Bounds(StructOfArrays):
         """
         right, up, forward = ((self.centre - view.position) @ view.axes.T).T
         seen = forward > -self.bounding_radius
-        for tangent, sideways in zip(view.half_extent, (right, up), strict=True):
-            seen &= np.abs(sideways) - tangent * forward < self.bounding_radius * np.hypot(1, tangent)
+        for tangent, shear, sideways in zip(view.half_extent, view.shear, (right, up), strict=True):
+            seen &= sideways - tangent * forward < self.bounding_radius * np.hypot(1, tangent - shear)
+            seen &= -sideways - tangent * forward < self.bounding_radius * np.hypot(1, tangent + shear)
         indices = np.flatnonzero(seen)
         indices = indices[np.argsort(forward[indices], kind="stable")]
         return indices, forward[indices]
@@ -139,8 +140,9 @@ def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:
     across, forward, bounding_radius = to_centre[:, :2], to_centre[:, 2:], bounds.bounding_radius[:, None]
     before = forward - bounding_radius > view.depth_range[0]
     depth = np.where(before, np.concatenate([forward - bounding_radius, forward + bounding_radius], 1), 1.0)[:, :, None]
-    low = ((across - bounding_radius)[:, None] / depth).min(1) / view.half_extent
-    high = ((across + bounding_radius)[:, None] / depth).max(1) / view.half_extent
+    reach = bounding_radius * np.hypot(1, view.shear)
+    low = ((across - reach)[:, None] / depth).min(1) / view.half_extent
+    high = ((across + reach)[:, None] / depth).max(1) / view.half_extent
     return np.clip(np.where(before, low, -1), -1, 1), np.clip(np.where(before, high, 1), -1, 1)
 
 
@@ -200,7 +202,7 @@ def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
     Least and greatest distance, metres along the view axis.
     """
     above = abs(float(view.position[1]) - height)
-    steepest = abs(view.axes[2, 1]) + sum(np.abs(view.axes[:2, 1]) * view.half_extent)
+    steepest = float(np.abs(view.ray_from_screen[1]).sum())  # metres down or up, per metre along the view axis
     return above / max(steepest, 1e-6), float(np.linalg.norm(view.position)) + 2 * size + above
 
 
