@@ -65,8 +65,6 @@ def test_the_rays_of_the_quarters_are_those_of_the_picture() -> None:
         of_quarter = np.column_stack([2 * pixels / quarter.size - 1, np.ones(9)]) @ quarter.ray_from_screen.T
         at = pixels + np.array([left, below])
         of_picture = np.column_stack([2 * at / SIZE - 1, np.ones(9)]) @ view.ray_from_screen.T
-            np.column_stack([2 * (pixels + np.array([left, below])) / SIZE - 1, np.ones(9)]) @ view.ray_from_screen.T
-        )
         assert of_quarter == pytest.approx(of_picture)
         seen += quarter.size[0] * quarter.size[1]
     assert seen == 162 * 120  # a column more than the picture has
