@@ -91,6 +91,7 @@ def walk(scene: Scene, start: Camera, seconds: float) -> Walked:
             frames.note(camera, dt, renderer.settings)
             frames.draw(View(camera, SIZE), screen)
             context.finish()
+            frames.work()
             renderer.upload_seconds = UPLOAD_SECONDS
 
         try:

@@ -42,6 +42,7 @@ class Window(OnScreen):
         camera = Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8)
         self.frames.note(camera, 0.02, self.renderer.settings)
         finished = self.frames.draw(View(camera, SIZE), self.screen)
+        self.frames.work()
         self.finished += finished
         return finished
 
@@ -140,6 +141,7 @@ def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_dev
         def pixels() -> NDArray[np.int64]:
             sliced.frames.note(camera, 0.02, (80, 60))
             sliced.frames.draw(View(camera, (80, 60)), small.screen)
+            sliced.frames.work()
             return np.frombuffer(small.screen.read(components=3), np.uint8).astype(int)
 
         first = pixels()

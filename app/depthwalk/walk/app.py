@@ -27,7 +27,7 @@ from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
 from depthwalk.walk.up_axis import ModelTurn
-from depthwalk.walk.window import Window, on_files_dropped, on_refresh, title_of, wait_for_event
+from depthwalk.walk.window import Window, on_files_dropped, on_refresh, take_events, title_of, wait_for_event
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
 _ROUNDS = 3  # in which widgets are drawn after an event
@@ -182,6 +182,8 @@ class _Walk:
         else:  # minimised
             time.sleep(_IDLE_SECONDS)
         self._window.swap_buffers()
+        self._frames.work()
+        take_events()
         if self._background is not None:
             self._background.baking_waits = False  # the first picture is there
         camera, self._camera_before = self._camera_before, self._state.camera
@@ -311,7 +313,7 @@ class _Walk:
         screen.viewport = (0, 0, *size)
         camera = state.camera
         self._frames.refines = not state.atlas
-        if self._screenshot_due:
+        if self._screenshot_due and not self._frames.is_current:
             self._frames.finish()
             renderer.render(View(camera, size), screen)
         elif self._frames.draw(View(camera, size), screen):

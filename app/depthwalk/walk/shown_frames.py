@@ -1,6 +1,6 @@
 """Decide what a window shows at each moment: a new frame, the last one moved, or nothing new.
 
-Where frames take long, they are drawn in slices of a few passes. After each slice the window shows the last finished
+Where frames take long, they are drawn in slices of a few passes. Between slices the window shows the last finished
 frame, moved to the newest camera (`render.reprojection`), so that the picture follows keys and mouse many times as
 often as frames are finished. Such frames have a margin, and look ahead: to where the viewer will be while they are
 shown. Where nothing changes any more, nothing is drawn.
@@ -74,15 +74,17 @@ class ShownFrames:
         self._camera: Camera | None = None  # of the last call of `note`
         self._moved = False  # whether that was another than in the call before
         self._known: tuple[Any, ...] = ()  # everything else of that call
-        self._settled = 0  # frames drawn since either changed
+        self._hurried = False  # whether the frame is one of a viewer who moves
+        self._settled = 0  # frames drawn since either changed, less those
         self._still = StillPicture(renderer.device)
         self._still_steps: Iterator[str] | None = None  # of the still picture that is being drawn
         self._still_done = False
+        self._unshown = False  # whether something is finished that no picture has shown
 
     @property
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
-        return self._is_settled and (self._still_done or not self._wants_still)
+        return not self._unshown and self._is_settled and (self._still_done or not self._wants_still)
 
     @property
     def _is_settled(self) -> bool:
@@ -125,7 +127,7 @@ class ShownFrames:
             self._camera, self._settled = camera, 0
 
     def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
-        """Show the scene.
+        """Show the scene; where frames are drawn in slices, what `work` has finished of it.
 
         Parameters
         ----------
@@ -137,45 +139,59 @@ class ShownFrames:
         Returns
         -------
         bool
-            Whether a frame of the scene was finished. Only then do targets and plan of the renderer fit together.
+            Whether a frame of the scene was finished since the last call. Only then do targets and plan of the renderer
+            fit together.
         """
         self._view = view
         self._choose_way()
-        if self._is_settled and self._wants_still:
-            self._draw_still(view, screen)
-            return False
-        self._drop_still()
         if not self.in_slices:
-            self._draw_whole(view, screen)
-            return True
-        finished = not self.is_current and self._draw_slice(view)
+            return self._draw_whole_or_still(view, screen)
+        finished, self._unshown = self._unshown and not self._still_done, False
+        if self._still_done and self._is_settled:
+            self._still.show(screen)
+            return finished
         if self._reprojection.unseen(view) > _MOST_UNSEEN:  # as before the first frame, or after a sudden turn
             view = self._view = self._catch_up(view)
             finished = True
         self._reprojection.show(view, screen)
         return finished
 
-    def _draw_still(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Go on with the still picture, for a slice where frames are drawn in slices; show it when it is finished."""
-        if not self._still_done:
-            if self._still_steps is None:
-                self._still_steps = self._still.steps(self._renderer, view)
-            seconds = self._renderer.settings.reprojection.slice / 1e3 if self.in_slices else np.inf
-            if not self._run(self._still_steps, seconds):
-                self._reprojection.show(view, screen)
-                return
-            self._still_steps, self._still_done = None, True
-            if not self.in_slices:  # targets are to be those of the plan again
-                self._renderer.render(view, screen)
-        self._still.show(screen)
+    def work(self) -> None:
+        """Go on for a slice with what the window is to show next, where frames are drawn in slices.
 
-    def _run(self, steps: Iterator[str], seconds: float) -> bool:
-        """Go on with `steps` for about so long; return whether they are finished. Each step is waited for."""
+        Call this once in every round, when the picture is on the screen: the next one then follows the newest input.
+        """
+        if not self.in_slices or self._view is None or self.is_current:
+            return
+        if not self._is_settled:
+            self._unshown |= self._draw_slice(self._view)
+        elif self._wants_still and not self._still_done:
+            self._still_done = self._draw_still(self._view, self._renderer.settings.reprojection.slice / 1e3)
+            self._unshown |= self._still_done
+
+    def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
+        """Draw a frame at once, or the still picture; return whether it was a frame."""
+        self._unshown = False
+        if not (self._is_settled and self._wants_still):
+            self._drop_still()
+            self._draw_whole(view, screen)
+            return True
+        if not self._still_done:
+            self._still_done = self._draw_still(view, np.inf)
+            self._renderer.render(view, screen)  # targets are to be those of the plan again
+        self._still.show(screen)
+        return False
+
+    def _draw_still(self, view: View, seconds: float) -> bool:
+        """Go on with the still picture for about `seconds`; return whether it is finished. Each step is waited for."""
         end = time.perf_counter() + seconds
-        while next(steps, None) is not None:
+        if self._still_steps is None:
+            self._still_steps = self._still.steps(self._renderer, view)
+        while next(self._still_steps, None) is not None:
             self._renderer.device.context.finish()
             if time.perf_counter() > end:
                 return False
+        self._still_steps = None
         return True
 
     def _drop_still(self) -> None:
@@ -215,6 +231,7 @@ class ShownFrames:
             self.in_slices = False  # the lens turns from frame to frame
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
+        self._hurried, self._renderer.warp_limit = False, None
         start = time.perf_counter()
         self._renderer.render(view, screen)
         if self._renderer.device.software:
@@ -225,7 +242,7 @@ class ShownFrames:
     def _end_frame(self, seconds: float) -> None:
         self._durations.append(seconds)
         self.scene_seconds = seconds
-        self._settled += 1
+        self._settled += not self._hurried
 
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
@@ -235,11 +252,13 @@ class ShownFrames:
 
     def _begin(self, camera: Camera, view: View) -> None:
         """Begin a frame that is seen by `camera`, and wider by the margin than `view`."""
+        self._drop_still()
         settings = self._renderer.settings.reprojection
         self._source = widened(View(camera, view.size), settings.margin)
-        if self._moved:
+        if self._hurried:
             self._source = reduced(self._source, settings.scale)
-        self._renderer.warp_limit = _WARP_LIMIT if self._moved else None
+        self._hurried = self._moved
+        self._renderer.warp_limit = _WARP_LIMIT if self._hurried else None
         self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
         self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
 

@@ -90,3 +90,8 @@ def wait_for_event(seconds: float) -> None:
     """Wait until the user does something, such as pressing a key, and handle it; at most for `seconds`."""
     if seconds > 0:
         glfw.wait_events_timeout(seconds)
+
+
+def take_events() -> None:
+    """Handle what the user has done meanwhile."""
+    glfw.poll_events()
