@@ -5,6 +5,7 @@ drawn together: a first step writes a depth that stands for the asset of each pi
 asset's rectangle is drawn with a depth test for that value (Karis et al. 2021, "Nanite: A Deep Dive").
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import moderngl
@@ -18,6 +19,8 @@ from depthwalk.gpu.state import ALWAYS
 from depthwalk.params import Params
 from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
+
+_PART = 0.6  # of the picture, which the rectangles of assets may cover in one part of the pass
 
 
 class MaterialResolvePass(Pass[Params]):
@@ -41,19 +44,24 @@ class MaterialResolvePass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Look up albedo and normal of the surfaces that `frame` shows, asset by asset; `params` is empty."""
+        for _ in self.parts(frame, params):
+            pass
+
+    def parts(self, frame: Frame, params: Params) -> Iterator[None]:
+        """Draw as `draw` does; stop whenever assets have filled most of the picture once more."""
         materials = frame.materials
         assert materials is not None  # as `enabled` found
         self._objects.upload(materials.records)
         self._objects.use(0)
         frame.targets.visibility_texture.use(1)
         if _alone(frame, materials):
-            self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones((1, 1)))
+            yield from self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones((1, 1)))
             return
         self._draw_material_depth(frame, materials)
         full = materials.material_depth
         depths = [full, full - FULL_COVERAGE] if frame.common.aa.covering else [full]
         target = frame.targets.shaded_lit if frame.common.forward else frame.targets.shaded
-        self._resolve(frame, materials, target, "==", np.stack(depths, -1))
+        yield from self._resolve(frame, materials, target, "==", np.stack(depths, -1))
 
     def _draw_material_depth(self, frame: Frame, materials: MaterialRecords) -> None:
         low, high = materials.low.min(0), materials.high.max(0)
@@ -68,14 +76,21 @@ class MaterialResolvePass(Pass[Params]):
         target: moderngl.Framebuffer,
         depth_test: str,
         depths: NDArray[np.floating],
-    ) -> None:
+    ) -> Iterator[None]:
         """Draw the rectangles of the assets into `target`, where `depth_test` passes. depths: (assets, n) of each."""
+        filled = 0.0  # of the picture, since the last stop
         defines, light = _light(frame)
         if frame.common.show_tiles:
             defines += ("SHOW_TILES",)
         uniforms = {"objects": 0, "visibility_texture": 1, **light}
         columns = materials.assets.tolist(), depths.tolist(), materials.low.tolist(), materials.high.tolist()
         for number, asset_depths, low, high in zip(*columns, strict=True):
+            if filled > _PART:
+                filled = 0.0
+                yield
+            filled += (high[0] - low[0]) * (high[1] - low[1]) / 4
+            self._objects.use(0)
+            frame.targets.visibility_texture.use(1)
             asset = frame.assets.depth_object(number)
             program = self._programs[*asset.surface_defines, *defines]
             asset.use_surface(program, 2, frame.common.lod)
