@@ -46,6 +46,7 @@ class _Memory:
     atlas: TileAtlas | None = None
 
 
+_SHADOW_TRIANGLES = 800_000  # of shadow maps that may wait, in a frame of a window where nobody moves
 _END = object()  # of a pass: it has no further part
 _IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
@@ -293,7 +294,8 @@ class Renderer:
         planned = self._shadows.plan(
             frame.view, frame.light, lamps, settings.shadows, settings.lod.magnification, residency, self.remembers
         )
-        self._last_shadows = replace(planned, in_portions=self.upload_seconds is not None)
+        portion = _SHADOW_TRIANGLES if self.warp_limit is None else self.warp_limit // 2
+        self._last_shadows = replace(planned, portion=None if self.upload_seconds is None else portion)
         return self._last_shadows
 
     def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:

@@ -88,12 +88,14 @@ class ShownFrames:
 
     @property
     def _is_settled(self) -> bool:
-        """Return whether frames that follow would be the same as the last one."""
+        """Return whether frames that follow would be no better than the last one, or than the still picture."""
         plan = self._renderer.plan
         if self._steps is not None or plan is None or self._settled < _SETTLING[0]:
             return False
         if self._renderer.assets.is_waiting or plan.counts["shadow_maps_waiting"]:
             return False
+        if self._wants_still:  # it has impostors of its own
+            return True
         return not plan.counts["warped"] or (self._settled >= _SETTLING[1] and not plan.counts["provisional"])
 
     @property
@@ -166,7 +168,8 @@ class ShownFrames:
         if not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
         elif self._wants_still and not self._still_done:
-            self._still_done = self._draw_still(self._view, self._renderer.settings.reprojection.slice / 1e3)
+            seconds = _LONGEST_SLICES * self._renderer.settings.reprojection.slice / 1e3  # nothing moves
+            self._still_done = self._draw_still(self._view, seconds)
             self._unshown |= self._still_done
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:

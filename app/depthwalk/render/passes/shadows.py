@@ -24,7 +24,6 @@ from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
 from depthwalk.scene.render_settings import ShadowParams
 
-_PORTION = 2  # parts of a map that may wait, which a frame draws: 30 ms of a software rasteriser
 _CLAMPED = (DEPTH_CLAMP,)  # what lies before the near plane of a map of the sun casts shadows, too
 
 
@@ -123,7 +122,7 @@ class ShadowsPass(Pass[ShadowParams]):
             begun = self._begun = self._begin_portions(waiting)
         if begun is None:
             return
-        count = _PORTION if frame.shadows.in_portions else len(begun.rest)
+        count = len(begun.rest) if frame.shadows.portion is None else max(frame.shadows.portion // PART_TRIANGLES, 1)
         portion, begun.rest[:count] = begun.rest[:count], []
         yield from self._draw_parts(frame, begun.map, portion, self._beside.framebuffer(0), _CLAMPED)
         if begun.rest:

@@ -110,9 +110,9 @@ class Shadows:
     may_wait
         Whether maps of the sun may be redrawn some frames later, as long as they follow what is shown
         (`ShadowMap.follows`).
-    in_portions
-        Whether a map that may wait is drawn over several frames, so that these take equally long; otherwise one is
-        drawn whole in each frame.
+    portion
+        About how many triangles of a map that may wait are drawn in a frame, so that frames take equally long; None:
+        one map is drawn whole in each.
     lamps
         The maps of lamps, by the tile of the atlas that each lies in.
     tiles
@@ -121,7 +121,7 @@ class Shadows:
 
     sun: tuple[ShadowMap, ...] | None = None
     may_wait: bool = False
-    in_portions: bool = False
+    portion: int | None = None
     lamps: dict[int, ShadowMap] = field(default_factory=dict)
     tiles: dict[int, int] = field(default_factory=dict)
 
