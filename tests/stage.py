@@ -16,7 +16,7 @@ from depthwalk.render.frame import Pass
 from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.passes.shadows import ShadowsPass
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.resources.asset_store import Library
+from depthwalk.render.resources.library import Library
 from depthwalk.render.shadows.cascades import Cascade
 from depthwalk.render.shadows.casters import ShadowMap
 from depthwalk.render.shadows.shadow_atlas import ShadowAtlas

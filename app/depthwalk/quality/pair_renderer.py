@@ -125,7 +125,7 @@ class PairRenderer:
 
 
 class _OneObject:
-    """A library (`render.resources.asset_store.Library`) of one asset that is in memory already."""
+    """A library (`render.resources.library.Library`) of one asset that is in memory already."""
 
     def __init__(self, mesh: Mesh, baked: BakedModel) -> None:
         self._mesh, self._baked = mesh, baked

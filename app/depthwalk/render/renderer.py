@@ -26,7 +26,8 @@ from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
 from depthwalk.render.passes import default_passes
 from depthwalk.render.pixel_shares import PixelShares
-from depthwalk.render.resources.asset_store import AssetStore, Library
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.library import Library
 from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets, TileAtlas, atlas_size, declared

@@ -15,7 +15,8 @@ from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.impostors.warp_planes import Volumes
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
-from depthwalk.render.resources.asset_store import AssetStore, Library
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import outside
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Rows

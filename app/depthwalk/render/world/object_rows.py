@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 from depthwalk.assets.demand import asked_for
 from depthwalk.geometry.quaternions import multiply, rotate
 from depthwalk.geometry.spatial_order import within_runs
-from depthwalk.render.resources.asset_store import AssetStore, Library
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.library import Library
 from depthwalk.render.world.stand_ins import StandIns
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 from depthwalk.scene.scene import Scene

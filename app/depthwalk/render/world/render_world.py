@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.assets.demand import cook_options
-from depthwalk.render.resources.asset_store import AssetStore, Library
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable, asset_table
 from depthwalk.render.world.object_rows import place_objects, placed_rows

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.assets.demand import asked_for, nearest_first
-from depthwalk.render.resources.asset_store import AssetStore, Library
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.library import Library
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 from depthwalk.types import Array, Mask
 
