@@ -196,3 +196,15 @@ def test_a_picture_that_is_being_refined_is_given_up_when_the_viewer_moves(slice
         assert not sliced.frames.is_current
     sliced.rest()
     assert sliced.frames.point_at(0.5, 0.9) is not None
+
+
+def test_a_frame_is_reduced_if_the_viewer_moves_when_it_is_begun(sliced: Window) -> None:
+    sliced.renderer.settings.reprojection.refine = False
+    sliced.rest()
+    for right, scale in ((0.1, 0.75), (0.1, 1.0), (0.2, 0.75)):
+        sliced.round(right)
+        while not sliced.frames.is_drawing:
+            sliced.round(right)
+        assert sliced.frames._source is not None and sliced.frames._source.scale == pytest.approx(scale, abs=0.01)
+        while sliced.frames.is_drawing and not sliced.frames._unshown:
+            sliced.round(right)

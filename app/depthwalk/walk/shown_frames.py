@@ -257,10 +257,10 @@ class ShownFrames:
         """Begin a frame that is seen by `camera`, and wider by the margin than `view`."""
         self._drop_still()
         settings = self._renderer.settings.reprojection
+        self._hurried = self._moved
         self._source = widened(View(camera, view.size), settings.margin)
         if self._hurried:
             self._source = reduced(self._source, settings.scale)
-        self._hurried = self._moved
         self._renderer.warp_limit = _WARP_LIMIT if self._hurried else None
         self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
         self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
