@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.params import Params
+from depthwalk.render.declared_targets import declared
 from depthwalk.render.frame import Frame, Pass, common
-from depthwalk.render.targets import Targets, declared
+from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera

@@ -1,6 +1,6 @@
 // Places each cell of a finished picture where a camera that has moved sees the nearest surface in it: a rectangle about the
 // cell, as far ahead as that surface. Coordinates are those of reprojection.frag.
-#from depthwalk.render.reprojection import BEYOND, CELL
+#from depthwalk.render.reprojection import BEYOND, CELL, LEAST_AHEAD
 uniform sampler2D nearest;          // of each cell, metres
 uniform vec2 picture_size;          // pixels
 uniform vec2 half_extent;           // tangents of half the picture's angles
@@ -10,7 +10,6 @@ uniform vec2 screen_cells;          // columns and rows of cells on the screen, 
 
 flat out float ahead;
 
-const float LEAST = 0.01;           // metres ahead, nearer than which nothing is placed
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
 void main() {
@@ -26,12 +25,12 @@ void main() {
         low = min(low, seen.xy / seen.z);
         high = max(high, seen.xy / seen.z);
     }
-    if (distance >= BEYOND || ahead < LEAST) {
+    if (distance >= BEYOND || ahead < LEAST_AHEAD) {
         gl_Position = NOWHERE;
         return;
     }
     // Cells of the screen that it touches only are covered, too.
     vec2 corner = mix(low, high, vec2(gl_VertexID & 1, gl_VertexID >> 1));
     vec2 at = (0.5 + 0.5 * corner) * screen_cells + vec2(gl_VertexID & 1, gl_VertexID >> 1) - 0.5;
-    gl_Position = vec4(2.0 * at / ceil(screen_cells) - 1.0, 1.0 - 2.0 * LEAST / ahead, 1.0);
+    gl_Position = vec4(2.0 * at / ceil(screen_cells) - 1.0, 1.0 - 2.0 * LEAST_AHEAD / ahead, 1.0);
 }

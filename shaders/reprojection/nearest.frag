@@ -1,10 +1,8 @@
 // Keeps how far ahead the nearest surface in each cell of a finished picture is, metres.
-#from depthwalk.render.reprojection import CELL
+#from depthwalk.render.reprojection import CELL, STRIDE
 uniform sampler2D distances;
 
 layout(location = 0) out float nearest;
-
-const int STRIDE = 2;       // pixels: things narrower than that may be overlooked
 
 void main() {
     ivec2 first = ivec2(gl_FragCoord.xy) * CELL, last = textureSize(distances, 0) - 1;

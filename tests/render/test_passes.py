@@ -14,12 +14,13 @@ from depthwalk.gpu.device import Device, GpuError, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import State
 from depthwalk.params import Params, param
+from depthwalk.render.declared_targets import DeclaredTargets, declared
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes import PASSES, default_passes
 from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.targets import TARGETS, DeclaredTargets, Targets, declared
+from depthwalk.render.targets import TARGETS, Targets
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings

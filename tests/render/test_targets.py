@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from depthwalk.gpu.device import Device, GpuError
+from depthwalk.render.declared_targets import declared
 from depthwalk.render.passes import PASSES
-from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, atlas_size, declared
+from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, atlas_size
 
 SIZE = (20, 12)
 MADE = ("visibility", "albedo", "surface", "depth", "material_depth", "shadow")

@@ -3,13 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.reprojection import BEYOND, CELL, FIXED_POINT_STEPS, HIDDEN, seen_from
+from depthwalk.render.reprojection import BEYOND, CELL, FIXED_POINT_STEPS, HIDDEN, LEAST_AHEAD, STRIDE, seen_from
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
-_STRIDE = 2  # pixels
 _CORNERS = np.array([[0, 1, 0, 1], [0, 0, 1, 1]])  # of a cell: to the right and up
-_LEAST = 0.01  # metres ahead, nearer than which nothing is placed
 
 
 def nearest_in_cells(distances: Array) -> NDArray[np.float64]:
@@ -26,7 +24,7 @@ def nearest_in_cells(distances: Array) -> NDArray[np.float64]:
         (⌈h / CELL⌉, ⌈w / CELL⌉) metres.
     """
     rows, columns = (-(-size // CELL) for size in distances.shape)
-    steps = np.append(np.arange(_STRIDE // 2, CELL, _STRIDE), 0)
+    steps = np.append(np.arange(STRIDE // 2, CELL, STRIDE), 0)
     row, column = (
         (np.arange(count)[:, None] * CELL + steps).clip(0, size - 1)
         for count, size in zip((rows, columns), distances.shape, strict=True)
@@ -62,7 +60,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     seen = (direction * nearest.reshape(-1, 1, 1) - viewer) @ np.linalg.inv(rays).T
     ahead, cells = seen[..., 2].min(1), np.array(view.size) / CELL
     found = np.full(np.ceil(cells).astype(int)[::-1], float(BEYOND))
-    drawn = np.flatnonzero((nearest.ravel() < BEYOND) & (ahead >= _LEAST))
+    drawn = np.flatnonzero((nearest.ravel() < BEYOND) & (ahead >= LEAST_AHEAD))
     at = (0.5 + 0.5 * seen[drawn, :, :2] / seen[drawn, :, 2:]) * cells
     low, high = np.ceil(at.min(1) - 1), np.floor(at.max(1))  # of the cells whose middles are within
     first, last = (edge.clip(0, np.array(found.shape)[::-1]).astype(int) for edge in (low, high + 1))

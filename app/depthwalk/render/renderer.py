@@ -19,6 +19,7 @@ from pyglm import glm
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import AntiAliasing, hardware_samples, sample_views, supersampled
+from depthwalk.render.declared_targets import declared
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
 from depthwalk.render.frame import Frame, Pass, common
@@ -30,13 +31,17 @@ from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
-from depthwalk.render.targets import Targets, TileAtlas, atlas_size, declared
+from depthwalk.render.targets import Targets, TileAtlas, atlas_size
 from depthwalk.render.view.bounds import depth_range, ground_range
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
+
+_SHADOW_TRIANGLES = 800_000  # of shadow maps that may wait, in a frame of a window where nobody moves
+_END = object()  # of a pass: it has no further part
+_IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
 
 @dataclass(kw_only=True)
@@ -45,11 +50,6 @@ class _Memory:
 
     phases: OcclusionPhases
     atlas: TileAtlas | None = None
-
-
-_SHADOW_TRIANGLES = 800_000  # of shadow maps that may wait, in a frame of a window where nobody moves
-_END = object()  # of a pass: it has no further part
-_IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
 
 class Renderer:
@@ -145,7 +145,7 @@ class Renderer:
         for pass_ in self.passes:
             views = [seen for whole in views for seen in pass_.views(whole, pass_.params_in(self.settings))]
         for lens_point, seen in enumerate(views):
-            yield from self._render(seen, screen, transparent, lens_point)
+            yield from self._render(seen, screen, transparent, lens_point, self._frames)
         self.timers.end_frame()
 
     def fine_steps(self, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
@@ -166,7 +166,7 @@ class Renderer:
         if self._fine is None:
             self._fine = self._new_memory()
         try:
-            yield from self._render(view, screen, False, 0, fine=True)
+            yield from self._render(view, screen, False, 0, self._fine)
         finally:
             self.timers.drop_frame()
 
@@ -189,16 +189,15 @@ class Renderer:
             self._forget_assets()
 
     def _render(
-        self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int, fine: bool = False
+        self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int, memory: _Memory
     ) -> Iterator[str]:
         """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them.
 
-        fine: see `fine_steps`. Yields the names of the passes, see `steps`.
+        memory: of its kind. Yields the names of the passes, see `steps`.
         """
-        shared, memory, remembers = common(self.settings), self._frames, self.remembers
+        fine, shared = memory is self._fine, common(self.settings)
         if fine:
-            assert self._fine is not None
-            shared, memory, remembers = replace(shared, aa=supersampled(shared.aa)), self._fine, False
+            shared = replace(shared, aa=supersampled(shared.aa))
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
         targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared.aa, memory)
         targets.screen = screen
@@ -220,9 +219,8 @@ class Renderer:
             lens_point=lens_point,
         )
         plans: list[FrameDrawLists] = []
-        for plan in memory.phases.plans(
-            view, in_sight, targets, residency, remembers, None if fine else self.warp_limit
-        ):
+        remembers, limit = (False, None) if fine else (self.remembers, self.warp_limit)
+        for plan in memory.phases.plans(view, in_sight, targets, residency, remembers, limit):
             plans.append(plan)
             yield from self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
         whole = FrameDrawLists.joined(plans)
@@ -259,8 +257,7 @@ class Renderer:
 
     def _atlas_for(self, view: View, memory: _Memory) -> TileAtlas:
         """Return an atlas for the impostor tiles of `view`; that of the last such frame where it fits."""
-        whole = round(view.size[0] / view.scale), round(view.size[1] / view.scale)
-        size = atlas_size(whole, self.device.max_texture_size)
+        size = atlas_size(view.whole_size, self.device.max_texture_size)
         if memory.atlas is None or memory.atlas.size != size:
             if memory.atlas is not None:
                 memory.atlas.release()

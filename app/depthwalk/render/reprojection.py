@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
+from depthwalk.render.image import Image
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 
@@ -26,6 +27,8 @@ BEYOND = 1e6  # metres: how far away that counts as being which nothing was draw
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
 _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
+STRIDE = 2  # pixels of a cell from one that is looked at to the next: narrower things may be overlooked
+LEAST_AHEAD = 0.01  # metres: a cell that comes nearer to the new camera is placed nowhere
 LEVEL_MARGIN = 1 / 3  # margin above and below for each at the sides
 HIDDEN = 0.95  # what is nearer than this part of the distance that a search ends at hides what the search looks for
 
@@ -83,30 +86,23 @@ def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[n
     return axes @ view.ray_from_screen, axes @ (view.position - picture.position), axes @ view.axes[2]
 
 
-class _Image(NamedTuple):
-    """Hold a texture and the framebuffer that draws into it."""
-
-    texture: moderngl.Texture
-    framebuffer: moderngl.Framebuffer
-
-
 @dataclass(frozen=True, kw_only=True)
 class _Picture:
     """Hold a picture and what is known of the distances in it."""
 
     size: tuple[int, int]
-    colours: _Image
-    distances: _Image
-    nearest: _Image
+    colours: Image
+    distances: Image
+    nearest: Image
 
-    def __iter__(self) -> Iterator[_Image]:
+    def __iter__(self) -> Iterator[Image]:
         yield from (self.colours, self.distances, self.nearest)
 
 
 class _Cells(NamedTuple):
     """Hold how far ahead of the viewer the nearest surfaces are, by cells of the screen."""
 
-    nearest: _Image
+    nearest: Image
     depth: moderngl.Texture
 
 
@@ -144,16 +140,12 @@ class Reprojection:
             cells = -(-size[0] // CELL), -(-size[1] // CELL)
             self._drawn = _Picture(
                 size=size,
-                colours=self._image(size, 4, "f1"),
-                distances=self._image(size, 1, "f4"),
-                nearest=self._image(cells, 1, "f4"),
+                colours=Image.make(self._gl, size),
+                distances=Image.make(self._gl, size, 1, "f4"),
+                nearest=Image.make(self._gl, cells, 1, "f4"),
             )
             self._drawn.colours.texture.filter = moderngl.LINEAR, moderngl.LINEAR
         return self._drawn.colours.framebuffer
-
-    def _image(self, size: tuple[int, int], components: int, dtype: str) -> _Image:
-        texture = self._gl.texture(size, components, dtype)
-        return _Image(texture, self._gl.framebuffer([texture]))
 
     def take(self, targets: Targets, view: View) -> None:
         """Make what was drawn into `canvas` the finished picture.
@@ -206,14 +198,14 @@ class Reprojection:
         with self._gl.state(into=screen):
             program.fill()
 
-    def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> _Image:
+    def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Image:
         """Return how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
         assert self.view is not None and self._shown is not None
         count = -(-size[0] // CELL), -(-size[1] // CELL)
         if self._cells is None or self._cells.nearest.texture.size != count:
             self._free_cells()
             texture, depth = self._gl.texture(count, 1, "f4"), self._gl.depth_texture(count)
-            self._cells = _Cells(_Image(texture, self._gl.framebuffer([texture], depth)), depth)
+            self._cells = _Cells(Image(texture, self._gl.framebuffer([texture], depth)), depth)
         nearest = self._cells.nearest
         nearest.framebuffer.clear(BEYOND, depth=1.0)
         self._shown.nearest.texture.use(0)
@@ -279,12 +271,13 @@ class Reprojection:
     def _free_cells(self) -> None:
         if self._cells is not None:
             nearest, depth = self._cells
-            self._gl.free(nearest.framebuffer, nearest.texture, depth)
+            nearest.free(self._gl)
+            self._gl.free(depth)
         self._cells = None
 
     def _free(self, picture: _Picture | None) -> None:
         for image in picture or ():
-            self._gl.free(image.framebuffer, image.texture)
+            image.free(self._gl)
 
     def release(self) -> None:
         """Free everything on the GPU."""

@@ -7,22 +7,16 @@ samples, objects are drawn as finely as those ask for, and nothing takes more me
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from functools import cached_property
 
 import moderngl
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.render.antialiasing.modes import SUPERSAMPLING
+from depthwalk.render.image import Image
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
-
-
-class _Image(NamedTuple):
-    """Hold a texture and the framebuffer that draws into it."""
-
-    texture: moderngl.Texture
-    framebuffer: moderngl.Framebuffer
 
 
 def quarters(view: View) -> Iterator[tuple[View, tuple[int, int]]]:
@@ -60,9 +54,13 @@ class StillPicture:
 
     def __init__(self, device: Device) -> None:
         self._gl = device.scope("still picture")
-        self._place = Program(self._gl, "common/fullscreen.vert", "still_picture/place.frag")
-        self._picture: _Image | None = None
-        self._quarter: _Image | None = None
+        self._picture: Image | None = None
+        self._quarter: Image | None = None
+
+    @cached_property
+    def _place(self) -> Program:
+        """Return the program, which is compiled when the first picture is drawn: no window waits for it to open."""
+        return Program(self._gl, "common/fullscreen.vert", "still_picture/place.frag")
 
     def steps(self, renderer: Renderer, view: View) -> Iterator[str]:
         """Draw a picture; the caller may stop in between, and not go on, if nobody wants it any more.
@@ -89,20 +87,19 @@ class StillPicture:
             raise ValueError("there is no picture yet")
         self._put(self._picture, screen, (0, 0))
 
-    def _put(self, image: "_Image", into: moderngl.Framebuffer, corner: tuple[int, int]) -> None:
+    def _put(self, image: Image, into: moderngl.Framebuffer, corner: tuple[int, int]) -> None:
         image.texture.use(0)
         self._place.set(picture=0, corner=corner)
         with self._gl.state(into=into):
             self._place.fill()
 
-    def _fitting(self, image: "_Image | None", size: tuple[int, int]) -> "_Image":
+    def _fitting(self, image: Image | None, size: tuple[int, int]) -> Image:
         """Return `image` if it has this size, otherwise another one in its place."""
         if image is not None and image.texture.size == size:
             return image
         if image is not None:
-            self._gl.free(image.framebuffer, image.texture)
-        texture = self._gl.texture(size, 4)
-        return _Image(texture, self._gl.framebuffer([texture]))
+            image.free(self._gl)
+        return Image.make(self._gl, size)
 
     def release(self) -> None:
         """Free everything on the GPU."""

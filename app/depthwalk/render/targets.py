@@ -1,13 +1,13 @@
 """Declare and create the textures that passes hand to each other, and the framebuffers that draw into them.
 
 `TARGETS` declares what each texture holds and `FRAMEBUFFERS` how they are drawn into; `Targets` creates both for one
-size of picture. A pass names in `reads` and `writes` the targets that it uses, and `declared` lets it reach no others,
-so that declarations tell all that passes know of each other. docs/generate.py writes the table in docs/parameters.md
+size of picture. A pass names in `reads` and `writes` the targets that it uses; `render.declared_targets` lets it reach
+no others. docs/generate.py writes the table in docs/parameters.md
 and the figure docs/images/frame.svg from them.
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -147,8 +147,7 @@ FRAMEBUFFERS: dict[str, Framebuffer] = {
     "covered": Framebuffer(("lit_texture",), "material_depth_texture"),  # pixels that are covered in part
     "screen": Framebuffer(("screen",)),
 }
-_TARGET_OF = {attribute: name for name, target in TARGETS.items() for attribute in target.textures}
-_OPEN_TO_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # numbers, which need no declaration
+TARGET_OF = {attribute: name for name, target in TARGETS.items() for attribute in target.textures}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -283,7 +282,7 @@ class Targets:
     def _textures_of_samples(self) -> Drawn:
         textures: dict[str, moderngl.Texture] = {name: getattr(self, name) for name in (*_ALL_SURFACES, "depth")}
         if self.samples > 1:
-            formats = {name: TARGETS[_TARGET_OF[name]].textures[name] for name in textures}
+            formats = {name: TARGETS[TARGET_OF[name]].textures[name] for name in textures}
             textures = {
                 name: _texture(self.gl, self.size, texture_format, self.samples)
                 for name, texture_format in formats.items()
@@ -318,78 +317,6 @@ class Targets:
         self.gl.release()
         if self._own_atlas is not None:
             self._own_atlas.release()
-
-
-class DeclaredTargets:
-    """Give a pass the attributes of `Targets` that belong to the targets which it declares.
-
-    A framebuffer may be used by a pass that writes all its colours, and reads or writes its depth.
-
-    Parameters
-    ----------
-    targets : the targets of the renderer.
-    user : the name of the pass, for messages.
-    reads : names of the targets that the pass reads.
-    writes : names of the targets that the pass writes.
-
-    Raises
-    ------
-    AttributeError
-        Where an attribute is used that the pass does not declare; the message names pass and target.
-    ValueError
-        Where no target has one of the names.
-    """
-
-    def __init__(self, targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[str, ...]) -> None:
-        if unknown := {*reads, *writes} - TARGETS.keys():
-            raise ValueError(f"pass {user}: no target {', '.join(sorted(unknown))}; there are {', '.join(TARGETS)}")
-        values = {"_targets": targets, "_user": user, "_reads": frozenset(reads), "_writes": frozenset(writes)}
-        self.__dict__.update(values)
-
-    def __getattr__(self, name: str) -> Any:
-        if name in FRAMEBUFFERS:
-            colours, depth, _ = FRAMEBUFFERS[name]
-            for texture in colours:
-                self._need(_TARGET_OF[texture], "write", self._writes)
-            if depth is not None:
-                use, targets = ("test", self._reads | self._writes) if colours else ("write", self._writes)
-                self._need(_TARGET_OF[depth], use, targets)
-        elif name in _TARGET_OF:
-            self._need(_TARGET_OF[name], "read", self._reads)
-        elif name not in _OPEN_TO_ALL:
-            raise AttributeError(f"pass {self._user}: no target {name}")
-        return getattr(self._targets, name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        self._need(_TARGET_OF.get(name, name), "write", self._writes)
-        setattr(self._targets, name, value)
-
-    def _need(self, target: str, use: str, targets: frozenset[str]) -> None:
-        """Raise AttributeError unless `target` is one of `targets`. use: "read", "write", or "test" against a depth."""
-        if target not in targets:
-            raise AttributeError(f"pass {self._user} does not declare that it {use}s target {target}")
-
-
-def declared(targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[str, ...]) -> Targets:
-    """Return `targets` as the pass with the name `user` may use them.
-
-    Parameters
-    ----------
-    targets : the targets of the renderer.
-    user : the name of the pass, for messages.
-    reads : names of the targets that the pass reads.
-    writes : names of the targets that the pass writes.
-
-    Returns
-    -------
-    A view of `targets` that raises AttributeError for all others.
-
-    Raises
-    ------
-    ValueError
-        Where no target has one of the names.
-    """
-    return cast(Targets, DeclaredTargets(targets, user, reads, writes))
 
 
 def _texture(gl: Scope, size: tuple[int, int], texture_format: TextureFormat, samples: int = 1) -> moderngl.Texture:

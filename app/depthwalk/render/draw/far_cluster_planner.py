@@ -253,4 +253,4 @@ def _iter_steps(
     distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
     first = clusters.first_members(numbers)
     texel = scene.table.texel[scene.objects.asset[first]] * scene.objects.scale[first]
-    return iter_step(distance, texel, view.half_extent[1], view.size[1] / view.scale)
+    return iter_step(distance, texel, view.half_extent[1], view.whole_size[1])

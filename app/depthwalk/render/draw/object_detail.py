@@ -150,7 +150,7 @@ def choose_levels(
     asset, max_level = objects.asset, table.levels[objects.asset]
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
     if lod.mode == "paper":
-        step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1] / view.scale)
+        step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.whole_size[1])
         max_level = np.minimum(max_level, int(np.log2(lod.max_step)))
         level = paper_level(step, lod.bias, max_level)
     else:

@@ -145,8 +145,7 @@ class Planner:
         """
         objects, groups = scene.objects, (settings.lod, settings.layout)
         dumped = [group.model_dump() for group in groups]
-        height = round(view.size[1] / view.scale)
-        made_for = scene.table, scene.generation, dumped, height, settings.atlas_size
+        made_for = scene.table, scene.generation, dumped, view.whole_size[1], settings.atlas_size
         same = bool(self._made_for) and scene.table is self._made_for[0] and made_for[1:] == self._made_for[1:]
         same = same and self._objects is not None and _same_assets(objects, self._objects)
         self._objects, self._made_for = objects, made_for
@@ -246,4 +245,4 @@ def _iter_steps(view: View, impostors: ImpostorObjects, table: AssetTable) -> Ar
     """Return the paper's Iter_step (k,) of the `impostors`."""
     distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
     texel = table.texel[impostors.objects.asset] * impostors.objects.scale
-    return iter_step(distance, texel, view.half_extent[1], view.size[1] / view.scale)
+    return iter_step(distance, texel, view.half_extent[1], view.whole_size[1])

@@ -139,8 +139,7 @@ class TileScheduler:
 
     def __init__(self) -> None:
         self._cache = TileCache()
-        self._budget = 0  # triangles that may still be warped in this frame
-        self._warped = 0  # triangles that were
+        self._warped = 0  # triangles that were warped in this frame
         self._limit: int | None = None  # of these, where even what cannot wait has one
         self._shown_before = 0  # how many tiles the last frame showed; in later phases, this one
         self._continues = False  # whether this is a later phase of a frame
@@ -189,7 +188,7 @@ class TileScheduler:
         if not continues:
             self._cache.frame += 1
             self._limit = limit if layout.reuse_error else None
-            self._budget, self._warped = layout.triangle_budget, 0
+            self._warped = 0
         return self._errors(view, impostors, layout)
 
     def allowed(self, error: Array) -> tuple[Rows, int] | None:
@@ -222,14 +221,13 @@ class TileScheduler:
         -------
         The tiles to warp, and those to draw.
         """
-        stale = due(error, impostors.triangles, self._budget)
+        stale = due(error, impostors.triangles, layout.triangle_budget - self._warped)
         most_stale = _MOST_STALE * max(len(impostors), self._shown_before)
         jumped = self._limit is None and not self._continues and stale.sum() > most_stale
         cut = not layout.reuse_error or jumped
         if cut:
             stale[:] = True
-        triangles = int(impostors.triangles[stale].sum())
-        self._budget, self._warped = self._budget - triangles, self._warped + triangles
+        self._warped += int(impostors.triangles[stale].sum())
         placed, slots = self._store(view, impostors, np.flatnonzero(stale), layout, pack=cut)
         error[placed.number] = 0
         stale[placed.number] = False  # what is stale now is out of sight

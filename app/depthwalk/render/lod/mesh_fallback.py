@@ -3,6 +3,7 @@
 This holds for scenes that are drawn as their files say. Where one representation is asked for, only that is drawn.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -132,7 +133,7 @@ class MeshFallbacks:
         viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
         nearest = outside(viewer, self.centre[number], self.half_height[number], self.cylinder_radius[number])
         metres = nearest / view.detail_pixels, (nearest + self.cylinder_radius[number]) / view.detail_pixels
-        max_pixels = view.size[0] * view.size[1] / view.scale**2
+        max_pixels = math.prod(view.whole_size)
         found[near] = self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, max_pixels)
         return found
 

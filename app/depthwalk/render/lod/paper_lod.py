@@ -37,7 +37,7 @@ def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
     return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.SIDE))
 
 
-def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height: float) -> Array:
+def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height: int) -> Array:
     """Return the paper's Iter_step: source texels per target pixel along one axis, at least 1.
 
     A = (2·D·tan(fov/2) / (H·texel))² source texels lie under a pixel at distance D; Iter_step = max(1, √A).

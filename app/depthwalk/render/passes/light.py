@@ -56,7 +56,8 @@ class LightPass(Pass[LightParams]):
         if lamps is not None:  # the depth buffer is read, for distances, and so cannot be tested against
             defines += ("LAMPS",)
             into, depth_test = frame.targets.lit, None
-            inputs |= {"depth_texture": frame.targets.depth, **self._lamp_inputs()}
+            inputs |= {"depth_texture": frame.targets.depth, "lamps": self._records}
+            inputs |= {"lamp_lists": self._lists, "lamp_cells": self._cells}
             values["squares"] = lamps.across
             if frame.targets.lamp_maps is not None:
                 defines += ("LAMP_SHADOWS",)
@@ -92,9 +93,6 @@ class LightPass(Pass[LightParams]):
         ):
             texture.upload(records)
         return lamps
-
-    def _lamp_inputs(self) -> "_Inputs":
-        return {"lamps": self._records, "lamp_lists": self._lists, "lamp_cells": self._cells}
 
     def _draw_sky(self, frame: Frame) -> None:
         """Draw the sky over the whole picture, before the surfaces.

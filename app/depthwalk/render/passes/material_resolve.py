@@ -52,8 +52,6 @@ class MaterialResolvePass(Pass[Params]):
         materials = frame.materials
         assert materials is not None  # as `enabled` found
         self._objects.upload(materials.records)
-        self._objects.use(0)
-        frame.targets.visibility_texture.use(1)
         if _alone(frame, materials):
             yield from self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones((1, 1)))
             return
@@ -65,9 +63,14 @@ class MaterialResolvePass(Pass[Params]):
 
     def _draw_material_depth(self, frame: Frame, materials: MaterialRecords) -> None:
         low, high = materials.low.min(0), materials.high.max(0)
+        self._bind(frame)
         self._material_depth.set(low=tuple(low), high=tuple(high), objects=0, visibility_texture=1)
         with self.gl.state(into=frame.targets.material_depth, depth_test=ALWAYS):
             self._material_depth.rectangles()
+
+    def _bind(self, frame: Frame) -> None:
+        self._objects.use(0)
+        frame.targets.visibility_texture.use(1)
 
     def _resolve(
         self,
@@ -89,8 +92,7 @@ class MaterialResolvePass(Pass[Params]):
                 filled = 0.0
                 yield
             filled += (high[0] - low[0]) * (high[1] - low[1]) / 4
-            self._objects.use(0)
-            frame.targets.visibility_texture.use(1)
+            self._bind(frame)
             asset = frame.assets.depth_object(number)
             program = self._programs[*asset.surface_defines, *defines]
             asset.use_surface(program, 2, frame.common.lod)

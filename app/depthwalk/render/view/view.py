@@ -114,6 +114,11 @@ class View:
         return self.size[1] / (2 * self.half_extent[1])
 
     @property
+    def whole_size(self) -> tuple[int, int]:
+        """Return `size` as it would be with a `scale` of 1, to the nearest pixel."""
+        return round(self.size[0] / self.scale), round(self.size[1] / self.scale)
+
+    @property
     def detail_pixels(self) -> float:
         """Return `focal_pixels` as they are to be when it is decided how finely objects are drawn."""
         return self.focal_pixels / self.scale
