@@ -77,6 +77,7 @@ class Stage(OnScreen):
 
     def __init__(self, studio: Studio, scene: Scene, library: Library, sun: bool = True) -> None:
         super().__init__(studio.device, scene, library)
+        self.renderer.keeps = frozenset({"shadow", "lit"})
         scene.render.shadows.enabled = sun
 
     def read(self, name: str, dtype: DTypeLike, components: int) -> NDArray[Any]:

@@ -10,8 +10,8 @@ uniform ivec2 squares;          // columns and rows of cells in the picture
 #include "common/shadow_map.glsl"
 #from depthwalk.render.shadows.spot_maps import NEAR as MAP_NEAR    // of a lamp's range, where its map begins
 uniform sampler2DShadow lamp_maps;
-uniform int map_columns;        // of tiles
-uniform int map_resolution;     // texels along a tile's edge
+uniform int lamp_map_columns;       // of tiles
+uniform int lamp_map_resolution;    // texels along a tile's edge
 #endif
 
 vec4 lamp_part(int number, int part) {
@@ -27,13 +27,13 @@ int lamp_number(int k) {
 // LAMP_RECORD.
 float lamp_share(vec3 point, float range, vec3 axis, vec4 shadow, vec3 normal) {
     vec3 right = shadow.xyz, up = cross(right, axis);
-    float texel = 2.0 * dot(point, axis) * inversesqrt(dot(right, right)) / float(map_resolution);
+    float texel = 2.0 * dot(point, axis) * inversesqrt(dot(right, right)) / float(lamp_map_resolution);
     point += normal * texel * lift(length(cross(normal, axis)));
-    float along = dot(point, axis), margin = map_margin(map_resolution);
+    float along = dot(point, axis), margin = map_margin(lamp_map_resolution);
     vec2 at = clamp(0.5 + 0.5 * vec2(dot(point, right), dot(point, up)) / along, margin, 1.0 - margin);
     float depth = (1.0 - MAP_NEAR * range / along) / (1.0 - MAP_NEAR);
     int tile = int(shadow.w);
-    return filtered(lamp_maps, vec2(tile % map_columns, tile / map_columns), map_resolution, vec3(at, depth));
+    return filtered(lamp_maps, vec2(tile % lamp_map_columns, tile / lamp_map_columns), lamp_map_resolution, vec3(at, depth));
 }
 #endif
 

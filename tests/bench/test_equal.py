@@ -41,7 +41,7 @@ class Painter:
     def __init__(self, *greys: int) -> None:
         self.greys, self.drawn = greys, -1
 
-    def draw(self, view: View) -> None:
+    def draw(self, view: View, linear: bool = False) -> None:
         self.drawn += 1
 
     def pixels(self) -> Picture:
@@ -64,7 +64,7 @@ def test_references_are_means_in_linear_light() -> None:
     colour[: side // 2, :side] = 1  # half white
     colour[:, side:] = 7  # brighter than white
     image = SimpleNamespace(colour=colour)
-    headless = SimpleNamespace(size=(2 * side, side), draw=lambda view: None, linear_image=lambda: image)
+    headless = SimpleNamespace(size=(2 * side, side), draw=lambda view, linear: None, linear_image=lambda: image)
     (picture,) = supersampled(cast(HeadlessRenderer, headless), [CAMERA])
     assert picture.shape == (1, 2, 3)
     assert picture[0, 0] == pytest.approx(188, abs=1)  # sRGB of half the light

@@ -46,13 +46,13 @@ def test_two_renderers_do_not_disturb_each_other(make: Callable[..., Any]) -> No
     with make(Representation.MESH) as alone:
         other = shot(alone, ASIDE)
     with make() as first:
-        expected, distance = shot(first, NEAR), first.linear_image().distance
+        expected, distance = shot(first, NEAR), first.distances()
         assert np.abs(expected.astype(int) - other).max() > 50
         with make(Representation.MESH) as second:
             assert np.array_equal(first.pixels(), expected)
             assert np.array_equal(shot(second, ASIDE), other)
             assert np.array_equal(first.pixels(), expected)
-            assert np.array_equal(first.linear_image().distance, distance)
+            assert np.array_equal(first.distances(), distance)
             assert np.abs(shot(first, NEAR).astype(int) - expected).max() <= 1
             assert np.array_equal(second.pixels(), other)
         assert np.abs(first.pixels().astype(int) - expected).max() <= 1

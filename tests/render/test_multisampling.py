@@ -101,7 +101,7 @@ def test_depth_images_are_drawn_for_each_sample(
 def test_the_distance_of_a_pixel_is_that_of_the_nearest_sample(library: ShapeLibrary, inside: Array) -> None:
     with HeadlessRenderer(crate(Representation.MESH), library, SIZE) as headless:
         headless.draw(View(CAMERA, SIZE), transparent=True)
-        distance = headless.linear_image().distance
+        distance = headless.distances()
     touched = (inside > 0).any(-1)
     certain = (np.abs(inside) > 0.01).all(-1)
     assert (np.isfinite(distance) == touched)[certain].all()

@@ -232,7 +232,7 @@ def test_compiler_messages_name_file_and_line(
 
 def test_a_uniform_that_no_shader_has_is_an_error(gl_device: Device) -> None:
     scope = gl_device.scope("test")
-    program = Program(scope, "common/fullscreen.vert", "output/output.frag")
+    program = Program(scope, "common/fullscreen.vert", "resolve/add.frag")
     with pytest.raises(KeyError, match="lit_textur'"):
         program.set(lit_textur=0)
     scope.release()

@@ -40,7 +40,7 @@ def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[
 
 
 def _reduced(headless: HeadlessRenderer, camera: Camera) -> Picture:
-    headless.draw(View(camera, headless.size))
+    headless.draw(View(camera, headless.size), linear=True)
     colour = np.clip(headless.linear_image().colour[..., :3], 0, 1)  # what is too bright is white, not a glare
     height, width = (side // SUPERSAMPLING for side in colour.shape[:2])
     return srgb8_from_linear(colour.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean((1, 3)))

@@ -173,7 +173,7 @@ def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: O
     size = headless.size
     with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as write_frame:
         for camera in cameras:
-            headless.draw(View(camera, size), output.transparent)
+            headless.draw(View(camera, size), output.transparent, linear=output.suffix == ".exr")
             write_frame(headless)
             advance()
 

@@ -45,6 +45,9 @@ _FROM_REST = re.compile(rf"\s+(?P<module>\w+(?:\.\w+)*)\s+import\s+(?P<names>{_I
 _UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
 _OWN_PACKAGE = "depthwalk"
 _TEXEL_BYTES = 16  # of four floats
+_LINES = (
+    100_000  # more than a file has: line 7 of file 3 is told as line 300007, since Mesa may forget the file's number
+)
 _LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
 
 # Extensions that shaders use where the compiler has them; each is then also defined by its name in capitals.
@@ -65,7 +68,7 @@ class Source:
         The files that it was put together from, by the number that stands for each in the compiler's messages.
     """
 
-    def __init__(self, name: str | Path, preamble: str = "") -> None:
+    def __init__(self, name: str | Path, preamble: str = "", includes: Iterable[str | Path] = ()) -> None:
         """Read a shader.
 
         Parameters
@@ -74,6 +77,8 @@ class Source:
             A file below `shaders/`, or the Path of a file elsewhere, which may also include files that lie beside it.
         preamble
             Lines of GLSL to put before the first line of the shader.
+        includes
+            Files to include between the two, in this order.
 
         Raises
         ------
@@ -81,7 +86,8 @@ class Source:
             For a file, module or constant that does not exist, and for a `#from` line that cannot be understood.
         """
         self.files: list[str | Path] = []
-        self.text = f"#version 330 core\n{preamble}{self._expand(name)}"
+        texts = [self._expand(file) for file in (*includes, name) if file not in self.files]
+        self.text = f"#version 330 core\n{preamble}{''.join(texts)}"
 
     def _expand(self, name: str | Path) -> str:
         """Return the text of a file with its `#include` and `#from` lines resolved, and remember the file."""
@@ -92,17 +98,17 @@ class Source:
             raise GpuError(f"{_shown(name)}: no such shader") from None
         number = len(self.files)
         self.files.append(name)
-        out = [f"#line 1 {number}"]
+        out = [_line(number, 1)]
         for index, line in enumerate(lines, start=1):
             if (constants := _FROM.match(line)) is not None:
                 try:
-                    out += [*_constant_defines(constants["rest"], isinstance(name, str)), f"#line {index + 1} {number}"]
+                    out += [*_constant_defines(constants["rest"], isinstance(name, str)), _line(number, index + 1)]
                 except (ImportError, AttributeError, TypeError, SyntaxError) as error:
                     raise GpuError(f"{_shown(name)}:{index}: {error}") from None
             elif (include := _INCLUDE.match(line)) is None:
                 out.append(line)
             elif (included := _included(name, include[1])) not in self.files:
-                out += [self._expand(included), f"#line {index + 1} {number}"]
+                out += [self._expand(included), _line(number, index + 1)]
             else:
                 out.append("")
         return "\n".join(out) + "\n"
@@ -111,10 +117,15 @@ class Source:
         """Return the compiler's `message` with `shaders/file:line` in place of the numbers that stand for files."""
 
         def name(match: re.Match[str]) -> str:
-            number = int(match[1])
-            return f"{_shown(self.files[number])}:{match[2]}" if number < len(self.files) else match[0]
+            number, line = divmod(int(match[2]), _LINES)
+            return f"{_shown(self.files[number])}:{line}" if number < len(self.files) else match[0]
 
         return _LOCATION.sub(name, message)
+
+
+def _line(number: int, line: int) -> str:
+    """Return the directive that what follows is `line`, from 1, of the file with the `number`."""
+    return f"#line {number * _LINES + line} {number}"
 
 
 def _constant_defines(line: str, own_shader: bool) -> list[str]:
@@ -198,6 +209,7 @@ class Program:
         fragment: str | Path,
         defines: Iterable[str] = (),
         blocks: Mapping[str, int] = MappingProxyType({}),
+        includes: Iterable[str | Path] = (),
     ) -> None:
         """Compile and link a program, which `scope` owns.
 
@@ -212,6 +224,8 @@ class Program:
             VALUE.
         blocks
             Binding points of uniform blocks by their names; those that are not named are bound to point 0.
+        includes
+            Files to include before the first line of the fragment shader, in this order.
 
         Raises
         ------
@@ -221,7 +235,7 @@ class Program:
         pairs = (define.partition("=") for define in defines)
         preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
         self._scope = scope
-        stages = Source(vertex, preamble), Source(fragment, preamble)
+        stages = Source(vertex, preamble), Source(fragment, preamble, includes)
         try:
             self.gl: moderngl.Program = scope.program(stages[0].text, stages[1].text)
         except moderngl.Error as error:

@@ -148,7 +148,7 @@ def _truth(scene: Scene, size: tuple[int, int], representation: Representation, 
     fine = size[0] * REFERENCE_SAMPLES, size[1] * REFERENCE_SAMPLES
     with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), fine, representation) as headless:
         report(scene.path.stem, f"{REFERENCE_SAMPLES**2} samples per pixel")
-        headless.draw(View(scene.camera or headless.frame_all(), fine))
+        headless.draw(View(scene.camera or headless.frame_all(), fine), linear=True)
         return truth(headless.linear_image())
 
 

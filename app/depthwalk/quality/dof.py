@@ -97,7 +97,7 @@ def _focus(headless: HeadlessRenderer, view: View, lens: DofParams) -> NDArray[n
     """Focus on the middle, and return the pixels (H, W) in focus that nothing before them reaches."""
     lens.mode = "none"
     headless.draw(view)
-    distance = headless.linear_image().distance
+    distance = headless.distances()
     height, width = distance.shape
     lens.focus_distance = float(np.clip(distance[height // 2, width // 2], NEAREST_FOCUS, FARTHEST_FOCUS))
     largest = largest_radius(lens, view)

@@ -121,7 +121,7 @@ class PairRenderer:
         self._headless.draw(view)
         if representation is Representation.DPCI:
             self._most_bytes = max(self._most_bytes, self._headless.renderer.assets.gpu_bytes)
-        return Shot(self._headless.pixels()[..., :3].copy(), self._headless.linear_image().distance)
+        return Shot(self._headless.pixels()[..., :3].copy(), self._headless.distances())
 
 
 class _OneObject:

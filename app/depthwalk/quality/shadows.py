@@ -147,7 +147,7 @@ def _grounds(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tupl
 
 def _ground(headless: HeadlessRenderer, view: View, ground: float, representation: Representation | None) -> Ground:
     headless.renderer.world.representation = representation
-    headless.draw(view)
+    headless.draw(view, linear=True)
     image = headless.linear_image()
     height, width = image.distance.shape
     x, y = (np.arange(width) + 0.5) / width * 2 - 1, 1 - (np.arange(height) + 0.5) / height * 2

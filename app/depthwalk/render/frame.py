@@ -178,8 +178,11 @@ class Pass(ABC, Generic[P]):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         for base in getattr(cls, "__orig_bases__", ()):
-            if get_origin(base) is Pass:
-                (cls.Params,) = get_args(base)
+            origin = get_origin(base)
+            if isinstance(origin, type) and issubclass(origin, Pass):
+                (params,) = get_args(base)
+                if isinstance(params, type):  # not a type variable of a base class that leaves it open
+                    cls.Params = params
 
     def __init__(self, params: P | None = None) -> None:
         self._has_own_params = params is not None

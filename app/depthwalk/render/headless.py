@@ -60,6 +60,7 @@ class HeadlessRenderer:
         self.size = size
         self.device = headless_device()
         self._released = False
+        self._is_linear = False
         with ExitStack() as made:  # what a failing step leaves behind goes with the context
             made.callback(self.device.context.release)
             with self.device.context, ExitStack() as objects:
@@ -90,14 +91,17 @@ class HeadlessRenderer:
             self._objects.close()
         self.device.context.release()
 
-    def draw(self, view: View, transparent: bool = False) -> None:
+    def draw(self, view: View, transparent: bool = False, linear: bool = False) -> None:
         """Draw a frame of a view.
 
         Parameters
         ----------
         view : the camera, with the size of this renderer.
         transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
+        linear : whether `linear_image` is to tell of the frame.
         """
+        self._is_linear = linear
+        self.renderer.keeps = frozenset(("lit",) if linear else ())
         with self.device.context:
             self.renderer.render(view, self._screen, transparent)
 
@@ -124,20 +128,41 @@ class HeadlessRenderer:
             return self.renderer.frame_all(width / height)
 
     def linear_image(self) -> LinearImage:
-        """Return the frame drawn last before its encoding for the screen.
+        """Return the frame drawn last, with `linear`, before its encoding for the screen.
 
         Returns
         -------
         (H, W, 4) float32 linear colours and (H, W) float32 distances, metres along the view axis, row 0 at the top.
         Each pixel has the mean colour and the least distance of its samples.
+
+        Raises
+        ------
+        ValueError
+            Where that frame was drawn without `linear`.
+        """
+        targets = self.renderer.targets
+        if targets is None or not self._is_linear:
+            raise ValueError("no frame was drawn with linear=True")
+        with self.device.context:
+            lit = targets.lit_texture.read(alignment=1)
+        width, height = self.size
+        samples = targets.size[0] // width
+        colour = np.frombuffer(lit, np.float16).astype(np.float32).reshape(height, samples, width, samples, 4)
+        return LinearImage(colour.mean((1, 3))[::-1], self.distances())
+
+    def distances(self) -> NDArray[np.float32]:
+        """Return how far away what the frame drawn last shows is.
+
+        Returns
+        -------
+        (H, W) float32 metres along the view axis, row 0 at the top; +inf where nothing is. Each pixel has the least
+        distance of its samples.
         """
         targets, fitted = self.renderer.targets, self.renderer.view
         assert targets is not None and fitted is not None  # `draw` made them
         with self.device.context:
-            lit, depth_bytes = (texture.read(alignment=1) for texture in (targets.lit_texture, targets.depth))
+            depth_bytes = targets.depth.read(alignment=1)
         width, height = self.size
         samples = targets.size[0] // width
-        colour = np.frombuffer(lit, np.float16).astype(np.float32).reshape(height, samples, width, samples, 4)
         depth = np.frombuffer(depth_bytes, np.float32).reshape(height, samples, width, samples)
-        nearest = view_distance(depth.min((1, 3))[::-1], *fitted.depth_range)
-        return LinearImage(colour.mean((1, 3))[::-1], nearest)
+        return view_distance(depth.min((1, 3))[::-1], *fitted.depth_range)

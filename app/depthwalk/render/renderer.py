@@ -26,6 +26,7 @@ from depthwalk.render.frame import Frame, Pass, common
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
 from depthwalk.render.passes import default_passes
+from depthwalk.render.pixel_pass import DrawnPass, PixelPrograms, neighbours
 from depthwalk.render.pixel_shares import PixelShares
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
@@ -72,6 +73,8 @@ class Renderer:
         until all are resident (see `AssetStore.stream`), and shadow maps are drawn whole.
     warp_limit : how many triangles a frame may warp, where frames should take equally long. What is beyond and cannot
         wait is warped coarser, and again in later frames; None: everything is warped as finely as it should be.
+    keeps : names of the targets that somebody reads when a frame is over, which are not among the results of the last
+        pass: a pass that is drawn together with the next one writes nothing (see `render.pixel_pass`).
     world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
     targets : the textures that passes draw into; None before the first frame.
@@ -92,6 +95,7 @@ class Renderer:
         self.remembers = False
         self.upload_seconds: float | None = None
         self.warp_limit: int | None = None
+        self.keeps: frozenset[str] = frozenset()
         self.targets: Targets | None = None
         self._declared: dict[Pass[Any], Targets] = {}  # the targets as each pass may use them
         self.plan: FrameDrawLists | None = None
@@ -102,6 +106,7 @@ class Renderer:
         self._last_shadows = Shadows()
         self._gl = device.scope("view")
         self._view_block = ViewBlock(self._gl, PICTURE_VIEW)
+        self._pixel_programs = PixelPrograms(self._gl)
         self._shadows = ShadowPlanner(self.world, self.timers)
         self._shares: PixelShares | None = None  # made when somebody asks for it
         self.passes: list[Pass[Any]] = []
@@ -139,7 +144,7 @@ class Renderer:
 
         Yields
         ------
-        The name of the pass whose commands were just given to the GPU.
+        The name of the pass whose commands were just given to the GPU; of several that share a program, all names.
         """
         views = [view]
         for pass_ in self.passes:
@@ -299,30 +304,39 @@ class Renderer:
     def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
         """Run neighbouring passes that are `per_sample` once for each of a pixel's samples, the others once.
 
-        Yields the name of each after it ran.
+        Yields the names as `_draw` does.
         """
-        targets = frame.targets
+        if frame.targets.samples == 1:
+            yield from self._draw(passes, frame)
+            return
         for per_sample, run in groupby(passes, lambda pass_: pass_.per_sample):
-            several = per_sample and targets.samples > 1
-            together, views = list(run), sample_views(frame.view, targets.offsets) if several else [frame.view]
+            together = list(run)
+            views = sample_views(frame.view, frame.targets.offsets) if per_sample else [frame.view]
             for number, seen in enumerate(views):
                 yield from self._draw(together, replace(frame, view=seen, sample=number))
 
     def _draw(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
-        """Run those of `passes` that have anything to draw, each with the targets that it declares.
+        """Run those of `passes` that have anything to draw, neighbours in one program where that is possible.
 
-        Yields the name of each after it ran.
+        Yields the name of each after it ran, of several the names joined by plus signs.
         """
         self._view_block.show(frame.view)
+        groups = neighbours(self._enabled(passes, frame), self.passes, self.keeps if self.settings.fused else None)
+        for group in groups:
+            name, (pass_, own_frame, params) = " + ".join(each.pass_.name for each in group), group[0]
+            parts = pass_.parts(own_frame, params) if len(group) == 1 else self._pixel_programs.parts(group)
+            unfinished = True
+            while unfinished:
+                with self.timers.measure(name):
+                    unfinished = next(parts, _END) is not _END
+                yield name
+
+    def _enabled(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[DrawnPass]:
+        """Yield those of `passes` that have anything to draw, each with the targets that it declares."""
         for pass_ in passes:
-            params = pass_.params_in(self.settings)
-            own_frame = replace(frame, targets=self._declared[pass_])
-            if pass_.enabled(own_frame, params):
-                parts, unfinished = pass_.parts(own_frame, params), True
-                while unfinished:
-                    with self.timers.measure(pass_.name):
-                        unfinished = next(parts, _END) is not _END
-                    yield pass_.name
+            drawn = DrawnPass(pass_, replace(frame, targets=self._declared[pass_]), pass_.params_in(self.settings))
+            if pass_.enabled(drawn.frame, drawn.params):
+                yield drawn
 
     def sample_shares(self) -> PixelShares:
         """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.

@@ -402,6 +402,11 @@ class RenderSettings(PictureParams):
     dof: DofParams = Field(default_factory=DofParams)
     output: OutputParams = Field(default_factory=OutputParams)
     reprojection: ReprojectionParams = Field(default_factory=ReprojectionParams)
+    fused: bool = param(
+        True,
+        "Draw passes that follow each other and need no other pixel than their own, as light and fog, by one program; "
+        "otherwise each has a time of its own",
+    )
     gpu_memory: Bytes = param(
         DEFAULT_BUDGET,
         "Most GPU memory for depth images and meshes, as `2 GiB` or as a number of bytes; when it is full, "

@@ -72,7 +72,7 @@ def test_outlines_are_transparent_in_part_and_keep_their_colour(
 def test_linear_pictures_have_their_size_whatever_the_samples(library: ShapeLibrary) -> None:
     scene = crate("ssaa")
     with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
-        headless.draw(View(CAMERA, SIZE), transparent=True)
+        headless.draw(View(CAMERA, SIZE), transparent=True, linear=True)
         image, pixels = headless.linear_image(), headless.pixels()
         assert headless.renderer.targets is not None
         finer = headless.renderer.targets.size

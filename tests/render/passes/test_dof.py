@@ -51,7 +51,7 @@ class Drawn:
         scene = scene or picket(**dof)
         self.lens, view = scene.render.dof, View(CAMERA, SIZE)
         with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
-            headless.draw(view)
+            headless.draw(view, linear=True)
             self.pixels, image = headless.pixels()[..., :3], headless.linear_image()
             assert headless.renderer.view is not None
             self.depth_range = np.array(headless.renderer.view.depth_range)
@@ -203,7 +203,7 @@ def test_alpha_is_blurred_with_the_colours(library: ShapeLibrary, gl_device: Dev
     scene = picket(focus_distance=30)
     scene.environment.ground = None
     with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
-        headless.draw(View(CAMERA, SIZE), transparent=True)
+        headless.draw(View(CAMERA, SIZE), transparent=True, linear=True)
         colour = headless.linear_image().colour
     part = (colour[..., 3] > 0.2) & (colour[..., 3] < 0.8)
     assert part.sum() > 200 and (colour[part][:, :3].max(1) < colour[part][:, 3]).all()
@@ -214,7 +214,7 @@ def test_what_is_where_in_the_picture(library: ShapeLibrary, gl_device: Device) 
         with headless.device.context:
             assert headless.renderer.distance_at() == np.inf and headless.renderer.point_at(0.5, 0.5) is None
         view = View(CAMERA, SIZE)
-        headless.draw(view)
+        headless.draw(view, linear=True)
         for column, row in ((0, 0), (SIZE[0] // 2, SIZE[1] // 2), (SIZE[0] - 1, SIZE[1] - 1), (5, 3 * SIZE[1] // 4)):
             across, down = (column + 0.5) / SIZE[0], (row + 0.5) / SIZE[1]
             with headless.device.context:

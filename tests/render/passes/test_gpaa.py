@@ -128,6 +128,7 @@ def test_nothing_but_outlines_is_touched(studio: Studio) -> None:
         scene = scene_of(*placed, representation=representation)
         # Texels of half a pixel in both pictures: what is left is the pass itself.
         scene.render.warp.tile_scale = 2.0
+        scene.render.fused = False  # nor is light rounded in one of them alone
         scene.render.gpaa.samples = 1
         scene.render.gpaa.crease_angle = 180.0
         before, metres, _ = studio.measured(scene, library, CAMERA, SIZE)

@@ -77,10 +77,9 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     albedo = rng.integers(0, 256, (*SIZE[::-1], 4), np.uint8)
     surface = rng.integers(0, 65536, (*SIZE[::-1], 4), np.uint16)
     depth = rng.uniform(0.3, 0.98, SIZE[::-1]).astype(np.float32)
-    targets.gbuffer.clear(depth=0.5)  # nothing of the sky
     targets.albedo.write(albedo.tobytes())
     targets.surface.write(surface.tobytes())
-    targets.depth = scope.texture(SIZE, 1, "f4", depth.tobytes())
+    targets.depth.write(depth.tobytes())
     frame = SimpleNamespace(
         targets=targets,
         view=view,
@@ -141,7 +140,7 @@ def test_lists_name_each_lamp_where_it_is_seen() -> None:
 
 def linear_picture(scene: Scene, library: ShapeLibrary, camera: Camera, size: tuple[int, int] = SIZE) -> LinearImage:
     with HeadlessRenderer(scene, library, size) as headless:
-        headless.draw(View(camera, size))
+        headless.draw(View(camera, size), linear=True)
         return headless.linear_image()
 
 

@@ -58,6 +58,7 @@ def test_what_is_lit_forward_is_marked_so(gl_device: Device, mode: Literal["defe
     scene = scene_of((0, (0, 0, 0), 0.3, 1.0))
     scene.render.light.mode = mode
     with OnScreen(gl_device, scene, ShapeLibrary([box(0.8, 0.8, 0.8)], resolution=48)) as stage:
+        stage.renderer.keeps = frozenset({"lit"})
         stage.draw(view_of((0.5, 1.0, 3.0), (0.0, 0.4, 0.0)))
         targets = stage.renderer.targets
         assert targets is not None

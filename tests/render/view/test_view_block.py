@@ -18,7 +18,12 @@ from depthwalk.render.view.view_block import MAP_VIEW, PICTURE_VIEW, VIEW_BLOCK,
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Array
 
-SHADERS = "common/far_plane.vert", "light/sky.frag"
+SHADERS: dict[str, Any] = {
+    "vertex": "common/far_plane.vert",
+    "fragment": "common/pixel_passes.frag",
+    "defines": ("SKY", "DRAW_PASSES=draw_light(pixel);", "RESULT=pixel.lit"),
+    "includes": ("light/light.glsl",),
+}
 UNIFORM_OFFSET, INVALID_INDEX = 0x8A3B, 0xFFFFFFFF
 
 
@@ -37,7 +42,7 @@ def gl_function(name: str) -> Any:
 
 def test_the_layout_is_the_drivers(gl_device: Device) -> None:
     scope = gl_device.scope("test")
-    program = Program(scope, *SHADERS)
+    program = Program(scope, **SHADERS)
     names, block = VIEW_BLOCK.names, program.gl["View"]
     assert names is not None and isinstance(block, UniformBlock)
     count, texts = len(names), (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
@@ -87,7 +92,7 @@ def test_a_view_must_be_fitted(gl_device: Device, view: View) -> None:
 
 
 def shown_rays(scope: Scope, program: Program, size: tuple[int, int]) -> Array:
-    """What sky.frag makes of the rays, (H · W, 3): with a zenith of 1 over a horizon of 0, how far up they point."""
+    """What light.glsl makes of the rays, (H · W, 3): with a zenith of 1 over a horizon of 0, how far up they point."""
     out = scope.texture(size, 4, "f4")
     scope.framebuffer([out]).use()
     program.set(zenith=(1.0, 1.0, 1.0), horizon=(0.0, 0.0, 0.0))
@@ -99,7 +104,7 @@ def test_each_program_reads_the_view_of_its_binding_point(gl_device: Device, vie
     """Another view in one point leaves the other as it is; showing a view again writes nothing else."""
     scope = gl_device.scope("test")
     gl_device.context.enable_only(moderngl.NOTHING)
-    picture, shadow = Program(scope, *SHADERS), Program(scope, *SHADERS, blocks={"View": MAP_VIEW})
+    picture, shadow = Program(scope, **SHADERS), Program(scope, **SHADERS, blocks={"View": MAP_VIEW})
     blocks = ViewBlock(scope, PICTURE_VIEW), ViewBlock(scope, MAP_VIEW)
     up = replace(view, camera=Camera((0, 0, 0), (0.1, 1.0, 0.0), 0.8))
     down = replace(view, camera=Camera((0, 0, 0), (0.1, -1.0, 0.0), 0.8))

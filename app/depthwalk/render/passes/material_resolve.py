@@ -20,6 +20,7 @@ from depthwalk.params import Params
 from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
 
+_SUN_MAPS = 7  # texture unit
 _PART = 0.6  # of the picture, which the rectangles of assets may cover in one part of the pass
 
 
@@ -111,7 +112,8 @@ def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     defines, values = ("FORWARD", *light.defines), light.uniforms()
     if maps is None:
         return defines, values
-    return (*defines, "SHADOWS"), values | maps.use(7, frame.view, frame.common.lod)
+    maps.texture.use(_SUN_MAPS)
+    return (*defines, "SHADOWS"), values | {"sun_maps": _SUN_MAPS} | maps.uniforms(frame.view, frame.common.lod)
 
 
 def _alone(frame: Frame, materials: MaterialRecords) -> bool:

@@ -3,30 +3,30 @@
 Supersampled, a pixel of the screen is the mean of its samples.
 """
 
-from depthwalk.gpu.device import Scope
-from depthwalk.gpu.program import Program, Variants
-from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.frame import Frame
+from depthwalk.render.pixel_pass import PixelInputs, PixelPass, has_texture
 from depthwalk.scene.render_settings import OutputParams
 
 
-class OutputPass(Pass[OutputParams]):
+class OutputPass(PixelPass[OutputParams]):
     """Draw the finished picture in the colours of the screen."""
 
     name = "output"
     reads = ("lit",)
     writes = ("screen",)
 
-    def setup(self, gl: Scope) -> None:
-        """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
-        shaders = "common/fullscreen.vert", "output/output.frag"
-        self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
+    def joins(self, frame: Frame, params: OutputParams) -> bool:
+        """Return whether a pixel of `frame` has one sample; `params` do not matter.
 
-    def draw(self, frame: Frame, params: OutputParams) -> None:
-        """Draw `lit` of `frame` into `screen`, exposed and tone-mapped as `params` say."""
-        frame.targets.lit_texture.use(0)
+        In software only for a screen with a texture of its own: what cannot be tested against the depth takes longer.
+        """
+        if frame.common.aa.samples > 1:
+            return False
+        return not self.gl.device.software or has_texture(frame.targets.screen, frame.targets.size)
+
+    def inputs(self, frame: Frame, params: OutputParams) -> PixelInputs:
+        """Return exposure and tone mapping as `params` say, and how many samples a pixel of `frame` has."""
         samples = frame.common.aa.samples
         # A loop over one sample costs software rasterisers four times as much as none.
         defines = (params.tone_mapping.upper(), *(("SUPERSAMPLED",) if samples > 1 else ()))
-        self._programs[defines].set(lit_texture=0, samples=samples, exposure=2.0**params.exposure)
-        with self.gl.state(into=frame.targets.screen):
-            self._programs[defines].fill()
+        return PixelInputs(defines=defines, uniforms={"samples": samples, "exposure": 2.0**params.exposure})

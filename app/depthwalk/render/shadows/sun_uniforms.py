@@ -48,13 +48,11 @@ class SunMaps:
     cascades: tuple[Cascade, ...]
     params: ShadowParams
 
-    def use(self, unit: int, view: View, lod: LodParams) -> dict[str, Any]:
-        """Bind the texture to a texture unit, and return the uniforms of shaders/common/sun_maps.glsl.
+    def uniforms(self, view: View, lod: LodParams) -> dict[str, Any]:
+        """Return the uniforms of shaders/common/sun_maps.glsl but for its sampler, `sun_maps`.
 
         Parameters
         ----------
-        unit
-            The number of the texture unit.
         view
             The view of the picture: points are looked up by world vectors from its position.
         lod
@@ -65,7 +63,6 @@ class SunMaps:
         dict[str, Any]
             The uniforms by name.
         """
-        self.texture.use(unit)
         params = self.params
         axes = self.cascades[0].axes * np.array([[1], [1], [-1]])
         places = np.zeros((MAX_CASCADES, 4), np.float32)
@@ -73,7 +70,6 @@ class SunMaps:
             place[:3] = axes @ (view.position - cascade.centre) / (2 * cascade.half) + 0.5
             place[3] = 1 / (2 * cascade.half)
         return {
-            "sun_maps": unit,
             "cascades": len(self.cascades),
             "light_from_world": tuple(axes.T.ravel().tolist()),
             "places": places.tobytes(),

@@ -1,11 +1,9 @@
 // Converts linear, premultiplied light to sRGB (IEC 61966-2-1) with alpha apart.
+// SUPERSAMPLED: of a square of texels, whose mean is shown.
+#include "common/pixel.glsl"
 #include "output/tone.glsl"
-uniform sampler2D lit_texture;
 uniform float exposure;
 uniform int samples;    // per pixel, along either axis
-
-in vec2 uv;
-layout(location = 0) out vec4 screen;
 
 // What the screen shows of a texel, linear, not premultiplied. What is too bright is white before it is averaged.
 vec4 shown_of(vec4 lit) {
@@ -19,7 +17,7 @@ vec3 encode(vec3 c) {
     return mix(c * 12.92, curve, step(0.0031308, c));
 }
 
-void main() {
+void draw_output(inout Pixel pixel) {
 #ifdef SUPERSAMPLED
     vec4 sum = vec4(0.0);
     for (int k = 0; k < samples * samples; ++k) {
@@ -29,7 +27,7 @@ void main() {
     }
     vec4 shown = vec4(sum.rgb / max(sum.a, 1e-4), sum.a / float(samples * samples));
 #else
-    vec4 shown = shown_of(texture(lit_texture, uv));
+    vec4 shown = shown_of(pixel.lit);
 #endif
-    screen = vec4(encode(shown.rgb), shown.a);
+    pixel.screen = vec4(encode(shown.rgb), shown.a);
 }

@@ -1,0 +1,341 @@
+"""Draw passes that need no other pixel than the one they draw; neighbours among them become one program.
+
+Every pass on its own reads its pixel from textures and writes it into another one. Where the next pass needs the same
+pixel alone, that traffic is all that keeps them apart: on a GPU it costs bandwidth, in software a third of their time.
+So such a pass is a function in GLSL, from pixel to pixel, and `PixelPrograms` compiles those that follow each other
+into one program, in which the pixel stays in registers. A pass drawn alone is a program of one function.
+"""
+
+from abc import abstractmethod
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple, TypeVar
+
+import moderngl
+
+from depthwalk.gpu.device import Scope
+from depthwalk.gpu.instances import RecordTexture
+from depthwalk.gpu.program import Program
+from depthwalk.params import Params
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.targets import TARGETS
+
+P = TypeVar("P", bound=Params)
+
+_VERTEX, _FRAGMENT = "common/far_plane.vert", "common/pixel_passes.frag"
+_STRIP_PIXELS = 1 << 18  # in software some 10 ms of light
+# The fields of `Pixel` in shaders/common/pixel.glsl that hold targets, and how one becomes the colour that is written.
+_FIELDS = {"depth": "", "albedo": "", "surface": "", "shadow": "vec4(pixel.shadow)", "lit": "pixel.lit"}
+_RESULTS = _FIELDS | {"screen": "pixel.screen"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PixelInputs:
+    """Hold what the GLSL function of a pass needs in one frame, besides the pixel.
+
+    Passes that are drawn together share one name space, in which equal names have equal values.
+
+    Attributes
+    ----------
+    defines : names that are defined while it is compiled, see `Program`.
+    textures : the textures by the names of its samplers.
+    uniforms : the values of its other uniforms by their names.
+    strip_pixels : how many pixels may be drawn in one part of the pass (`Pass.parts`).
+    """
+
+    defines: tuple[str, ...] = ()
+    textures: Mapping[str, moderngl.Texture | RecordTexture] = field(default_factory=dict)
+    uniforms: Mapping[str, Any] = field(default_factory=dict)
+    strip_pixels: int = _STRIP_PIXELS
+
+
+class PixelPass(Pass[P]):
+    """Draw every pixel of one target from the same pixel of others.
+
+    A subclass declares as `Pass` does, in `writes` one target alone, and implements `inputs`. Its shader has a function
+    `void draw_NAME(inout Pixel pixel)`, with the `name` of the pass, see shaders/common/pixel.glsl. Where the pass
+    reads the depth, the function is compiled twice: with SKY defined it draws the pixels where nothing is, without it
+    the others. It must not look at other pixels of a target.
+
+    Attributes
+    ----------
+    shader : the file of the function, as `Program` takes it; by default NAME/NAME.glsl below `shaders/`.
+    """
+
+    shader: ClassVar[str | Path] = ""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "name" in vars(cls) and "shader" not in vars(cls):
+            cls.shader = f"{cls.name}/{cls.name}.glsl"
+
+    def setup(self, gl: Scope) -> None:
+        """Prepare the programs that draw the pass alone, which are compiled when first needed; `gl` owns them.
+
+        A subclass with GL objects of its own extends this.
+        """
+        self._alone = PixelPrograms(gl)
+
+    @abstractmethod
+    def inputs(self, frame: Frame, params: P) -> PixelInputs:
+        """Return what the GLSL function needs in `frame`.
+
+        Parameters
+        ----------
+        frame : what to draw.
+        params : the pass's own parameters.
+
+        Returns
+        -------
+        Defines, textures and uniforms.
+        """
+
+    def joins(self, frame: Frame, params: P) -> bool:
+        """Return whether the pass may be drawn together with the one before; by default True.
+
+        Parameters
+        ----------
+        frame : what to draw.
+        params : the pass's own parameters.
+
+        Returns
+        -------
+        False where its function reads other pixels of what the pass before draws.
+        """
+        return True
+
+    def joined(self, frame: Frame, params: P) -> bool:
+        """Return whether the next pass may be drawn together with this one; by default True.
+
+        Parameters
+        ----------
+        frame : what to draw.
+        params : the pass's own parameters.
+
+        Returns
+        -------
+        False where its function leaves pixels as they are, by `discard`.
+        """
+        return True
+
+    def draw(self, frame: Frame, params: P) -> None:
+        """Draw the pass alone into its target.
+
+        Parameters
+        ----------
+        frame : what to draw, and the targets to draw into.
+        params : the pass's own parameters.
+        """
+        for _ in self.parts(frame, params):
+            pass
+
+    def parts(self, frame: Frame, params: P) -> Iterator[None]:
+        """Draw as `draw` does; stop between strips of the picture.
+
+        Parameters
+        ----------
+        frame : what to draw, and the targets to draw into.
+        params : the pass's own parameters.
+
+        Yields
+        ------
+        None, between two strips.
+        """
+        return self._alone.parts([DrawnPass(self, frame, params)])
+
+
+class DrawnPass(NamedTuple):
+    """Name a pass with all that it is drawn with.
+
+    Attributes
+    ----------
+    pass_ : the pass.
+    frame : what it draws, with the targets that it declares.
+    params : its parameters.
+    """
+
+    pass_: Pass[Any]
+    frame: Frame
+    params: Any
+
+
+def neighbours(
+    drawn: Iterable[DrawnPass], passes: Sequence[Pass[Any]], kept: Collection[str] | None
+) -> Iterator[list[DrawnPass]]:
+    """Group the passes of a frame into those that are drawn together.
+
+    Parameters
+    ----------
+    drawn : the passes that have anything to draw, in their order. The one that follows a `PixelPass` is taken before
+        that is yielded.
+    passes : all passes of the frame, in their order.
+    kept : names of the targets that somebody reads when the frame is over; None: each pass is drawn alone.
+
+    Yields
+    ------
+    Passes that follow each other: several `PixelPass`, or one pass of any class.
+    """
+    group: list[DrawnPass] = []
+    for each in drawn:
+        if group and (kept is None or not _together(group[-1], each, passes, kept)):
+            yield group
+            group = []
+        if isinstance(each.pass_, PixelPass):
+            group.append(each)
+        else:
+            yield [each]
+    if group:
+        yield group
+
+
+def _together(one: DrawnPass, other: DrawnPass, passes: Sequence[Pass[Any]], kept: Collection[str]) -> bool:
+    """Return whether two passes that follow each other may be one program: nobody else reads what lies between."""
+    if not (isinstance(one.pass_, PixelPass) and isinstance(other.pass_, PixelPass)):
+        return False
+    if not (one.pass_.joined(one.frame, one.params) and other.pass_.joins(other.frame, other.params)):
+        return False
+    (between,) = one.pass_.writes
+    if between in other.pass_.writes:
+        return True
+    after = passes[passes.index(other.pass_) + 1 :]
+    return between not in kept and not any(between in each.reads for each in after)
+
+
+class PixelPrograms:
+    """Compile and draw groups of passes, each in one program.
+
+    Parameters
+    ----------
+    gl : owns the programs.
+    """
+
+    def __init__(self, gl: Scope) -> None:
+        self._gl = gl
+        self._programs: dict[tuple[str | Path | tuple[str, ...], ...], Program] = {}
+        self._with_depth: dict[str, tuple[moderngl.Framebuffer, moderngl.Texture, moderngl.Framebuffer]] = {}
+
+    def parts(self, group: Sequence[DrawnPass]) -> Iterator[None]:
+        """Draw passes into the target of the last of them; stop between strips of the picture.
+
+        Parameters
+        ----------
+        group : instances of `PixelPass` that follow each other.
+
+        Yields
+        ------
+        None, between two strips.
+        """
+        passes = [_pixel_pass(each) for each in group]
+        inputs = [pass_.inputs(each.frame, each.params) for pass_, each in zip(passes, group, strict=True)]
+        readers = _readers(group)
+        textures: dict[str, moderngl.Texture | RecordTexture] = {
+            f"{name}_texture": _texture(name, each, group) for name, each in readers.items()
+        }
+        textures |= {name: texture for each in inputs for name, texture in each.textures.items()}
+        uniforms = {name: unit for unit, name in enumerate(textures)}
+        uniforms |= {name: value for each in inputs for name, value in each.uniforms.items()}
+        defines = dict.fromkeys(chain.from_iterable(each.defines for each in inputs))
+        halves: tuple[tuple[tuple[str, ...], str | None], ...] = (((), None),)
+        into = self._target(group)
+        if "depth" in readers:  # surfaces and sky
+            tested = self._tested(group[-1], into, readers["depth"].frame.targets.depth)
+            halves = (("SURFACES",), ">" if tested else None), (("SKY",), "==" if tested else None)
+            into = tested or into
+        programs = []
+        for half, depth_test in halves:
+            program = self._program(passes, (*defines, *(f"READS_{name.upper()}" for name in readers), *half))
+            program.set(**uniforms)
+            programs.append((program, depth_test))
+        width, height = into.size
+        strips = -(-width * height // min(each.strip_pixels for each in inputs))
+        for strip in range(strips):
+            if strip:
+                yield
+            for unit, texture in enumerate(textures.values()):
+                texture.use(unit)
+            low, high = height * strip // strips, height * (strip + 1) // strips
+            for program, depth_test in programs:
+                with self._gl.state(into=into, depth_test=depth_test, depth_write=False):
+                    into.scissor = 0, low, width, high - low
+                    program.fill()
+                    into.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
+
+    def _program(self, passes: Sequence[PixelPass[Any]], defines: tuple[str, ...]) -> Program:
+        """Return the program of a group of passes."""
+        shaders = tuple(each.shader for each in passes)
+        key = (*shaders, defines)
+        if key not in self._programs:
+            calls = " ".join(f"draw_{each.name}(pixel);" for each in passes)
+            own = f"DRAW_PASSES={calls}", f"RESULT={_RESULTS[passes[-1].writes[0]]}"
+            self._programs[key] = Program(self._gl, _VERTEX, _FRAGMENT, (*defines, *own), includes=shaders)
+        return self._programs[key]
+
+    def _target(self, group: Sequence[DrawnPass]) -> moderngl.Framebuffer:
+        """Return the framebuffer of what the last pass of a group writes."""
+        target: moderngl.Framebuffer = getattr(group[-1].frame.targets, group[-1].pass_.writes[0])
+        return target
+
+    def _tested(
+        self, last: DrawnPass, into: moderngl.Framebuffer, depth: moderngl.Texture
+    ) -> moderngl.Framebuffer | None:
+        """Return a framebuffer of the texture of `into`, which `last` draws into, with the picture's `depth` to test.
+
+        The test saves a software rasteriser those pixels that a program discards. Elsewhere GL does not define what a
+        texture yields that is tested against at the same time, and branches save as much there.
+
+        Returns
+        -------
+        None on a GPU, and where `into` has no texture.
+        """
+        if not self._gl.device.software or not has_texture(into, depth.size):
+            return None
+        (name,) = last.pass_.writes
+        drawn, tested, framebuffer = self._with_depth.get(name, (None, None, None))
+        if drawn is not into or tested is not depth:
+            if framebuffer is not None:
+                self._gl.free(framebuffer)
+                del self._with_depth[name]
+            framebuffer = self._gl.framebuffer([_only_texture(into)], depth)
+            self._with_depth[name] = into, depth, framebuffer
+        return framebuffer
+
+
+def _pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
+    assert isinstance(drawn.pass_, PixelPass)  # as `neighbours` groups them
+    return drawn.pass_
+
+
+def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> bool:
+    """Return whether `framebuffer` draws into one texture of `size`, as that of a window does not."""
+    attached = framebuffer.color_attachments or ()
+    return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.size == size
+
+
+def _only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
+    (texture,) = framebuffer.color_attachments
+    assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
+    return texture
+
+
+def _readers(group: Sequence[DrawnPass]) -> dict[str, DrawnPass]:
+    """Return the targets that a group reads from textures, in the order of `TARGETS`, each with the first to do so."""
+    readers: dict[str, DrawnPass] = {}
+    written: set[str] = set()
+    for each in group:
+        for name in each.pass_.reads:
+            if name in _FIELDS and name not in written:
+                readers.setdefault(name, each)
+        written.update(each.pass_.writes)
+    return {name: readers[name] for name in TARGETS if name in readers}
+
+
+def _texture(name: str, reader: DrawnPass, group: Sequence[DrawnPass]) -> moderngl.Texture:
+    """Return the texture of a target that a group reads; a copy where it draws into that target."""
+    targets = reader.frame.targets
+    if name == "lit" and "lit" in group[-1].pass_.writes:
+        return targets.lit_before()
+    (attribute, *_) = TARGETS[name].textures
+    texture: moderngl.Texture = getattr(targets, attribute)
+    return texture

@@ -1,0 +1,47 @@
+// Computes fog between the viewer and what is lit, in world space, and blends it by how much light comes through (Beer and
+// Lambert). Twin: reference/fog.py.
+// FOG_COLOUR: of its own; else that of the sky at the horizon. TRANSPARENT: no fog where nothing was drawn.
+#include "common/pixel.glsl"
+#ifdef FOG_COLOUR
+uniform vec3 fog_colour;    // linear
+#else
+#include "common/sky.glsl"
+#endif
+uniform float fog_density;  // 1/m, up to `fog_height`
+uniform float fog_height;   // metres, world
+uniform float fog_falloff;  // metres over which it thins to 1/e above that
+
+// The density is 1 up to `fog_height` and thinner above. Its integral over the height, 0 at `fog_height`:
+float fog_below(float y) { return y < fog_height ? y - fog_height : fog_falloff * (1.0 - exp((fog_height - y) / fog_falloff)); }
+// and itself, as part of the one at `fog_height`:
+float fog_at(float y) { return exp(min(fog_height - y, 0.0) / fog_falloff); }
+
+// Metres of fog as it is at `fog_height` along `way`, or to the sky in that direction.
+float fog_along(vec3 way) {
+    float rise = way.y, from = fog_below(view_position.y);
+    // The way is so level that the difference would be lost in rounding.
+    if (abs(rise) < 1e-2 * fog_falloff) return length(way) * fog_at(view_position.y + 0.5 * rise);
+    return length(way) * (fog_below(view_position.y + rise) - from) / rise;
+}
+float fog_to_sky(vec3 direction) {
+    float above = fog_falloff * fog_at(view_position.y) + max(fog_height - view_position.y, 0.0);
+    return direction.y > 0.0 ? above / direction.y : 1e30;
+}
+
+void draw_fog(inout Pixel pixel) {
+    vec3 direction = normalize(pixel.ray);
+#ifdef SKY
+#ifdef TRANSPARENT
+    return;
+#endif
+    float metres = fog_to_sky(direction);
+#else
+    float metres = fog_along(pixel.ray * distance_of(pixel.depth));
+#endif
+#ifdef FOG_COLOUR
+    vec3 colour = fog_colour;
+#else
+    vec3 colour = sky_at(vec3(direction.x, 0.0, direction.z) / max(length(direction.xz), 1e-3));
+#endif
+    pixel.lit.rgb = mix(colour, pixel.lit.rgb, exp(-fog_density * metres));
+}

@@ -1,0 +1,33 @@
+// Lights what the G-buffer holds (Phong 1975), in world space, to linear colour: deferred lighting; draws the sky behind it.
+// LAMPS: lamps reach the picture; LAMP_SHADOWS: some cast shadows; SHADOWS: the sun does; FORWARD: what `material_resolve`
+// has lit stays.
+#include "common/gbuffer.glsl"
+#include "common/phong.glsl"
+#include "common/pixel.glsl"
+#include "light/background.glsl"
+#ifdef LAMPS
+#include "light/lamps.glsl"
+#endif
+
+void draw_light(inout Pixel pixel) {
+    vec3 view = normalize(pixel.ray);
+#ifdef SKY
+    pixel.lit = background_at(view, to_sun);
+#else
+#ifdef FORWARD
+    if (pixel.surface.z == LIT) discard;
+#endif
+    vec3 albedo = decode_albedo(pixel.albedo), normal = normal_from_octahedron(pixel.surface.xy);
+    float specular = pixel.albedo.a, shininess = pixel.surface.z * MAX_SHININESS;
+    vec3 direct = sun;
+#ifdef SHADOWS
+    direct *= pixel.shadow;
+#endif
+    vec3 colour = albedo * everywhere(normal) + direct * phong(albedo, specular, shininess, normal, view, to_sun);
+#ifdef LAMPS
+    float away = distance_of(pixel.depth);
+    colour += of_lamps(pixel.ray * away, away, albedo, specular, shininess, normal, view);
+#endif
+    pixel.lit = vec4(colour, 1.0);
+#endif
+}

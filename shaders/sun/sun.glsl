@@ -1,0 +1,13 @@
+// Computes what part of the sun's light reaches a pixel's surface, in world space.
+#include "common/gbuffer.glsl"
+#include "common/pixel.glsl"
+#include "common/sun_maps.glsl"
+
+void draw_sun(inout Pixel pixel) {
+#ifdef SKY
+    pixel.shadow = 1.0;
+#else
+    vec3 normal = normal_from_octahedron(pixel.surface.xy);
+    pixel.shadow = sun_share_at(pixel.ray, distance_of(pixel.depth), normal);
+#endif
+}
