@@ -4,25 +4,20 @@ import sys
 from pathlib import Path
 
 import depthwalk as dw
+from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 
 
-class Sepia(dw.Pass[dw.Params]):
+class Sepia(PixelPass[dw.Params]):
     """Tint the lit picture, before it is encoded for the screen."""
 
     name = "sepia"
     reads = ("lit",)
     writes = ("lit",)
+    shader = Path(__file__).with_name("sepia.glsl")
 
-    def setup(self, gl):
-        """Compile the shader that lies beside this file."""
-        self.program = dw.Program(gl, "common/fullscreen.vert", Path(__file__).with_name("sepia.frag"))
-
-    def draw(self, frame, params):
-        """Draw into the light what a copy of it gives."""
-        frame.targets.lit_before().use(0)
-        self.program.set(lit_texture=0)
-        with self.gl.state(into=frame.targets.lit):
-            self.program.fill()
+    def inputs(self, frame, params):
+        """Give its function in the shader what it needs besides the pixel: one uniform."""
+        return PixelInputs(uniforms={"tint": (1.25, 0.95, 0.65)})
 
 
 def main(scene_file: str, picture: str, width: str = "640", height: str = "480") -> None:

@@ -230,24 +230,15 @@ class PixelPrograms:
         passes = [_pixel_pass(each) for each in group]
         inputs = [pass_.inputs(each.frame, each.params) for pass_, each in zip(passes, group, strict=True)]
         readers = _readers(group)
-        textures: dict[str, moderngl.Texture | RecordTexture] = {
-            f"{name}_texture": _texture(name, each, group) for name, each in readers.items()
-        }
-        textures |= {name: texture for each in inputs for name, texture in each.textures.items()}
+        textures = _textures(group, readers) | {name: each for own in inputs for name, each in own.textures.items()}
         uniforms = {name: unit for unit, name in enumerate(textures)}
         uniforms |= {name: value for each in inputs for name, value in each.uniforms.items()}
-        defines = dict.fromkeys(chain.from_iterable(each.defines for each in inputs))
-        halves: tuple[tuple[tuple[str, ...], str | None], ...] = (((), None),)
-        into = self._target(group)
-        if "depth" in readers:  # surfaces and sky
-            tested = self._tested(group[-1], into, readers["depth"].frame.targets.depth)
-            halves = (("SURFACES",), ">" if tested else None), (("SKY",), "==" if tested else None)
-            into = tested or into
-        programs = []
-        for half, depth_test in halves:
-            program = self._program(passes, (*defines, *(f"READS_{name.upper()}" for name in readers), *half))
+        defines = tuple(dict.fromkeys(chain.from_iterable(each.defines for each in inputs)))
+        defines += tuple(f"READS_{name.upper()}" for name in readers)
+        into, halves = self._halves(group, readers)
+        programs = {half: self._program(passes, (*defines, *half)) for half in halves}
+        for program in programs.values():
             program.set(**uniforms)
-            programs.append((program, depth_test))
         width, height = into.size
         strips = -(-width * height // min(each.strip_pixels for each in inputs))
         for strip in range(strips):
@@ -256,11 +247,23 @@ class PixelPrograms:
             for unit, texture in enumerate(textures.values()):
                 texture.use(unit)
             low, high = height * strip // strips, height * (strip + 1) // strips
-            for program, depth_test in programs:
+            for half, depth_test in halves.items():
                 with self._gl.state(into=into, depth_test=depth_test, depth_write=False):
                     into.scissor = 0, low, width, high - low
-                    program.fill()
+                    programs[half].fill()
                     into.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
+
+    def _halves(
+        self, group: Sequence[DrawnPass], readers: Mapping[str, DrawnPass]
+    ) -> tuple[moderngl.Framebuffer, dict[tuple[str, ...], str | None]]:
+        """Return what a group draws into, and how often: defines of each half of the pixels, and its depth test."""
+        into: moderngl.Framebuffer = getattr(group[-1].frame.targets, group[-1].pass_.writes[0])
+        if "depth" not in readers:
+            return into, {(): None}
+        tested = self._tested(group[-1], into, readers["depth"].frame.targets.depth)
+        if tested is None:
+            return into, {("SURFACES",): None, ("SKY",): None}
+        return tested, {("SURFACES", "TESTED"): ">", ("SKY", "TESTED"): "=="}
 
     def _program(self, passes: Sequence[PixelPass[Any]], defines: tuple[str, ...]) -> Program:
         """Return the program of a group of passes."""
@@ -271,11 +274,6 @@ class PixelPrograms:
             own = f"DRAW_PASSES={calls}", f"RESULT={_RESULTS[passes[-1].writes[0]]}"
             self._programs[key] = Program(self._gl, _VERTEX, _FRAGMENT, (*defines, *own), includes=shaders)
         return self._programs[key]
-
-    def _target(self, group: Sequence[DrawnPass]) -> moderngl.Framebuffer:
-        """Return the framebuffer of what the last pass of a group writes."""
-        target: moderngl.Framebuffer = getattr(group[-1].frame.targets, group[-1].pass_.writes[0])
-        return target
 
     def _tested(
         self, last: DrawnPass, into: moderngl.Framebuffer, depth: moderngl.Texture
@@ -308,9 +306,9 @@ def _pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
 
 
 def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> bool:
-    """Return whether `framebuffer` draws into one texture of `size`, as that of a window does not."""
-    attached = framebuffer.color_attachments or ()
-    return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.size == size
+    """Return whether `framebuffer` draws into the whole of one texture of `size`, as that of a window does not."""
+    attached, whole = framebuffer.color_attachments or (), (0, 0, *size)
+    return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.viewport == whole
 
 
 def _only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
@@ -331,11 +329,13 @@ def _readers(group: Sequence[DrawnPass]) -> dict[str, DrawnPass]:
     return {name: readers[name] for name in TARGETS if name in readers}
 
 
-def _texture(name: str, reader: DrawnPass, group: Sequence[DrawnPass]) -> moderngl.Texture:
-    """Return the texture of a target that a group reads; a copy where it draws into that target."""
-    targets = reader.frame.targets
-    if name == "lit" and "lit" in group[-1].pass_.writes:
-        return targets.lit_before()
-    (attribute, *_) = TARGETS[name].textures
-    texture: moderngl.Texture = getattr(targets, attribute)
-    return texture
+def _textures(
+    group: Sequence[DrawnPass], readers: Mapping[str, DrawnPass]
+) -> dict[str, moderngl.Texture | RecordTexture]:
+    """Return the textures of what a group reads by the names of their samplers; a copy of what it draws into too."""
+    textures: dict[str, moderngl.Texture | RecordTexture] = {}
+    for name, reader in readers.items():
+        (attribute, *_), targets = TARGETS[name].textures, reader.frame.targets
+        own = name == "lit" and "lit" in group[-1].pass_.writes
+        textures[f"{name}_texture"] = targets.lit_before() if own else getattr(targets, attribute)
+    return textures
