@@ -85,7 +85,7 @@ def test_every_imported_library_is_declared(project: dict[str, Any]) -> None:
 
 def test_resources_are_found() -> None:
     for each in PASSES:
-        assert list((resources.shader_root() / each.name).glob("*.frag")), each.name
+        assert list((resources.shader_root() / each.name).glob("*.[fg]*")), each.name  # .frag, or of pixel passes .glsl
     scenes = sorted(resources.scene_root().glob("*.yaml"))
     assert "garden.yaml" in [scene.name for scene in scenes]
     for scene in scenes:
