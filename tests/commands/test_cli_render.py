@@ -195,7 +195,7 @@ def test_an_error_on_the_way_leaves_no_partial_file(
 ) -> None:
     drawn = []
 
-    def draw(self: HeadlessRenderer, view: View, transparent: bool = False) -> None:
+    def draw(self: HeadlessRenderer, view: View, transparent: bool = False, linear: bool = False) -> None:
         drawn.append(view)
         if len(drawn) == 2:
             raise RuntimeError("the driver fell over\nand more")
@@ -211,7 +211,7 @@ def test_an_error_on_the_way_leaves_no_partial_file(
 def test_verbose_shows_the_traceback(
     run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def draw(self: HeadlessRenderer, view: View, transparent: bool = False) -> None:
+    def draw(self: HeadlessRenderer, view: View, transparent: bool = False, linear: bool = False) -> None:
         raise RuntimeError("the driver fell over")
 
     monkeypatch.setattr(HeadlessRenderer, "draw", draw)

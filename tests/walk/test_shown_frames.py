@@ -119,6 +119,19 @@ def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
             assert window.frames.in_slices == (slow == 0)
 
 
+def test_who_starts_to_walk_waits_for_no_frame(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is known by then that frames are slow, and one with a margin is there."""
+    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 0.0)
+    monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", 0.0)
+    with Window(gl_device, "auto") as window:
+        window.rest()
+        assert window.frames.in_slices
+        monkeypatch.setattr(window.frames, "_catch_up", lambda view: pytest.fail("waited"))
+        monkeypatch.setattr(window.frames, "_draw_whole", lambda view, screen: pytest.fail("drew a whole frame"))
+        for step in range(1, 4):
+            window.round(0.02 * step)
+
+
 def test_an_autofocus_follows_whole_frames(sliced: Window) -> None:
     sliced.rest()
     sliced.renderer.settings.dof.mode, sliced.renderer.settings.dof.autofocus = "gather", True

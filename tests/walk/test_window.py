@@ -400,7 +400,7 @@ def test_a_key_focuses_on_what_is_in_the_middle(start: Start, scene_file: Path) 
         with HeadlessRenderer(scene, SceneLibrary(scene.assets), (480, 360)) as headless:
             headless.draw(View(camera, (480, 360)))
             pictures[mode] = headless.pixels()[..., :3].astype(int)
-            distance = headless.linear_image().distance
+            distance = headless.distances()
     crate = np.abs(distance - distance[180, 240]) < 0.1
     assert crate.sum() > 1000
     off = [np.abs(picture - pictures["none"])[crate].mean() for picture in (pictures["gather"], focused)]

@@ -26,7 +26,7 @@ from depthwalk.walk.motion import Motion
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
 _QUICK = 0.025  # s below which they are drawn whole again
-_MEASURED = 3  # frames that decide: the first one compiles shaders, which tells of no other
+_MEASURED = 2  # frames that decide: the first one compiles shaders, which tells of no other
 _SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last change
 _LONGEST_SLICES = 2  # times as long as the settings say
 _TURNED_PAST = 0.1  # of the window, that may lie beyond the margin at the end of a steady turn
@@ -225,13 +225,15 @@ class ShownFrames:
         settings = self._renderer.settings
         if self.is_drawing:
             return
-        mode = settings.reprojection.mode
+        mode, before = settings.reprojection.mode, self.in_slices
         if mode != "auto":
             self.in_slices = mode == "on"
         elif len(self._durations) == _MEASURED:
             self.in_slices = min(self._durations) > (_QUICK if self.in_slices else _SLOW)
         if settings.dof.mode != "none" and settings.dof.autofocus:
             self.in_slices = False  # the lens turns from frame to frame
+        if self.in_slices and not before:
+            self._settled = 0  # one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
         self._hurried, self._renderer.warp_limit = False, None
