@@ -81,7 +81,9 @@ def test_without_a_camera_view_starts_where_render_stands(
     options = (scene, "--camera-position", "0,2,5", "--camera-view-angle", "30", "--resolution", "96,64")
     drawn = []
     draw = HeadlessRenderer.draw
-    monkeypatch.setattr(HeadlessRenderer, "draw", lambda self, view, *rest: (drawn.append(view), draw(self, view)))
+    monkeypatch.setattr(
+        HeadlessRenderer, "draw", lambda self, view, *rest, **more: (drawn.append(view), draw(self, view))
+    )
     assert run("render", *options, "-o", tmp_path / "a.png").exit_code == 0
     assert run("view", *options).exit_code == 1
     ((_, given),) = garden

@@ -27,7 +27,7 @@ import numpy as np
 from depthwalk.assets.batch_bake import report_stage, set_up_worker, terminate
 from depthwalk.assets.demand import asked_for, cook_options, nearest_first
 from depthwalk.assets.library import Report, SceneLibrary
-from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded, ReadAhead
+from depthwalk.cook.cook import AheadReader, CookedObject, CookOptions, Preloaded
 from depthwalk.cook.cooked_file import find_cooked, read_cooked, write_cooked
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import COOKED_SUFFIX
@@ -39,7 +39,6 @@ log = logging.getLogger(__name__)
 
 _NICENESS = 2  # of the processes that bake: frames come first, but not by so much that it never ends
 _MOST_HELD = 16  # preloaded objects, of some 10 MB each
-_MOST_AHEAD = 128e6  # bytes of geometry and textures that are read before they are asked for
 # What part of an asset's time has passed where a stage begins, measured on busts of 100,000 triangles.
 _PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
 
@@ -128,7 +127,7 @@ class BackgroundLibrary(SceneLibrary):
         self._reports: Any = None
         self._spill: str | None = None  # a folder for what the cache cannot keep
         self._held: list[Preloaded] = []
-        self._bytes_ahead = 0  # of what was read ahead
+        self._reader: AheadReader | None = None
         self._is_mesh_read = False  # whether a mesh was, or is being
         self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
         self._batch = _Batch()
@@ -282,7 +281,7 @@ class BackgroundLibrary(SceneLibrary):
         self.cancel()
         if self._finder is not None:
             self._finder.shutdown(wait=False, cancel_futures=True)
-            self._finder = None
+            self._finder = self._reader = None
         if self._spill is not None:
             shutil.rmtree(self._spill, ignore_errors=True)
             self._spill = None
@@ -314,10 +313,9 @@ class BackgroundLibrary(SceneLibrary):
 
     def _read_ahead(self, threads: Executor, objects: Objects) -> Objects:
         """Return `objects`, whose arrays `threads` begin to read; but only so many bytes in all."""
-        self._bytes_ahead += sum(cooked.bytes for cooked in objects)
-        if self._bytes_ahead > _MOST_AHEAD:
-            return objects
-        return tuple(replace(cooked, load=ReadAhead(cooked.load, threads)) for cooked in objects)
+        if self._reader is None:
+            self._reader = AheadReader(threads)
+        return self._reader.read(objects)
 
     def _read_mesh_ahead(self, threads: Executor, asset: int) -> None:
         """Have the mesh of an asset read by `threads`, unless another one was; whoever needs it waits for it."""

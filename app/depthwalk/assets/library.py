@@ -37,7 +37,7 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.cache import make_room
-from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions
+from depthwalk.cook.cook import GRID_TEXELS, AheadReader, CookedObject, CookOptions
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
@@ -77,6 +77,7 @@ class SceneLibrary:
         assets: tuple[Asset, ...],
         report: Report = lambda name, stage: None,
         processes: int | None = 1,
+        ahead: AheadReader | None = None,
     ) -> None:
         """Make a library of a scene's assets; nothing is read yet.
 
@@ -89,9 +90,12 @@ class SceneLibrary:
         processes
             How many missing assets to bake at a time; None: as many as there are cores. More than one is for programs
             whose main module can be imported again, since that is how processes are started.
+        ahead
+            Reads the arrays of cooked objects while the caller does something else; None: they are read when they are
+            asked for.
         """
         self._assets = assets
-        self._processes = processes
+        self._processes, self._ahead = processes, ahead
         self.report = report
         self._keys: dict[int, str] = {}
         self._unkept: dict[str, BakedModel] = {}  # by key: models that the cache could not keep
@@ -162,6 +166,10 @@ class SceneLibrary:
         LookupError
             Where the asset has no depth images.
         """
+        objects = self._cooked(asset, options, again)
+        return objects if self._ahead is None else self._ahead.read(objects)
+
+    def _cooked(self, asset: int, options: CookOptions, again: bool) -> tuple[CookedObject, ...]:
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)):
             begin = partial(self.report, spec.name, "cooking")

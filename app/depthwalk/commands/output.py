@@ -3,6 +3,7 @@
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -10,6 +11,7 @@ from pathlib import Path
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.commands.progress import asset_progress, frame_progress
+from depthwalk.cook.cook import AheadReader
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
 from depthwalk.pictures import jpeg_bytes, png_bytes, write_exr
@@ -116,10 +118,11 @@ def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
     return [path.sample(time) for time in path.frames()[:frames]]
 
 
+@contextmanager
 def open_headless(
     scene: Scene, size: tuple[int, int], representation: Representation | None, library: SceneLibrary | None = None
-) -> HeadlessRenderer:
-    """Return a renderer without a window, with the assets of a scene loaded, while stderr shows the progress.
+) -> Iterator[HeadlessRenderer]:
+    """Make a renderer without a window, with the assets of a scene loaded, while stderr shows the progress.
 
     Parameters
     ----------
@@ -132,10 +135,10 @@ def open_headless(
     library
         The assets, of which some may have been read; None reads them all.
 
-    Returns
-    -------
+    Yields
+    ------
     HeadlessRenderer
-        The renderer, which the caller uses in a `with` block.
+        The renderer, which is released at the end of the `with` block.
 
     Raises
     ------
@@ -144,11 +147,17 @@ def open_headless(
     GpuError
         Where no OpenGL 3.3 context can be created.
     """
-    with asset_progress() as report:
-        if library is None:
-            library = SceneLibrary(scene.assets, processes=None)
-        library.report = report
-        return HeadlessRenderer(scene, library, size, representation)
+    threads = ThreadPoolExecutor(1, "read-ahead")
+    try:
+        with asset_progress() as report:
+            if library is None:
+                library = SceneLibrary(scene.assets, processes=None, ahead=AheadReader(threads))
+            library.report = report
+            headless = HeadlessRenderer(scene, library, size, representation)
+        with headless:
+            yield headless
+    finally:
+        threads.shutdown(wait=False, cancel_futures=True)  # nobody needs the rest
 
 
 def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:

@@ -100,6 +100,9 @@ class CookedObject:
     load: Callable[[], tuple[LodGeometry, VirtualTexture]]
 
 
+MOST_AHEAD = 128e6  # bytes of geometry and textures that are read before they are asked for
+
+
 class Preloaded:
     """Load geometry and texture of an object before they are asked for; it takes the place of `CookedObject.load`.
 
@@ -142,6 +145,21 @@ class ReadAhead:
         """Return geometry and texture."""
         ahead, self._ahead = self._ahead, None
         return self._load() if ahead is None or ahead.cancel() else ahead.result()
+
+
+class AheadReader:
+    """Have a thread load the arrays of objects in the order in which these are found: a first picture needs most."""
+
+    def __init__(self, threads: Executor, most: float = MOST_AHEAD) -> None:
+        """Read with `threads`, but only so many bytes in all: `most`."""
+        self._threads, self._left = threads, most
+
+    def read(self, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
+        """Return `objects`, whose arrays are being read unless they are too many."""
+        self._left -= sum(cooked.bytes for cooked in objects)
+        if self._left < 0:
+            return objects
+        return tuple(replace(cooked, load=ReadAhead(cooked.load, self._threads)) for cooked in objects)
 
 
 def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:

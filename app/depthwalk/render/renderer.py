@@ -295,7 +295,14 @@ class Renderer:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""
         settings, lamps = self.settings, frame.environment.lights
         planned = self._shadows.plan(
-            frame.view, frame.light, lamps, settings.shadows, settings.lod.magnification, residency, self.remembers
+            frame.view,
+            frame.light,
+            lamps,
+            settings.shadows,
+            settings.lod.magnification,
+            residency,
+            self.remembers,
+            only_seen=not self.remembers or self.plan is None,  # the first picture is not to wait for all
         )
         portion = _SHADOW_TRIANGLES if self.warp_limit is None else self.warp_limit // 2
         self._last_shadows = replace(planned, portion=None if self.upload_seconds is None else portion)

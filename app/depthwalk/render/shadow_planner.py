@@ -9,6 +9,7 @@ from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades
 from depthwalk.render.shadows.casters import MapView, Shadows, find_casters, shadow_map
+from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
 log = logging.getLogger(__name__)
+
+_LIFTED = 4.0  # texels, and what the filter is wide: where a map is read, from the point that it is read for
 
 
 class ShadowPlanner:
@@ -44,6 +47,7 @@ class ShadowPlanner:
         magnification: float,
         uploads: FrameResidency,
         may_wait: bool,
+        only_seen: bool = False,
     ) -> Shadows:
         """Plan the maps of the sun, if it casts shadows, and of the lamps in sight that do.
 
@@ -63,6 +67,9 @@ class ShadowPlanner:
             Brings what casts shadows to the GPU; objects that are not resident in time cast none in this frame.
         may_wait
             Whether maps of the sun may be redrawn some frames later.
+        only_seen
+            Whether maps of the sun are to hold what casts its shadow on something in the view alone, since no other
+            frame uses them.
 
         Returns
         -------
@@ -77,7 +84,13 @@ class ShadowPlanner:
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[MapView] = [*cascades, *spots]
-            found = [find_casters(map_view, self._world.bounds()) for map_view in views]
+            bounds = self._world.bounds()
+            found = [find_casters(map_view, bounds) for map_view in views]
+            if only_seen and cascades:
+                prism = SeenPrism.of(view, cascades[0].axes, params.distance)
+                margins = [(params.filter_width + _LIFTED) * cascade.texel for cascade in cascades]
+                for number, margin in enumerate(margins):
+                    found[number] = found[number][prism.meets(bounds.take(found[number]), margin)]
         with self._timers.measure_cpu("upload"):
             casters = [rows[uploads.resident(rows)] for rows in found]
         with self._timers.measure_cpu("plan"):
