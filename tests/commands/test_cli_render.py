@@ -5,7 +5,8 @@ import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import imageio_ffmpeg
 import numpy as np
@@ -13,8 +14,11 @@ import OpenEXR
 import pytest
 from PIL import Image
 
+from depthwalk.commands.output import smooth
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
+from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene
 from depthwalk.types import Array, Picture
 
 SMALL = ("--resolution", "96,64")
@@ -218,3 +222,32 @@ def test_verbose_shows_the_traceback(
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--verbose", *SMALL)
     assert result.exit_code == 1
     assert "Traceback (most recent call last):" in result.stderr
+
+
+@pytest.mark.gl
+def test_pictures_are_supersampled_unless_the_scene_says_otherwise(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path
+) -> None:
+    def rendered(name: str, *options: str) -> Picture:
+        assert run("render", tiny_scene, "-o", tmp_path / name, *SMALL, *options).exit_code == 0
+        return read_png(tmp_path / name)[1]
+
+    default, none = rendered("a.png"), rendered("b.png", "--set", "render.aa=none")
+    np.testing.assert_array_equal(default, rendered("c.png", "--set", "render.aa=ssaa"))
+    assert (default != none).any()
+
+
+@pytest.mark.parametrize(
+    ("render", "size", "expected"),
+    [
+        ({}, (3840, 2160), "ssaa"),
+        ({}, (8192, 4096), "smaa"),
+        ({"aa": "none"}, (640, 480), "none"),
+        ({"preset": "paper"}, (640, 480), "none"),
+        ({"dof": {"mode": "accumulate"}}, (640, 480), "none"),
+    ],
+)
+def test_what_smooths_pictures_by_default(render: dict[str, Any], size: tuple[int, int], expected: str) -> None:
+    scene = SimpleNamespace(render=RenderSettings.model_validate(render))
+    smooth(cast(Scene, scene), size)
+    assert scene.render.aa == expected

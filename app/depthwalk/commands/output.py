@@ -23,6 +23,7 @@ from depthwalk.scene.scene import Scene
 from depthwalk.video import video
 
 JPEG = (".jpg", ".jpeg")
+MOST_SUPERSAMPLED = 4096 * 2304  # pixels of pictures that are supersampled by default
 SUFFIXES = (".png", *JPEG, ".exr", ".mp4")
 _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
@@ -116,6 +117,25 @@ def _check_files(output: Output, frames: int, inputs: Sequence[Path]) -> None:
 def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
     """Return the cameras of the first `frames` frames of the camera path `path`; None for all of its frames."""
     return [path.sample(time) for time in path.frames()[:frames]]
+
+
+def smooth(scene: Scene, size: tuple[int, int]) -> None:
+    """Anti-alias pictures of a scene that says nothing of `render.aa`: nobody waits for a frame as in a window.
+
+    They are supersampled; larger ones than 4K, for whose samples memory may not suffice, are smoothed by SMAA. The
+    `preset: paper` is left as it was published, and so are pictures that are blended of many frames.
+
+    Parameters
+    ----------
+    scene
+        The scene, whose settings are changed.
+    size
+        (width, height) of the pictures, pixels.
+    """
+    settings = scene.render
+    if "aa" in settings.model_fields_set or settings.preset == "paper" or settings.dof.mode == "accumulate":
+        return
+    settings.aa = "ssaa" if size[0] * size[1] <= MOST_SUPERSAMPLED else "smaa"
 
 
 @contextmanager

@@ -63,7 +63,7 @@ def main(
     check_camera_source(path, options)
     if frames is not None and path is None:
         raise InputError("--frames: needs --path")
-    from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, path_cameras
+    from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, path_cameras, smooth
     from depthwalk.commands.reports import input_files
     from depthwalk.scene.path import load_path
 
@@ -71,6 +71,8 @@ def main(
     walk = load_path(path) if path else None
     cameras = path_cameras(walk, frames) if walk else None
     output = Output(out, no_background)
+    if output.suffix != ".exr":  # its distances are those in the middles of pixels
+        smooth(loaded, size)
     check_output(output, len(cameras or [None]), walk is not None, input_files(loaded, path))
     with open_headless(loaded, size, representation(representation_name)) as headless:
         if cameras is None:

@@ -306,7 +306,8 @@ class PictureParams(Params):
         "none",
         "Anti-aliasing: none; by the part of a pixel that depth images cover (coverage); by four samples per pixel in "
         "hardware (msaa); along edges of brightness (fxaa, smaa); along all edges of polygons (gpaa) or their "
-        "outlines only (gpaa-edge), both with coverage; by drawing at twice the width and height (ssaa)",
+        "outlines only (gpaa-edge), both with coverage; by drawing at twice the width and height (ssaa), which "
+        "`depthwalk render` does where nothing is said here, but for EXR files",
     )
 
 

@@ -1,0 +1,96 @@
+"""What casts its shadow on something in the view meets its prism; pictures do not change by leaving out the rest."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from depthwalk.gpu.device import Device
+from depthwalk.render.renderer import read_pixels
+from depthwalk.render.shadows.cascades import light_axes
+from depthwalk.render.shadows.seen_prism import SeenPrism
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.scene import Scene
+from shapes import ShapeLibrary, box, scene_of, sphere
+from stage import OnScreen
+
+SIZE = (160, 120)
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)
+
+
+@given(directions, directions, st.integers(0, 2**32 - 1))
+def test_no_sphere_that_shadows_a_seen_point_is_left_out(sun: Any, ahead: Any, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    position = rng.uniform(-50, 50, 3)
+    camera = Camera(tuple(position), tuple(position + np.array(ahead)), rng.uniform(0.3, 2.0))
+    view = View(camera, SIZE, near=0.1, far=rng.uniform(1, 200), shear=tuple(rng.uniform(-0.2, 0.2, 2)))
+    toward = np.array(sun) / np.linalg.norm(sun)
+    distance = rng.uniform(0.5, 300)
+    screen = np.column_stack([rng.uniform(-1, 1, (64, 2)), np.ones(64)])
+    ray = screen @ view.ray_from_screen.T
+    near, far = view.depth_range
+    away = rng.uniform(near, far, 64)
+    seen = position + ray * away[:, None]
+    seen = seen[np.linalg.norm(ray, axis=1) * away < distance]
+    radius = rng.uniform(0.01, 3, len(seen))
+    aside = rng.normal(size=(len(seen), 3))
+    aside *= (radius * rng.uniform(0, 1, len(seen)) / np.linalg.norm(aside, axis=1))[:, None]
+    spheres = Bounds(seen + toward * rng.uniform(0, 100, (len(seen), 1)) + aside, radius)
+    prism = SeenPrism.of(view, light_axes(toward), distance)
+    assert prism.meets(spheres, 1e-6).all()
+
+
+def test_what_shadows_nothing_in_sight_is_left_out() -> None:
+    view = View(Camera((0, 2, 0), (0, 2, -1), 1.0), SIZE, near=0.1, far=30.0)
+    prism = SeenPrism.of(view, light_axes(np.array([0.0, 1.0, 0.0])), 50.0)  # the sun in the zenith
+    centres = np.array([[0, 9, -8], [0, 9, 3], [0, -30, -8], [14, 9, -3]], float)
+    assert prism.meets(Bounds(centres, np.ones(4)), 0.0).tolist() == [True, False, False, False]
+    assert prism.meets(Bounds(centres, np.ones(4)), 2.5).tolist() == [True, True, False, False]
+
+
+def colonnade() -> Scene:
+    """Pillars all round the viewer, in the sun behind him, from his right."""
+    places = [(k % 2, (5 * np.sin(a), 0, 5 * np.cos(a)), a, 1.0) for k, a in enumerate(np.linspace(0, 6.1, 18))]
+    scene = scene_of(*places, ground={"height": 0.0}, sun={"direction": (-0.5, -1.5, -1.0)})
+    scene.render.shadows.enabled = True
+    return scene
+
+
+@pytest.mark.parametrize("ahead", [(0, 1.2, -1), (1, 1.0, 0.2), (-0.3, 0.9, 1)])
+def test_pictures_are_the_same_with_fewer_casters(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch, ahead: tuple[float, float, float]
+) -> None:
+    view = View(Camera((0, 1.5, 0), ahead, 1.0), SIZE)
+    library = ShapeLibrary([box(0.5, 3.0, 0.5, (0, 1.5, 0)), sphere(0.6, 32, 16)], resolution=64)
+    pictures, casters = [], []
+    for culled in (True, False):
+        if not culled:
+            monkeypatch.setattr(
+                SeenPrism, "meets", lambda self, bounds, margin: np.ones(len(bounds.bounding_radius), bool)
+            )
+        with OnScreen(gl_device, colonnade(), library, SIZE) as stage:
+            stage.draw(view)
+            pictures.append(read_pixels(stage.screen))
+            casters.append(stage.counts["shadow_triangles"])
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+    assert 0 < casters[0] < casters[1]
+
+
+def test_on_a_walk_the_first_picture_alone_has_fewer_casters(gl_device: Device) -> None:
+    """Later ones keep their maps while the viewer turns."""
+    library = ShapeLibrary([box(0.5, 3.0, 0.5, (0, 1.5, 0)), sphere(0.6, 32, 16)], resolution=64)
+    with OnScreen(gl_device, colonnade(), library, SIZE) as stage:
+        stage.renderer.remembers = True
+        view = View(Camera((0, 1.5, 0), (0, 1.2, -1), 1.0), SIZE)
+        first = stage.draw(view)["shadow_triangles"]
+        for _ in range(4):
+            stage.draw(view)
+        assert stage.counts["shadow_maps_waiting"] == 0
+        drawn = [shown.triangles for shown in (stage.renderer._last_shadows.sun or ())]
+        assert 0 < first < sum(drawn)
+        stage.draw(View(Camera((0, 1.5, 0), (0.2, 1.2, 1), 1.0), SIZE))
+        assert stage.counts["shadow_maps"] == 0
