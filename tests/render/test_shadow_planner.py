@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -23,13 +24,24 @@ VIEW = View(Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0), (320, 200), near=0.5,
 DARK = {"sun": {"intensity": 0.0}}
 
 
+@dataclass(frozen=True)
+class Planned:
+    """A map that tells what it was made of."""
+
+    view: Any
+    rows: list[int]
+    rule: Any
+    most: float
+    provisional: bool = False
+
+
 @pytest.fixture
 def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
     """Plans with two objects in sight, the second of which is not on the GPU; maps tell what they were made of."""
     monkeypatch.setattr(
         shadow_planner,
         "shadow_map",
-        lambda view, rows, scene, rule, most: SimpleNamespace(view=view, rows=rows.tolist(), rule=rule, most=most),
+        lambda view, rows, scene, rule, most: Planned(view=view, rows=rows.tolist(), rule=rule, most=most),
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
     world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None)

@@ -41,6 +41,7 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
 _SHADOW_TRIANGLES = 800_000  # of shadow maps that may wait, in a frame of a window where nobody moves
+_FIRST_DETAIL = 0.1  # of the triangles of shadow maps, in a first picture that somebody waits for
 _END = object()  # of a pass: it has no further part
 _IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
@@ -186,11 +187,11 @@ class Renderer:
         view : the camera, and the size of `screen`.
         screen : the framebuffer to draw into.
         """
-        remembers, self.remembers = self.remembers, False
+        before, self.remembers = (self.remembers, self.plan, self.view), False
         try:
             self.render(view, screen)
         finally:
-            self.remembers = remembers
+            self.remembers, self.plan, self.view = before
             self._forget_assets()
 
     def _render(
@@ -293,7 +294,8 @@ class Renderer:
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""
-        settings, lamps = self.settings, frame.environment.lights
+        settings, lamps, is_first = self.settings, frame.environment.lights, self.plan is None
+        hurried = self.remembers and is_first and self.warp_limit is not None
         planned = self._shadows.plan(
             frame.view,
             frame.light,
@@ -302,7 +304,8 @@ class Renderer:
             settings.lod.magnification,
             residency,
             self.remembers,
-            only_seen=not self.remembers or self.plan is None,  # the first picture is not to wait for all
+            only_seen=not self.remembers or is_first,  # the first picture is not to wait for all
+            detail=_FIRST_DETAIL if hurried else 1.0,
         )
         portion = _SHADOW_TRIANGLES if self.warp_limit is None else self.warp_limit // 2
         self._last_shadows = replace(planned, portion=None if self.upload_seconds is None else portion)

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from depthwalk.gpu.timers import PassTimers
@@ -48,6 +49,7 @@ class ShadowPlanner:
         uploads: FrameResidency,
         may_wait: bool,
         only_seen: bool = False,
+        detail: float = 1.0,
     ) -> Shadows:
         """Plan the maps of the sun, if it casts shadows, and of the lamps in sight that do.
 
@@ -70,6 +72,8 @@ class ShadowPlanner:
         only_seen
             Whether maps of the sun are to hold what casts its shadow on something in the view alone, since no other
             frame uses them.
+        detail
+            Part of the triangles that `params` allow, above 0; less than 1 only with `only_seen`.
 
         Returns
         -------
@@ -101,11 +105,11 @@ class ShadowPlanner:
                 magnification=magnification, is_resident=uploads.is_mesh_resident, error=params.error
             )
             maps = [
-                shadow_map(map_view, rows, scene, rule, params.triangles_per_texel * part)
+                shadow_map(map_view, rows, scene, rule, params.triangles_per_texel * part * detail)
                 for map_view, rows, part in zip(views, casters, fraction, strict=True)
             ]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
-        of_sun = tuple(maps[: len(cascades)]) if by_sun else None
+        of_sun = tuple(replace(map_, provisional=only_seen) for map_ in maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
     def _warn_of_lamps(self, requested: int, allowed: int) -> None:

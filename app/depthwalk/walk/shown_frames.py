@@ -74,7 +74,7 @@ class ShownFrames:
         self._camera: Camera | None = None  # of the last call of `note`
         self._moved = False  # whether that was another than in the call before
         self._known: tuple[Any, ...] = ()  # everything else of that call
-        self._hurried = False  # whether the frame is one of a viewer who moves
+        self._hurried = False  # whether somebody waits for the frame, who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
         self._still = StillPicture(renderer.device)
         self._still_steps: Iterator[str] | None = None  # of the still picture that is being drawn
@@ -210,7 +210,7 @@ class ShownFrames:
         if self._reprojection.unseen(view) > _MOST_UNSEEN:
             coming = time.perf_counter() - start + self.scene_seconds
             view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
-            self._begin(view.camera, view)
+            self._begin(view.camera, view, hurried=True)
             self.finish()
         return view
 
@@ -236,7 +236,8 @@ class ShownFrames:
             self._settled = 0  # one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
-        self._hurried, self._renderer.warp_limit = False, None
+        self._hurried = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
+        self._renderer.warp_limit = _WARP_LIMIT if self._hurried else None
         start = time.perf_counter()
         self._renderer.render(view, screen)
         if self._renderer.device.software:
@@ -252,14 +253,17 @@ class ShownFrames:
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
         if self._steps is None:
-            self._begin(self._motion.ahead(min(_SHOWN_FOR * self._delay, _FARTHEST_AHEAD)), view)
+            self._begin(self._motion.ahead(min(_SHOWN_FOR * self._delay, _FARTHEST_AHEAD)), view, hurried=self._moved)
         return self._advance(self._slice_seconds(view))
 
-    def _begin(self, camera: Camera, view: View) -> None:
-        """Begin a frame that is seen by `camera`, and wider by the margin than `view`."""
+    def _begin(self, camera: Camera, view: View, hurried: bool) -> None:
+        """Begin a frame that is seen by `camera`, and wider by the margin than `view`.
+
+        hurried: whether it has fewer pixels, and limits to its work, since somebody waits for it.
+        """
         self._drop_still()
         settings = self._renderer.settings.reprojection
-        self._hurried = self._moved
+        self._hurried = hurried
         self._source = widened(View(camera, view.size), settings.margin)
         if self._hurried:
             self._source = reduced(self._source, settings.scale)

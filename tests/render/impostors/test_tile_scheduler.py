@@ -140,8 +140,14 @@ def test_what_has_too_many_triangles_is_coarser_at_first(walk: Callable[..., Any
 def test_what_is_provisional_waits_for_the_budget(walk: Callable[..., Any]) -> None:
     steps = walk(triangle_budget=8000)
     hurried = steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=20_000).counts["provisional"]
-    left = [steps.frame((0, 1, 9), (0, 0.5, 0)).counts["provisional"] for _ in range(3)]
-    assert hurried > left[0] > left[1] > left[2]
+    left = [steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=20_000).counts["provisional"] for _ in range(3)]
+    assert hurried > left[0] > left[1] > left[2] > 0
+
+
+def test_what_is_provisional_is_warped_at_once_where_nobody_waits(walk: Callable[..., Any]) -> None:
+    steps = walk(triangle_budget=8000)
+    assert steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=20_000).counts["provisional"] > 0
+    assert steps.frame((0, 1, 9), (0, 0.5, 0)).counts["provisional"] == 0
 
 
 def test_another_setting_warps_all(walk: Callable[..., Any]) -> None:

@@ -18,6 +18,7 @@ class Shown:
     content: int
     may_follow: bool = True
     place: int = 0
+    provisional: bool = False
 
     def shows_same(self, other: "Shown") -> bool:
         return (self.content, self.place) == (other.content, other.place)
@@ -38,8 +39,8 @@ def atlas(gl_device: Device) -> Iterator[ShadowAtlas]:
     assert not scope._objects
 
 
-def shown(content: int, may_follow: bool = True, place: int = 0) -> ShadowMap:
-    return cast(ShadowMap, Shown(content, may_follow, place))
+def shown(content: int, may_follow: bool = True, place: int = 0, provisional: bool = False) -> ShadowMap:
+    return cast(ShadowMap, Shown(content, may_follow, place, provisional))
 
 
 def drawn(atlas: ShadowAtlas, maps: Mapping[int, ShadowMap]) -> list[int]:
@@ -82,6 +83,20 @@ def test_maps_that_only_moved_take_turns_and_so_does_the_nearest(atlas: ShadowAt
     assert drawn(atlas, due(atlas, {0: shown(2, place=1), 1: shown(2, place=2), 2: shown(1, place=1)})) == [0, 1]
     elsewhere = {tile: shown(2, may_follow=False, place=9) for tile in range(3)}
     assert sorted(due(atlas, elsewhere)) == [0, 1, 2]
+
+
+def test_the_nearest_takes_turns_too_where_it_is_provisional(atlas: ShadowAtlas) -> None:
+    atlas.fit(3, 8)
+    drawn(atlas, due(atlas, {tile: shown(0, provisional=True) for tile in range(3)}))
+    assert [drawn(atlas, due(atlas, {tile: shown(1) for tile in range(3)})) for _ in range(4)] == [[0], [1], [2], []]
+    assert drawn(atlas, due(atlas, {tile: shown(2) for tile in range(3)})) == [0, 1]
+
+
+def test_a_provisional_map_that_looks_as_it_should_is_none_any_more(atlas: ShadowAtlas) -> None:
+    atlas.fit(2, 8)
+    drawn(atlas, due(atlas, {tile: shown(0, provisional=True) for tile in range(2)}))
+    assert not atlas.stale({tile: shown(0) for tile in range(2)})
+    assert list(atlas.waiting(atlas.stale({tile: shown(1) for tile in range(2)}))) == [1]
 
 
 def test_another_size_is_another_texture_and_forgets_its_maps(atlas: ShadowAtlas, gl_device: Device) -> None:

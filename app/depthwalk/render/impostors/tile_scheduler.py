@@ -293,7 +293,8 @@ class TileScheduler:
     def _errors(self, view: View, impostors: ImpostorObjects, layout: TileParams) -> Array:
         """Return the reprojection error (n,) of each object's cached tile, 1 where as large as allowed.
 
-        It is inf where there is no tile, or where the tile was cut off too near to what the view shows now.
+        It is inf where there is no tile, where the tile was cut off too near to what the view shows now, and where it
+        is provisional in a frame that has no limit.
         """
         error = np.full(len(impostors), np.inf)
         row = self._cache.rows(impostors.row)
@@ -314,6 +315,8 @@ class TileScheduler:
         error[known[cut[~covers]]] = np.inf
         lacks = known[(impostors.pieces[known] & ~tiles.pieces[row] != 0) | tiles.provisional[row]]
         error[lacks] = np.maximum(error[lacks], _LACKING)
+        if self._limit is None:  # nobody waits for this frame
+            error[known[tiles.provisional[row]]] = np.inf
         return error
 
 

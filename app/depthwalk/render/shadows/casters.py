@@ -37,11 +37,14 @@ class ShadowMap:
         The depth images that cast shadows in the map, drawn as grids of polygons.
     meshes
         The meshes that cast shadows in the map.
+    provisional
+        Whether it serves a first picture alone, with fewer casters or coarser ones than others are to have.
     """
 
     view: MapView
     grids: DrawList
     meshes: DrawList
+    provisional: bool = False
 
     @property
     def triangles(self) -> int:

@@ -71,7 +71,9 @@ class ShadowAtlas:
             Those that are out of date, by the number of their tile.
         """
         held = self._held
-        return {tile: map_ for tile, map_ in requested.items() if tile not in held or not map_.shows_same(held[tile])}
+        same = {tile: map_ for tile, map_ in requested.items() if tile in held and map_.shows_same(held[tile])}
+        held.update(same)  # what looks the same as a provisional map is none any more; the order stays
+        return {tile: map_ for tile, map_ in requested.items() if tile not in same}
 
     def shown(self, tile: int) -> ShadowMap:
         """Return the map that the tile numbered `tile` shows now, which an earlier frame may have asked for."""
@@ -82,7 +84,8 @@ class ShadowAtlas:
 
         Those may that follow what their tile shows (`ShadowMap.follows`); but not the nearest, in tile 0, if its
         objects changed where it is: near by one sees that a shadow is late. If it only moved, as while somebody walks,
-        it may wait as the others may: until then the next map holds what it does not reach.
+        it may wait as the others may: until then the next map holds what it does not reach. And so may one that a
+        provisional map stands for.
 
         Parameters
         ----------
@@ -98,7 +101,7 @@ class ShadowAtlas:
         return {
             tile: stale[tile]
             for tile, before in held.items()
-            if stale[tile].follows(before) and (tile > 0 or not stale[tile].sees_same(before))
+            if stale[tile].follows(before) and (tile > 0 or before.provisional or not stale[tile].sees_same(before))
         }
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
