@@ -4,11 +4,14 @@ A viewer walks at 1.4 m/s and turns by 45° a second, that is along a circle of 
 pictures are those that the window shows (`walk.shown_frames`), without a window and its widgets. Measured are the time
 from one to the next, how long it takes until a picture shows what the user did, the part of them that no frame held,
 and afterwards, at some moments, their FLIP against the truth of 16 samples a pixel, over that of a whole frame of the
-same camera. Then the viewer stands still, until nothing is drawn any more.
+same camera. Then the viewer stands still, until nothing is drawn any more. With `--wander` he goes and turns at random,
+by up to 90° a second, and everything after the first second counts.
 """
 
 import math
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -33,6 +36,9 @@ SPEED, TURN = 1.4, math.radians(45)  # m/s, rad/s
 WARM = 4.0  # s of walking before anything is measured: shaders are compiled, and frames are known to be slow
 KEPT = 6  # pictures that are compared with the truth
 SAMPLES = 4  # of the truth, per pixel along either axis
+WANDER_WARM = 1.0  # s
+WANDER_TURN, WANDER_REACH = math.radians(90), 20.0  # rad/s at most, metres from where he began
+WANDER_SEED = 7
 UPLOAD_SECONDS = 0.008  # as in the window
 
 
@@ -81,8 +87,56 @@ def camera_at(start: Camera, seconds: float) -> Camera:
     return Camera(position.to_tuple(), (position + look).to_tuple(), start.fov)
 
 
-def walk(scene: Scene, start: Camera, seconds: float) -> Walked:
-    """Walk through a scene as `camera_at` does, for some seconds, and stand still afterwards."""
+def wandering(start: Camera, seconds: float) -> Callable[[float], Camera]:
+    """Return the camera, by time, of a viewer who for some seconds goes and turns at random, from `start` on.
+
+    Every second or two he chooses how fast to turn, and whether to stand still; what is too far from where he began
+    makes him turn back.
+    """
+    rng, step = np.random.default_rng(WANDER_SEED), 0.02
+    place, look = np.array(start.position), start.look
+    yaw, pitch = math.atan2(look.x, look.z), math.asin(look.y)
+    turn = speed = wanted_turn = wanted_speed = until = 0.0
+    track = []
+    for now in np.arange(0.0, seconds + 1.0, step):
+        if now >= until:
+            until = now + rng.uniform(0.8, 2.5)
+            wanted_turn = rng.uniform(-WANDER_TURN, WANDER_TURN) * (rng.uniform() < 0.7)
+            wanted_speed = SPEED * (rng.uniform() < 0.9)
+        away = np.array(start.position) - place
+        if np.hypot(away[0], away[2]) > WANDER_REACH:
+            off = (math.atan2(away[0], away[2]) - yaw + math.pi) % (2 * math.pi) - math.pi
+            wanted_turn, wanted_speed = float(np.clip(2 * off, -WANDER_TURN, WANDER_TURN)), SPEED
+        turn += (wanted_turn - turn) * step / 0.2
+        speed += (wanted_speed - speed) * step / 0.2
+        yaw += turn * step
+        place = place + speed * step * np.array([math.sin(yaw), 0.0, math.cos(yaw)])
+        track.append((*place, yaw))
+    at, columns = np.arange(len(track)) * step, np.array(track).T
+
+    def camera(now: float) -> Camera:
+        x, y, z, angle = (float(np.interp(now, at, column)) for column in columns)
+        level = math.cos(pitch)
+        ahead = (x + level * math.sin(angle), y + math.sin(pitch), z + level * math.cos(angle))
+        return Camera((x, y, z), ahead, start.fov)
+
+    return camera
+
+
+def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, warm: float = WARM) -> Walked:
+    """Walk through a scene for some seconds, and stand still afterwards.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    camera_of
+        Returns the camera at a time, seconds from the beginning.
+    seconds
+        How long is measured.
+    warm
+        Seconds before that.
+    """
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE) as headless, headless.device.context:
         renderer, context = headless.renderer, headless.device.context
         scope = headless.device.scope("fluidity")
@@ -103,17 +157,17 @@ def walk(scene: Scene, start: Camera, seconds: float) -> Walked:
             intervals, drawing, scene_seconds, unseen = [], [], [], []
             kept: list[Shown] = []
             begin = before = time.perf_counter()
-            while (now := time.perf_counter()) < begin + WARM + seconds:
-                camera = camera_at(start, now - begin)
+            while (now := time.perf_counter()) < begin + warm + seconds:
+                camera = camera_of(now - begin)
                 show(camera, now - before)
                 spent, before = now - before, now
-                if now < begin + WARM:
+                if now < begin + warm:
                     continue
                 intervals.append(spent)
                 drawing.append(shown[-1] - now)
                 scene_seconds.append(frames.scene_seconds)
                 unseen.append(frames.unseen)
-                if len(kept) < KEPT * (now - begin - WARM) / seconds:
+                if len(kept) < KEPT * (now - begin - warm) / seconds:
                     assert frames.view is not None  # `show` has drawn a picture
                     kept.append(Shown(read_pixels(screen)[..., :3].copy(), frames.view.camera))
                     before += time.perf_counter() - now  # reading is no part of showing
@@ -167,19 +221,24 @@ def averaged(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def main(
     scenes: Annotated[list[Path], typer.Argument(help="Scene files, each with a camera.")],
     seconds: Annotated[float, typer.Option(help="How long to walk.")] = 10.0,
+    wander: Annotated[bool, typer.Option("--wander", help="Walk at random instead.")] = False,
     mode: Annotated[str, typer.Option(help="render.reprojection.mode: auto, on, or off for whole frames.")] = "auto",
 ) -> None:
     """Print a row per scene: pictures a second, how long from one to the next, what they lack, and their likeness."""
     print(
-        "| scene | pictures/s | median · p95 · p99 · max, ms | input to picture, p95, ms | frame, ms | unseen, % "
-        "| FLIP, shown ÷ whole | idle, % |"
+        "| scene | pictures/s | median · p95 · p99 · max, ms | max ÷ median | input to picture, p95, ms | frame, ms "
+        "| unseen, % | FLIP, shown ÷ whole | idle, % |"
     )
-    print("|---|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|---|")
     for file in scenes:
         scene = load_scene(file, overrides={"render.reprojection.mode": mode})
         if scene.camera is None:
             raise typer.BadParameter(f"{file}: a scene without a camera")
-        walked = walk(scene, scene.camera, seconds)
+        start = scene.camera
+        if wander:
+            walked = walk(scene, wandering(start, WANDER_WARM + seconds), seconds, WANDER_WARM)
+        else:
+            walked = walk(scene, partial(camera_at, start), seconds)
         cameras = [shown.camera for shown in walked.kept]
         truth = [averaged(picture) for picture in pictures(scene, cameras, (SAMPLES * SIZE[0], SAMPLES * SIZE[1]))]
         whole = pictures(scene, cameras, SIZE)
@@ -191,7 +250,8 @@ def main(
         ms = 1e3 * walked.intervals
         spread = " · ".join(f"{value:.0f}" for value in (*np.percentile(ms, (50, 95, 99)), ms.max()))
         print(
-            f"| {file.stem} | {1e3 / ms.mean():.1f} | {spread} | {1e3 * np.percentile(walked.delays, 95):.0f} "
+            f"| {file.stem} | {1e3 / ms.mean():.1f} | {spread} | {ms.max() / np.median(ms):.1f} "
+            f"| {1e3 * np.percentile(walked.delays, 95):.0f} "
             f"| {1e3 * walked.scene:.0f} | {100 * walked.unseen:.1f} "
             f"| {shown_flip:.4f} ÷ {whole_flip:.4f} = {shown_flip / whole_flip:.2f} | {100 * walked.idle:.1f} |",
             flush=True,

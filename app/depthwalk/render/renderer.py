@@ -294,8 +294,7 @@ class Renderer:
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""
-        settings, lamps, is_first = self.settings, frame.environment.lights, self.plan is None
-        hurried = self.remembers and is_first and self.warp_limit is not None
+        settings, lamps, hurried = self.settings, frame.environment.lights, self.warp_limit is not None
         planned = self._shadows.plan(
             frame.view,
             frame.light,
@@ -304,11 +303,13 @@ class Renderer:
             settings.lod.magnification,
             residency,
             self.remembers,
-            only_seen=not self.remembers or is_first,  # the first picture is not to wait for all
-            detail=_FIRST_DETAIL if hurried else 1.0,
+            only_seen=not self.remembers,
+            detail=_FIRST_DETAIL if hurried and self.plan is None else 1.0,
         )
-        portion = _SHADOW_TRIANGLES if self.warp_limit is None else self.warp_limit // 2
-        self._last_shadows = replace(planned, portion=None if self.upload_seconds is None else portion)
+        portion: int | None = _SHADOW_TRIANGLES if self.warp_limit is None else self.warp_limit // 2
+        if self.upload_seconds is None:
+            portion = None
+        self._last_shadows = replace(planned, portion=portion, hurried=hurried)
         return self._last_shadows
 
     def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:

@@ -73,7 +73,7 @@ class ShadowPlanner:
             Whether maps of the sun are to hold what casts its shadow on something in the view alone, since no other
             frame uses them.
         detail
-            Part of the triangles that `params` allow, above 0; less than 1 only with `only_seen`.
+            Part of the triangles that `params` allow, above 0; less than 1 for provisional maps.
 
         Returns
         -------
@@ -109,7 +109,7 @@ class ShadowPlanner:
                 for map_view, rows, part in zip(views, casters, fraction, strict=True)
             ]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
-        of_sun = tuple(replace(map_, provisional=only_seen) for map_ in maps[: len(cascades)]) if by_sun else None
+        of_sun = tuple(replace(map_, provisional=detail < 1) for map_ in maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
     def _warn_of_lamps(self, requested: int, allowed: int) -> None:

@@ -93,6 +93,9 @@ class ShadowsPass(Pass[ShadowParams]):
         texture = self._of_sun.fit(len(maps), params.resolution)
         requested = dict(enumerate(maps))
         stale = self._of_sun.stale(requested)
+        if frame.shadows.hurried:
+            kept = self._of_sun.provisional(stale)
+            stale = {tile: map_ for tile, map_ in stale.items() if tile not in kept}
         waiting = self._of_sun.waiting(stale) if frame.shadows.may_wait else {}
         due = {tile: map_ for tile, map_ in stale.items() if tile not in waiting}
         yield from self._draw_maps(frame, self._of_sun, due, _CLAMPED)

@@ -38,7 +38,7 @@ class ShadowMap:
     meshes
         The meshes that cast shadows in the map.
     provisional
-        Whether it serves a first picture alone, with fewer casters or coarser ones than others are to have.
+        Whether its casters are coarser than they should be, so that a first picture is there soon.
     """
 
     view: MapView
@@ -116,6 +116,8 @@ class Shadows:
     portion
         About how many triangles of a map that may wait are drawn in a frame, so that frames take equally long; None:
         one map is drawn whole in each.
+    hurried
+        Whether somebody moves, so that maps which are provisional where they are stay so.
     lamps
         The maps of lamps, by the tile of the atlas that each lies in.
     tiles
@@ -125,6 +127,7 @@ class Shadows:
     sun: tuple[ShadowMap, ...] | None = None
     may_wait: bool = False
     portion: int | None = None
+    hurried: bool = False
     lamps: dict[int, ShadowMap] = field(default_factory=dict)
     tiles: dict[int, int] = field(default_factory=dict)
 

@@ -79,6 +79,15 @@ class ShadowAtlas:
         """Return the map that the tile numbered `tile` shows now, which an earlier frame may have asked for."""
         return self._held[tile]
 
+    def provisional(self, stale: Mapping[int, ShadowMap]) -> set[int]:
+        """Return the tiles of those `stale` maps that a provisional map stands for, at the same place."""
+        held = self._held
+        return {
+            tile
+            for tile, map_ in stale.items()
+            if tile in held and held[tile].provisional and map_.sees_same(held[tile])
+        }
+
     def waiting(self, stale: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
         """Return which of some stale maps may be shown as they are for some frames more.
 
