@@ -160,8 +160,8 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
             while (now := time.perf_counter()) < begin + warm + seconds:
                 camera = camera_of(now - begin)
                 show(camera, now - before)
-                spent, before = now - before, now
-                if now < begin + warm:
+                spent, began, before = now - before, before, now
+                if began < begin + warm:
                     continue
                 intervals.append(spent)
                 drawing.append(shown[-1] - now)

@@ -15,6 +15,12 @@ def test_passes_that_do_next_to_nothing_share_a_row() -> None:
     assert pass_rows(times) == [("warp", "30.00"), ("composite", "69.00"), ("light", "0.57"), ("others", "0.43")]
 
 
+def test_passes_that_share_a_program_share_a_row_of_several_lines() -> None:
+    ((names, _),) = pass_rows({"sun + light + fog + output": 20.0})
+    assert names.replace("\n", " ") == "sun + light + fog + output"
+    assert max(map(len, names.split("\n"))) <= 13
+
+
 def test_none_is_left_out_where_all_do_something() -> None:
     assert pass_rows({"warp": 3.0, "light": 1.0}) == [("warp", "3.00"), ("light", "1.00")]
     assert pass_rows({}) == []

@@ -13,6 +13,7 @@ from depthwalk.walk.state import State
 _MARGIN = 10.0
 _WIDTH = 255.0
 _LABELS = 84.0  # width of the column of names
+_LABEL_CHARACTERS = 13  # that fit into it
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
 _SLOWER = 1.3  # times as long as from picture to picture: frames that are drawn in slices
@@ -85,13 +86,13 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
     Returns
     -------
     list[tuple[str, str]]
-        A name and a text for each row.
+        A name, in several lines where passes share a program, and a text for each row.
     """
     smallest = _SMALLEST_SHARE * sum(milliseconds.values())
     rows = {name: spent for name, spent in milliseconds.items() if spent > smallest}
     if len(rows) < len(milliseconds):
         rows["others"] = sum(milliseconds.values()) - sum(rows.values())
-    return [(name, f"{spent:.2f}") for name, spent in rows.items()]
+    return [(textwrap.fill(name, _LABEL_CHARACTERS), f"{spent:.2f}") for name, spent in rows.items()]
 
 
 def draw_crosshair() -> None:

@@ -26,8 +26,8 @@ class Shown:
     def sees_same(self, other: "Shown") -> bool:
         return self.place == other.place
 
-    def follows(self, before: "Shown") -> bool:
-        return self.may_follow
+    def follows(self, before: "Shown", from_afar: bool = False) -> bool:
+        return self.may_follow or from_afar
 
 
 @pytest.fixture
@@ -83,6 +83,13 @@ def test_maps_that_only_moved_take_turns_and_so_does_the_nearest(atlas: ShadowAt
     assert drawn(atlas, due(atlas, {0: shown(2, place=1), 1: shown(2, place=2), 2: shown(1, place=1)})) == [0, 1]
     elsewhere = {tile: shown(2, may_follow=False, place=9) for tile in range(3)}
     assert sorted(due(atlas, elsewhere)) == [0, 1, 2]
+
+
+def test_where_somebody_moves_only_the_farthest_must_reach_him(atlas: ShadowAtlas) -> None:
+    atlas.fit(3, 8)
+    drawn(atlas, due(atlas, {tile: shown(0) for tile in range(3)}))
+    elsewhere = atlas.stale({tile: shown(0, may_follow=False, place=9) for tile in range(3)})
+    assert not atlas.waiting(elsewhere) and list(atlas.waiting(elsewhere, last=2)) == [0, 1]
 
 
 def test_the_nearest_takes_turns_too_where_it_is_provisional(atlas: ShadowAtlas) -> None:

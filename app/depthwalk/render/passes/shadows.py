@@ -96,7 +96,8 @@ class ShadowsPass(Pass[ShadowParams]):
         if frame.shadows.hurried:
             kept = self._of_sun.provisional(stale)
             stale = {tile: map_ for tile, map_ in stale.items() if tile not in kept}
-        waiting = self._of_sun.waiting(stale) if frame.shadows.may_wait else {}
+        last = len(maps) - 1 if frame.shadows.hurried else None
+        waiting = self._of_sun.waiting(stale, last) if frame.shadows.may_wait else {}
         due = {tile: map_ for tile, map_ in stale.items() if tile not in waiting}
         yield from self._draw_maps(frame, self._of_sun, due, _CLAMPED)
         yield from self._draw_portion(frame, waiting)

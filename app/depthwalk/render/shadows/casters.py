@@ -78,7 +78,7 @@ class ShadowMap:
             its.clip_from_centre,
         )
 
-    def follows(self, before: "ShadowMap") -> bool:
+    def follows(self, before: "ShadowMap", from_afar: bool = False) -> bool:
         """Return whether an earlier map may be shown in place of this one for a few more frames.
 
         It may if both are maps of the sun, the sun has not moved, and the map has moved by less than half its width and
@@ -88,6 +88,8 @@ class ShadowMap:
         ----------
         before
             The earlier map.
+        from_afar
+            Whether it may also have moved farther, since another map holds what the earlier one does not reach.
 
         Returns
         -------
@@ -99,7 +101,7 @@ class ShadowMap:
             return False
         moved = np.subtract(mine.centre, its.centre) @ mine.axes.T
         near = np.abs(moved) < mine.half * np.array([1, 1, DEPTH])
-        return mine.half == its.half and np.array_equal(mine.axes, its.axes) and bool(near.all())
+        return mine.half == its.half and np.array_equal(mine.axes, its.axes) and (from_afar or bool(near.all()))
 
 
 @dataclass(frozen=True, kw_only=True)

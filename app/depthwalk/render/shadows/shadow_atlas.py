@@ -88,7 +88,7 @@ class ShadowAtlas:
             if tile in held and held[tile].provisional and map_.sees_same(held[tile])
         }
 
-    def waiting(self, stale: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
+    def waiting(self, stale: Mapping[int, ShadowMap], last: int | None = None) -> dict[int, ShadowMap]:
         """Return which of some stale maps may be shown as they are for some frames more.
 
         Those may that follow what their tile shows (`ShadowMap.follows`); but not the nearest, in tile 0, if its
@@ -100,6 +100,9 @@ class ShadowAtlas:
         ----------
         stale
             The maps, as `stale` returns them.
+        last
+            The tile of the map that reaches farthest, where others may wait wherever they were; None: none may that
+            moved too far.
 
         Returns
         -------
@@ -110,7 +113,8 @@ class ShadowAtlas:
         return {
             tile: stale[tile]
             for tile, before in held.items()
-            if stale[tile].follows(before) and (tile > 0 or before.provisional or not stale[tile].sees_same(before))
+            if stale[tile].follows(before, last is not None and tile < last)
+            and (tile > 0 or before.provisional or not stale[tile].sees_same(before))
         }
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
