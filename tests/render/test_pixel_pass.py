@@ -114,6 +114,29 @@ def test_pictures_are_those_of_the_passes_apart(
     assert len(np.unique(pictures[0].reshape(-1, 4), axis=0)) > 200  # there is something to see
 
 
+@pytest.mark.parametrize("settings", [{}, {"light.mode": "forward"}, {"aa": "fxaa"}])
+def test_a_gpu_which_may_not_test_what_it_reads_draws_the_same(
+    gl_device: Device, library: ShapeLibrary, monkeypatch: pytest.MonkeyPatch, settings: dict[str, Any]
+) -> None:
+    pictures = []
+    for software in (gl_device.software, False):
+        monkeypatch.setattr(gl_device, "software", software)
+        scene = still_life(**OUTDOORS, lights=[LAMP])
+        for key, value in settings.items():
+            group, _, name = key.rpartition(".")
+            setattr(getattr(scene.render, group) if group else scene.render, name, value)
+        with OnScreen(gl_device, scene, library, SIZE) as stage:
+            stage.draw(VIEW)
+            pictures.append(read_pixels(stage.screen))
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+
+
+@pytest.mark.parametrize("targets", [(), ("lit", "shadow"), ("albedo",), ("depth",)])
+def test_it_writes_one_target_that_it_can(targets: tuple[str, ...]) -> None:
+    with pytest.raises(TypeError, match="pass wrong: a pass of pixels writes one target of shadow, lit, screen"):
+        type("Wrong", (Inverted,), {"name": "wrong", "writes": targets})
+
+
 def test_a_program_is_compiled_once(gl_device: Device, library: ShapeLibrary) -> None:
     with OnScreen(gl_device, still_life(**OUTDOORS), library, SIZE) as stage:
         stage.draw(VIEW)

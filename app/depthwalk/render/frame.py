@@ -107,6 +107,9 @@ class Pass(ABC, Generic[P]):
     `release`           At the end: free what was created. The pass may then be attached to another renderer.
     ==================  ================================================================================================
 
+    A pass that follows a `render.pixel_pass.PixelPass` is asked `enabled` before that one draws: the two may share a
+    program.
+
     `enabled` and `draw` run once per frame, but once per occlusion phase for a pass that `draws_objects`, and once per
     sample of a pixel for one that is `per_sample`.
 

@@ -62,13 +62,23 @@ class PixelPass(Pass[P]):
     Attributes
     ----------
     shader : the file of the function, as `Program` takes it; by default NAME/NAME.glsl below `shaders/`.
+
+    Raises
+    ------
+    TypeError
+        By the definition of a subclass that writes anything but one of the targets `shadow`, `lit` and `screen`.
     """
 
     shader: ClassVar[str | Path] = ""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        if "name" in vars(cls) and "shader" not in vars(cls):
+        if "name" not in vars(cls):
+            return
+        if len(cls.writes) != 1 or not _RESULTS.get(cls.writes[0]):
+            written = ", ".join(name for name, colour in _RESULTS.items() if colour)
+            raise TypeError(f"pass {cls.name}: a pass of pixels writes one target of {written}")
+        if "shader" not in vars(cls):
             cls.shader = f"{cls.name}/{cls.name}.glsl"
 
     def setup(self, gl: Scope) -> None:
