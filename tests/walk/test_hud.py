@@ -19,6 +19,7 @@ def test_passes_that_share_a_program_share_a_row_of_several_lines() -> None:
     ((names, _),) = pass_rows({"sun + light + fog + output": 20.0})
     assert names.replace("\n", " ") == "sun + light + fog + output"
     assert max(map(len, names.split("\n"))) <= 13
+    assert pass_rows({"material_resolve": 20.0}) == [("material_resolve", "20.00")]
 
 
 def test_none_is_left_out_where_all_do_something() -> None:

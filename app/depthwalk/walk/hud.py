@@ -92,7 +92,9 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
     rows = {name: spent for name, spent in milliseconds.items() if spent > smallest}
     if len(rows) < len(milliseconds):
         rows["others"] = sum(milliseconds.values()) - sum(rows.values())
-    return [(textwrap.fill(name, _LABEL_CHARACTERS), f"{spent:.2f}") for name, spent in rows.items()]
+    return [
+        (textwrap.fill(name, _LABEL_CHARACTERS, break_long_words=False), f"{spent:.2f}") for name, spent in rows.items()
+    ]
 
 
 def draw_crosshair() -> None:
