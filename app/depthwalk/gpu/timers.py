@@ -15,6 +15,7 @@ import moderngl
 from depthwalk.gpu.device import Device
 
 _FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, when its result no longer blocks
+_FIRST_DRAINED = 3  # those before compile shaders, which tells of no other frame; a window at rest draws few more
 _DRAINED_EVERY = 8  # frames, one of which is drained: its passes cannot share the cores, which makes it a tenth longer
 
 
@@ -41,9 +42,7 @@ class PassTimers:
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
         self.frame, self.of_frame = 0, -1
-        self._next = (
-            _DRAINED_EVERY  # frame to be drained; the first ones compile shaders, which tells of no other frame
-        )
+        self._next = _FIRST_DRAINED  # frame to be drained
         self._measured: list[tuple[str, float | moderngl.Query]] = []
         self._pending: deque[tuple[int, list[tuple[str, float | moderngl.Query]]]] = deque()
         self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one
