@@ -40,7 +40,7 @@ from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
-_SHADOW_TRIANGLES = 800_000  # of shadow maps that may wait, in a frame of a window where nobody moves
+_SHADOW_TRIANGLES = 2_000_000  # of shadow maps that may wait, in a frame of a window where nobody moves
 _FIRST_DETAIL = 0.1  # of the triangles of shadow maps, in a first picture that somebody waits for
 _END = object()  # of a pass: it has no further part
 _IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
