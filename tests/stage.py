@@ -1,7 +1,7 @@
 """A renderer that tests ask what it found on its way to a picture."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -23,6 +23,7 @@ from depthwalk.render.shadows.shadow_atlas import ShadowAtlas
 from depthwalk.render.shadows.spot_maps import Spot
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 from shapes import ShapeLibrary
@@ -38,6 +39,13 @@ def view_of(
     far: float = 60.0,
 ) -> View:
     return View(Camera(position, target, 0.9), SIZE, near=0.1, far=far)
+
+
+def set_all(settings: RenderSettings, values: Mapping[str, object]) -> None:
+    """Set render settings by their names, within a group as `light.mode`."""
+    for key, value in values.items():
+        group, _, name = key.rpartition(".")
+        setattr(getattr(settings, group) if group else settings, name, value)
 
 
 class OnScreen:

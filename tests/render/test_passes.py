@@ -26,7 +26,7 @@ from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from shapes import ShapeLibrary, box, scene_of, sphere
-from stage import OnScreen
+from stage import OnScreen, set_all
 
 SIZE = (96, 64)
 VIEW = View(Camera((0.3, 1.5, 5.0), (0.0, 0.6, 0.0), 0.9), SIZE)
@@ -262,9 +262,7 @@ def test_declared_targets_are_those_that_passes_use(
         if mode.get("aa") == "msaa" and gl_device.max_samples < 4:
             continue
         scene.render.shadows.enabled = True
-        for key, value in mode.items():
-            group, _, name = key.rpartition(".")
-            setattr(getattr(scene.render, group) if group else scene.render, name, value)
+        set_all(scene.render, mode)
         with OnScreen(gl_device, scene, library, SIZE) as stage:
             stage.draw(VIEW)
     alone = scene_of((0, (0, 0.6, 0), 0.0, 1.0))

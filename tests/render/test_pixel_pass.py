@@ -19,7 +19,7 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
 from shapes import ShapeLibrary, box, scene_of, sphere
-from stage import OnScreen
+from stage import OnScreen, set_all
 
 SIZE = (161, 120)
 VIEW = View(Camera((0.0, 1.4, 4.0), (0.1, 0.7, 0.0), 0.9), SIZE)
@@ -101,9 +101,7 @@ def test_pictures_are_those_of_the_passes_apart(
     for fused in (True, False):
         scene = still_life(**environment)
         scene.render.fused = fused
-        for key, value in settings.items():
-            group, _, name = key.rpartition(".")
-            setattr(getattr(scene.render, group) if group else scene.render, name, value)
+        set_all(scene.render, settings)
         with OnScreen(gl_device, scene, library, SIZE) as stage:
             stage.draw(VIEW, transparent)
             pictures.append(read_pixels(stage.screen).astype(int))
@@ -122,9 +120,7 @@ def test_a_gpu_which_may_not_test_what_it_reads_draws_the_same(
     for software in (gl_device.software, False):
         monkeypatch.setattr(gl_device, "software", software)
         scene = still_life(**OUTDOORS, lights=[LAMP])
-        for key, value in settings.items():
-            group, _, name = key.rpartition(".")
-            setattr(getattr(scene.render, group) if group else scene.render, name, value)
+        set_all(scene.render, settings)
         with OnScreen(gl_device, scene, library, SIZE) as stage:
             stage.draw(VIEW)
             pictures.append(read_pixels(stage.screen))

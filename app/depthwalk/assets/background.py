@@ -127,7 +127,6 @@ class BackgroundLibrary(SceneLibrary):
         self._reports: Any = None
         self._spill: str | None = None  # a folder for what the cache cannot keep
         self._held: list[Preloaded] = []
-        self._reader: AheadReader | None = None
         self._is_mesh_read = False  # whether a mesh was, or is being
         self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
         self._batch = _Batch()
@@ -281,7 +280,7 @@ class BackgroundLibrary(SceneLibrary):
         self.cancel()
         if self._finder is not None:
             self._finder.shutdown(wait=False, cancel_futures=True)
-            self._finder = self._reader = None
+            self._finder = self._ahead = None
         if self._spill is not None:
             shutil.rmtree(self._spill, ignore_errors=True)
             self._spill = None
@@ -292,6 +291,7 @@ class BackgroundLibrary(SceneLibrary):
     def _threads(self) -> ThreadPoolExecutor:
         if self._finder is None:
             self._finder = ThreadPoolExecutor(1, "depth-images")
+            self._ahead = AheadReader(self._finder)
         return self._finder
 
     def _find(self, asset: int, options: CookOptions, threads: Executor) -> Objects | None:
@@ -301,21 +301,15 @@ class BackgroundLibrary(SceneLibrary):
         read the arrays, since the first picture needs most of them; of what is missing, the first mesh.
         """
         if self.is_shipped_cooked(asset):
-            return self._read_ahead(threads, super().cooked(asset, options))
+            return super().cooked(asset, options)
         key = self.key(asset)
         if not key:
             return super().cooked(asset, options)
         found = find_cooked(key, options)
         if found is not None:
-            return self._read_ahead(threads, found)
+            return self._read_ahead(found)
         self._read_mesh_ahead(threads, asset)
         return None
-
-    def _read_ahead(self, threads: Executor, objects: Objects) -> Objects:
-        """Return `objects`, whose arrays `threads` begin to read; but only so many bytes in all."""
-        if self._reader is None:
-            self._reader = AheadReader(threads)
-        return self._reader.read(objects)
 
     def _read_mesh_ahead(self, threads: Executor, asset: int) -> None:
         """Have the mesh of an asset read by `threads`, unless another one was; whoever needs it waits for it."""

@@ -166,7 +166,10 @@ class SceneLibrary:
         LookupError
             Where the asset has no depth images.
         """
-        objects = self._cooked(asset, options, again)
+        return self._read_ahead(self._cooked(asset, options, again))
+
+    def _read_ahead(self, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
+        """Return `objects`, whose arrays begin to be read where the library reads ahead."""
         return objects if self._ahead is None else self._ahead.read(objects)
 
     def _cooked(self, asset: int, options: CookOptions, again: bool) -> tuple[CookedObject, ...]:

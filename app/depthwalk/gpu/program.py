@@ -45,9 +45,8 @@ _FROM_REST = re.compile(rf"\s+(?P<module>\w+(?:\.\w+)*)\s+import\s+(?P<names>{_I
 _UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
 _OWN_PACKAGE = "depthwalk"
 _TEXEL_BYTES = 16  # of four floats
-_LINES = (
-    100_000  # more than a file has: line 7 of file 3 is told as line 300007, since Mesa may forget the file's number
-)
+# More than a file has: line 7 of file 3 is told as line 300007, since Mesa may forget the number of the file.
+_LINES = 100_000
 _LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
 
 # Extensions that shaders use where the compiler has them; each is then also defined by its name in capitals.

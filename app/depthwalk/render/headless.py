@@ -60,7 +60,6 @@ class HeadlessRenderer:
         self.size = size
         self.device = headless_device()
         self._released = False
-        self._is_linear = False
         with ExitStack() as made:  # what a failing step leaves behind goes with the context
             made.callback(self.device.context.release)
             with self.device.context, ExitStack() as objects:
@@ -100,7 +99,6 @@ class HeadlessRenderer:
         transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
         linear : whether `linear_image` is to tell of the frame.
         """
-        self._is_linear = linear
         self.renderer.keeps = frozenset(("lit",) if linear else ())
         with self.device.context:
             self.renderer.render(view, self._screen, transparent)
@@ -141,7 +139,7 @@ class HeadlessRenderer:
             Where that frame was drawn without `linear`.
         """
         targets = self.renderer.targets
-        if targets is None or not self._is_linear:
+        if targets is None or "lit" not in self.renderer.keeps:
             raise ValueError("no frame was drawn with linear=True")
         with self.device.context:
             lit = targets.lit_texture.read(alignment=1)

@@ -57,7 +57,8 @@ class PixelPass(Pass[P]):
     A subclass declares as `Pass` does, in `writes` one target alone, and implements `inputs`. Its shader has a function
     `void draw_NAME(inout Pixel pixel)`, with the `name` of the pass, see shaders/common/pixel.glsl. Where the pass
     reads the depth, the function is compiled twice: with SKY defined it draws the pixels where nothing is, without it
-    the others. It must not look at other pixels of a target.
+    the others. TRANSPARENT is defined where pixels that show nothing are to be empty. The function must not look at
+    other pixels of a target.
 
     Attributes
     ----------
@@ -244,7 +245,10 @@ class PixelPrograms:
         uniforms = {name: unit for unit, name in enumerate(textures)}
         uniforms |= {name: value for each in inputs for name, value in each.uniforms.items()}
         defines = tuple(dict.fromkeys(chain.from_iterable(each.defines for each in inputs)))
-        defines += tuple(f"READS_{name.upper()}" for name in readers)
+        defines += (
+            *(f"READS_{name.upper()}" for name in readers),
+            *(("TRANSPARENT",) if group[0].frame.transparent else ()),
+        )
         into, halves = self._halves(group, readers)
         programs = {half: self._program(passes, (*defines, *half)) for half in halves}
         for program in programs.values():

@@ -294,7 +294,7 @@ class Renderer:
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""
-        settings, lamps, hurried = self.settings, frame.environment.lights, self.warp_limit is not None
+        settings, lamps, limit = self.settings, frame.environment.lights, self.warp_limit
         planned = self._shadows.plan(
             frame.view,
             frame.light,
@@ -303,13 +303,12 @@ class Renderer:
             settings.lod.magnification,
             residency,
             self.remembers,
-            only_seen=not self.remembers,
-            detail=_FIRST_DETAIL if hurried and self.plan is None else 1.0,
+            detail=_FIRST_DETAIL if limit is not None and self.plan is None else 1.0,
         )
-        portion: int | None = _SHADOW_TRIANGLES if self.warp_limit is None else self.warp_limit // 2
-        if self.upload_seconds is None:
-            portion = None
-        self._last_shadows = replace(planned, portion=portion, hurried=hurried)
+        portion = _SHADOW_TRIANGLES if limit is None else limit // 2
+        self._last_shadows = replace(
+            planned, portion=None if self.upload_seconds is None else portion, hurried=limit is not None
+        )
         return self._last_shadows
 
     def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:

@@ -48,7 +48,6 @@ class ShadowPlanner:
         magnification: float,
         uploads: FrameResidency,
         may_wait: bool,
-        only_seen: bool = False,
         detail: float = 1.0,
     ) -> Shadows:
         """Plan the maps of the sun, if it casts shadows, and of the lamps in sight that do.
@@ -68,10 +67,8 @@ class ShadowPlanner:
         uploads
             Brings what casts shadows to the GPU; objects that are not resident in time cast none in this frame.
         may_wait
-            Whether maps of the sun may be redrawn some frames later.
-        only_seen
-            Whether maps of the sun are to hold what casts its shadow on something in the view alone, since no other
-            frame uses them.
+            Whether maps of the sun may be redrawn some frames later. If not, no other frame uses them: they hold what
+            casts its shadow on something in the view alone.
         detail
             Part of the triangles that `params` allow, above 0; less than 1 for provisional maps.
 
@@ -90,7 +87,7 @@ class ShadowPlanner:
             views: list[MapView] = [*cascades, *spots]
             bounds = self._world.bounds()
             found = [find_casters(map_view, bounds) for map_view in views]
-            if only_seen and cascades:
+            if cascades and not may_wait:
                 prism = SeenPrism.of(view, cascades[0].axes, params.distance)
                 margins = [(params.filter_width + _LIFTED) * cascade.texel for cascade in cascades]
                 for number, margin in enumerate(margins):

@@ -27,8 +27,7 @@ class FogPass(PixelPass[Params]):
         fog, sky = frame.environment.fog, frame.light.sky
         assert fog is not None  # as `enabled` found
         values = {"fog_density": fog.density, "fog_height": fog.height, "fog_falloff": fog.falloff}
-        transparent = ("TRANSPARENT",) if frame.transparent else ()
         if fog.colour is None:
-            return PixelInputs(defines=(*sky.defines, *transparent), uniforms=values | sky.uniforms())
+            return PixelInputs(defines=sky.defines, uniforms=values | sky.uniforms())
         colour = {"fog_colour": tuple(linear_from_srgb(fog.colour).tolist())}
-        return PixelInputs(defines=("FOG_COLOUR", *transparent), uniforms=values | colour)
+        return PixelInputs(defines=("FOG_COLOUR",), uniforms=values | colour)

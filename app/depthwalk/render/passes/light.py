@@ -74,12 +74,11 @@ class LightPass(PixelPass[LightParams]):
 def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     """Return defines and uniforms of the sky, of the sun's disc in it, or of the plain background."""
     light, params = frame.light, frame.environment.sky
-    defines = (*light.sky.defines, *(("TRANSPARENT",) if frame.transparent else ()))
     if params is None or params.sun_size == 0:
-        return defines, light.sky.uniforms()
+        return light.sky.defines, light.sky.uniforms()
     radius = np.radians(params.sun_size / 2)
     disc = np.minimum(light.sun / radius**2, _MAX_RADIANCE)  # π · sun over the solid angle π · radius²
-    return (*defines, "DISC"), light.sky.uniforms() | {"disc": tuple(disc.tolist()), "disc_radius": radius}
+    return (*light.sky.defines, "DISC"), light.sky.uniforms() | {"disc": tuple(disc.tolist()), "disc_radius": radius}
 
 
 def _map_uniforms(maps: LampMaps) -> dict[str, Any]:
