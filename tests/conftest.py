@@ -4,6 +4,7 @@ import gc
 import logging
 import os
 import signal
+import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -99,6 +100,14 @@ def _logger_as_it_was() -> Iterator[None]:
     before = log.handlers, log.propagate, log.level
     yield
     log.handlers, log.propagate, log.level = before
+
+
+@pytest.fixture(autouse=True)
+def _planned_by_numpy() -> Iterator[None]:
+    """A benchmark loads the compiled loops for its own process, which here runs other tests, too."""
+    yield
+    if "depthwalk.render.kernels" in sys.modules:
+        sys.modules["depthwalk.render.kernels"].unload()
 
 
 @pytest.fixture(scope="session", autouse=True)

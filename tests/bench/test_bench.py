@@ -36,9 +36,11 @@ def test_json_is_the_public_contract(tiny_scene: Path, tmp_path: Path) -> None:
     result = run("bench", tiny_scene, *files, *shape, *near)
     assert result.exit_code == 0, result.stderr
     report = json.loads(out.read_text())
-    assert list(report) == ["version", "commit", "renderer", "timer", "resolution", "scene", "path", "runs"]
+    assert list(report) == [
+        *("version", "commit", "renderer", "timer", "planning", "resolution", "scene", "path", "runs")
+    ]
     assert report["version"] == depthwalk.__version__
-    assert report["timer"] in ("finish", "gpu")
+    assert report["timer"] in ("finish", "gpu") and report["planning"] in ("compiled", "numpy")
     assert (report["resolution"], report["scene"], report["path"]) == ([96, 64], str(tiny_scene), str(walk))
     assert [each["representation"] for each in report["runs"]] == ["dpci", "mesh"]
     for each in report["runs"]:
@@ -160,6 +162,7 @@ def test_names_are_escaped_in_the_page() -> None:
         commit=None,
         renderer="<gl>",
         timer="gpu",
+        planning="numpy",
         resolution=(8, 8),
         scene="<scene>.yaml",
         path=None,

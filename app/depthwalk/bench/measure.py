@@ -76,6 +76,8 @@ class Report:
         Name of the GL driver.
     timer
         "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
+    planning
+        "compiled" where `render.kernels` computed what a frame decides per object, "numpy" where numba is missing.
     resolution
         Width and height of the pictures, pixels.
     scene
@@ -90,6 +92,7 @@ class Report:
     commit: str | None
     renderer: str
     timer: str
+    planning: str
     resolution: tuple[int, int]
     scene: str
     path: str | None

@@ -20,6 +20,7 @@ from depthwalk.bench.equal import SUPERSAMPLING, coarsened, path_flip, supersamp
 from depthwalk.bench.measure import Run, measure
 from depthwalk.errors import InputError
 from depthwalk.provenance import commit
+from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
@@ -243,6 +244,7 @@ def make_row(
         Where no OpenGL 3.3 context can be created.
     """
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
+    kernels.load()
     report("reference")
     described, references = _references(walk, scene, library)
     with ExitStack() as opened:

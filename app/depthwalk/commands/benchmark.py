@@ -15,6 +15,7 @@ from depthwalk.commands.output import open_headless
 from depthwalk.commands.progress import frame_progress
 from depthwalk.errors import InputError
 from depthwalk.provenance import commit
+from depthwalk.render import kernels
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 
@@ -99,6 +100,7 @@ def run_bench(plan: Plan) -> Report:
         Where no OpenGL 3.3 context can be created.
     """
     runs: list[Run] = []
+    kernels.load()
     for name in plan.representations:
         with open_headless(plan.scene, plan.size, representation(name)) as headless:
             headless.renderer.remembers = True
@@ -115,6 +117,7 @@ def run_bench(plan: Plan) -> Report:
         commit=commit(),
         renderer=renderer,
         timer=timer,
+        planning="compiled" if kernels.loaded() else "numpy",
         resolution=plan.size,
         scene=str(plan.scene.path),
         path=None if plan.path_file is None else str(plan.path_file),

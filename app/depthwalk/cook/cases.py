@@ -55,7 +55,7 @@ CAPS = np.array([TOP_PIECE, BOTTOM_PIECE])
 _PIECE_NUMBERS = np.arange(PIECES)
 # How far a viewer may be in front of a plane, by its distance, and still be taken to be behind it: tiles round
 # positions of vertices, so that triangles seen from the edge may turn.
-_SLACK = 1e-3
+HORIZON_SLACK = 1e-3
 
 
 class Case(IntEnum):
@@ -108,7 +108,8 @@ def _cone_edges() -> Array:
     return np.asarray(edges / np.linalg.norm(edges, axis=-1, keepdims=True))
 
 
-_EDGES = _cone_edges()
+CONE_EDGES = _cone_edges()
+"""(PIECES, 4, 3) edges of the cones that hold the normals of the pieces, unit vectors, object frame."""
 
 
 def piece_numbers(corners: Array) -> Ints:
@@ -150,7 +151,7 @@ def piece_horizons(corners: Array, piece: Rows) -> Array:
     """
     horizon = np.full((PIECES, 4), np.inf)
     for number in np.unique(piece).tolist():
-        horizon[number] = (corners[piece == number].reshape(-1, 3) @ _EDGES[number].T).min(0)
+        horizon[number] = (corners[piece == number].reshape(-1, 3) @ CONE_EDGES[number].T).min(0)
     return horizon
 
 
@@ -174,8 +175,8 @@ def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_
     Ints
         (n,) bit masks: bit k is set where piece k may be seen.
     """
-    ahead = (viewer @ _EDGES[among].reshape(-1, 3).T).reshape(-1, len(among), 4)
-    ahead += _SLACK * np.linalg.norm(viewer, axis=1)[:, None, None]
+    ahead = (viewer @ CONE_EDGES[among].reshape(-1, 3).T).reshape(-1, len(among), 4)
+    ahead += HORIZON_SLACK * np.linalg.norm(viewer, axis=1)[:, None, None]
     return np.asarray((ahead > horizon).any(-1) @ (1 << among))
 
 

@@ -13,15 +13,15 @@ import numpy as np
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
+from depthwalk.render import kernels
 from depthwalk.render.antialiasing.modes import tile_layout
 from depthwalk.render.culling.depth_readback import DepthReadback
 from depthwalk.render.culling.occlusion_test import (
     FIRST_BATCH,
     FIRST_PHASE,
-    DepthRangeMaximum,
     IsHidden,
+    depth_test,
     growth,
-    screen_extents,
 )
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
@@ -292,7 +292,13 @@ class OcclusionPhases:
 
     def _cylinders(self, rows: Rows) -> Cylinders:
         """Return the cylinders that enclose the objects `rows` (m,)."""
-        table, centre = self._world.table(), self._world.bounds().centre
+        table, centre, loops = self._world.table(), self._world.bounds().centre, kernels.loaded()
+        if loops is not None:
+            o = self._world.objects()
+            enclosing = loops.upright_cylinders(
+                rows.astype(np.int64), centre, o.rotation, o.asset, o.scale, table.half_height, table.cylinder_radius
+            )
+            return Cylinders(*enclosing)
         return cylinders(self._world.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)
 
     def _hidden_by_depth(self, frame: _FrameInputs) -> IsHidden:
@@ -300,11 +306,11 @@ class OcclusionPhases:
         lod, warp = self._settings.lod, self._settings.warp
         if self._depth_readback is None:
             self._depth_readback = DepthReadback(self._device, frame.view.size)
-        depth = DepthRangeMaximum(self._depth_readback.read(frame.targets), self._depth_readback.side)
+        farthest = self._depth_readback.read(frame.targets)
         # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
         # what hides it, is no reason to draw it: what is seen instead is nearer to the truth.
         margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
-        return lambda enclosing: depth.hides(screen_extents(frame.view, enclosing, margin))
+        return depth_test(farthest, self._depth_readback.side, frame.view, margin)
 
     def resized(self) -> None:
         """Release what depends on the size of the targets; call this whenever that size changes."""

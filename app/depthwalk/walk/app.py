@@ -10,6 +10,7 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.formats import is_model_file
+from depthwalk.render import kernels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
@@ -83,6 +84,7 @@ class _Walk:
         self._last_time = time.perf_counter()  # of the last frame's beginning
         self._camera_before: Camera | None = None  # of the last frame
         self._shown: tuple[Any, ...] = ()  # of what the widgets tell, in the last round
+        self._loads_kernels = False  # whether the compiled loops of `render.kernels` are loaded, or being loaded
         self._unshown = 0  # rounds in which the widgets are still drawn: imgui answers to events a round later
 
     def start(
@@ -184,11 +186,18 @@ class _Walk:
         self._window.swap_buffers()
         self._frames.work()
         take_events()
-        if self._background is not None:
-            self._background.baking_waits = False  # the first picture is there
+        self._begin_what_waited()
         camera, self._camera_before = self._camera_before, self._state.camera
         if self._progress is not None and self._camera_before == camera and self._state.recorder is None:
             self._rest(now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
+
+    def _begin_what_waited(self) -> None:
+        """Begin what would have held up the first picture, which is there."""
+        if self._background is not None:
+            self._background.baking_waits = False
+        if not self._loads_kernels:
+            self._loads_kernels = True
+            kernels.load_behind()
 
     def _rests(self, dt: float) -> bool:
         """Return whether the window shows already all that there is to show."""

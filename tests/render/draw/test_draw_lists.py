@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.cook.cases import PIECES, RANGES
+from depthwalk.cook.cases import PIECES, RANGES, piece_runs
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
 from depthwalk.render.world.asset_table import AssetTable
 
@@ -17,7 +17,11 @@ def table() -> SimpleNamespace:
     count = np.zeros((3, 2, RANGES), int)
     count[:, :, :PIECES] = 3
     first = np.cumsum(count, -1) - count
-    return SimpleNamespace(index_first=first, index_count=count)
+
+    def runs(asset: int, level: int, pieces: int) -> tuple[tuple[int, int], ...]:
+        return piece_runs(first[asset, level], count[asset, level], pieces)
+
+    return SimpleNamespace(runs=runs)
 
 
 def test_batches_are_runs_of_what_is_equal() -> None:

@@ -7,6 +7,7 @@ from depthwalk.geometry.support_function import box_support_values
 from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles
 from depthwalk.render.impostors.tile_records import place_tiles, tile_records, warp_records
 from depthwalk.render.impostors.warp_planes import Planes, Volumes, choose_planes, depths_behind
+from depthwalk.scene.arrays import Objects
 
 ATLAS = 512, 256
 VIEWER = np.array([[3.0, 1.0, 0.5], [-1.0, 2.5, 4.0]])
@@ -63,12 +64,19 @@ def test_a_tile_knows_whom_it_was_warped_for(seen: tuple[Volumes, Planes, Tiles]
 
 def test_objects_are_placed_in_the_order_of_their_numbers(seen: tuple[Volumes, Planes, Tiles]) -> None:
     volumes, planes, tiles = seen
-    records = tile_records(VIEWER, planes, depths_behind(planes, volumes), tiles, CORNERS)
-    before = records.copy()
-    turned = np.array([[0, 1, 0, 0], [0, 0, 0, 1]], np.float32)
-    place_tiles(records, VIEWER + 0.5, np.array([2.0, 3.0]), turned)
-    np.testing.assert_array_equal(records["viewer"], np.column_stack([VIEWER + 0.5, [2, 3]]).astype(np.float32))
-    np.testing.assert_array_equal(records["rotation"], turned)
+    before = tile_records(VIEWER, planes, depths_behind(planes, volumes), tiles, CORNERS)
+    turned = np.array([[0, 0, 0, 1], [0, 1, 0, 0], [1, 0, 0, 0]], np.float32)
+    objects = Objects(
+        asset=np.zeros(3, np.int32),
+        position=np.zeros((3, 3), np.float32),
+        rotation=turned,
+        scale=np.array([2, 3, 4], np.float32),
+        representation=np.zeros(3, np.uint8),
+    )
+    viewers = np.concatenate([VIEWER + 0.5, VIEWER[:1] - 1])
+    records = place_tiles(before, np.array([1, 0]), viewers, objects, np.array([2, 1]))
+    np.testing.assert_array_equal(records["viewer"], np.column_stack([viewers[[2, 1]], [4, 3]]).astype(np.float32))
+    np.testing.assert_array_equal(records["rotation"], turned[[2, 1]])
     np.testing.assert_array_equal(records["objects"], [[0, 1], [1, 1]])
     for name in ("right", "high", "origin", "tile"):
-        np.testing.assert_array_equal(records[name], before[name])
+        np.testing.assert_array_equal(records[name], before[name][[1, 0]])

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.render import kernels
 from depthwalk.render.view.bounds import Cylinders
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask, Rows
@@ -102,6 +103,35 @@ def _support(cylinders: Cylinders, squared: Array | np.floating, along: Array) -
     """Return how far (n,) cylinders reach along vectors g. squared: g²; along: g·axis (n,)."""
     across = np.sqrt(np.maximum(squared - along * along, 0))
     return np.asarray(cylinders.half_height * np.abs(along) + cylinders.radius * across)
+
+
+def depth_test(farthest: NDArray[np.float32], side: int, view: View, margin: float) -> IsHidden:
+    """Return a test of which cylinders are hidden behind the depth buffer.
+
+    Parameters
+    ----------
+    farthest : (rows, columns) float32, greatest value of the depth buffer in each cell, row 0 at the bottom.
+    side : width and height of a cell, pixels.
+    view : the view of the picture, near and far plane fitted.
+    margin : by how much the rectangles of the cylinders are wider on every side, pixels.
+
+    Returns
+    -------
+    The test.
+    """
+    loops = kernels.loaded()
+    if loops is None:
+        depth = DepthRangeMaximum(farthest, side)
+        return lambda enclosing: depth.hides(screen_extents(view, enclosing, margin))
+    lens = [np.array(numbers, float) for numbers in (view.half_extent, view.shear, view.size)]
+    seen_through = view.position, view.axes, *lens, *view.depth_range, float(side), margin, _ROUNDING
+
+    def hides(enclosing: Cylinders) -> Mask:
+        columns = enclosing.centre, enclosing.axis, enclosing.half_height, enclosing.radius
+        shape = [np.ascontiguousarray(column, np.float32) for column in columns]
+        return np.asarray(loops.hidden(*shape, farthest, *seen_through))
+
+    return hides
 
 
 class DepthRangeMaximum:

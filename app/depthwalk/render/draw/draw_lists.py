@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.cook.cases import ALL_PIECES, piece_runs
+from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.types import Mask, Rows
 
@@ -210,7 +210,7 @@ def draw_batches(
         key = tuple(int(column[start]) for column in keys)
         runs: tuple[tuple[int, int], ...] = ()
         if pieces is not None:
-            runs = piece_runs(table.index_first[key[:2]], table.index_count[key[:2]], key[2])
+            runs = table.runs(*key)
         batches.append(
             DrawBatch(
                 asset=int(asset[start]),

@@ -18,8 +18,9 @@ from depthwalk.render.draw.frame_counts import phase_counts
 from depthwalk.render.draw.object_detail import choose_levels, lasting_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_mapping import Tiles
+from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import warp_records
-from depthwalk.render.impostors.tile_scheduler import ImpostorObjects, TileScheduler, TileWork
+from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
 from depthwalk.render.impostors.warp_planes import Planes, Volumes
 from depthwalk.render.lod.paper_lod import iter_step
 from depthwalk.render.resources.placed_records import placed_records

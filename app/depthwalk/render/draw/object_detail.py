@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from depthwalk.cook.cases import ALL_PIECES, CAPS, SIDE_PIECES, seen_pieces
+from depthwalk.cook.cases import ALL_PIECES, CAPS, CONE_EDGES, HORIZON_SLACK, SIDE_PIECES, seen_pieces
+from depthwalk.render import kernels
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
@@ -147,6 +148,12 @@ def choose_levels(
     -------
     (n,) levels, 0 the finest.
     """
+    loops = kernels.loaded()
+    if loops is not None and lod.mode != "paper":
+        seen = viewer, objects.asset, objects.scale, bounds.centre, bounds.bounding_radius, view.position
+        limits = view.detail_pixels, error_at_a_metre(view, lod), float(lod.triangles_per_pixel)
+        shape = table.centre, table.half_height, table.cylinder_radius, table.area
+        return np.asarray(loops.levels(*seen, *limits, table.error, table.triangles, table.levels, *shape))
     asset, max_level = objects.asset, table.levels[objects.asset]
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
     if lod.mode == "paper":
@@ -183,6 +190,10 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
     if lod.cases != "complete":
         case = paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])
         return CASE_PIECES[lod.cases][case]
+    loops = kernels.loaded()
+    if loops is not None:
+        cones = table.triangles, table.horizon, CONE_EDGES, HORIZON_SLACK
+        return np.asarray(loops.pieces(viewer, asset, level, *cones, float(_WORTH), SIDE_PIECES))
     caps = table.horizon[asset[:, None], level[:, None], CAPS]
     pieces = seen_pieces(caps, viewer, CAPS) | SIDE_PIECES
     large = np.flatnonzero(table.triangles[asset, level] >= _WORTH)

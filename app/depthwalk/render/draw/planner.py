@@ -13,8 +13,9 @@ from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQ
 from depthwalk.render.draw.frame_counts import phase_counts
 from depthwalk.render.draw.object_detail import DetailSelector, choose_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import warp_records
-from depthwalk.render.impostors.tile_scheduler import ImpostorObjects, TileScheduler, TileWork
+from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
 from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, nearest_faces
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level

@@ -5,6 +5,7 @@ Slots are cut from free rectangles (a guillotine allocator); slots given back me
 
 import numpy as np
 
+from depthwalk.render import kernels
 from depthwalk.types import Rows
 
 
@@ -72,6 +73,29 @@ class Atlas:
             self._free = np.concatenate([self._free, rest[1:]])
         return np.array([x, y, width, height])
 
+    def allocate_each(self, sizes: Rows) -> Rows:
+        """Give out slots for tiles one after the other, until one does not fit.
+
+        Parameters
+        ----------
+        sizes : (n, 2) width and height of the tiles, texels.
+
+        Returns
+        -------
+        (k, 4) the slots of the first k tiles, each as `allocate` gives it out.
+        """
+        loops = kernels.loaded()
+        if loops is not None:
+            slots, self._free, count = loops.allocate(self._free, sizes)
+            return np.asarray(slots[:count])
+        slots = np.zeros((len(sizes), 4), np.int64)
+        for k, size in enumerate(sizes):
+            slot = self.allocate(size)
+            if slot is None:
+                return slots[:k]
+            slots[k] = slot
+        return slots
+
     def allocate_all(self, sizes: Rows) -> Rows | None:
         """Give out slots for many tiles at once, in the largest free rectangle.
 
@@ -95,6 +119,8 @@ class Atlas:
 
     def release(self, slots: Rows) -> None:
         """Free the `slots` (n, 4), and merge free neighbours that together make a rectangle."""
+        if not len(slots):
+            return
         free = np.concatenate([self._free, slots])
         free = free[(free[:, 2:] > 0).all(1)]
         for axis in (0, 1):

@@ -17,7 +17,7 @@ from depthwalk.types import Array, Mask, Rows
 
 HARDEST = 4.0  # times the error allowed: a tile that is farther off does not wait for the budget
 MARGIN = 1.25  # cached tiles are cut to a frustum so much wider than the view's, so that the camera may turn
-_COARSER = 1.25  # pixels per texel, or texels per pixel, that are an error of 1
+COARSER = 1.25  # pixels per texel, or texels per pixel, that are an error of 1
 
 
 def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> Array:
@@ -114,7 +114,7 @@ def coarseness(made: Array, target: Array) -> Array:
     -------
     (n,) 0 where the resolution is right, 1 where it is off by as much as is allowed.
     """
-    return np.asarray(np.abs(np.log(target / made)) / np.log(_COARSER))
+    return np.asarray(np.abs(np.log(target / made)) / np.log(COARSER))
 
 
 def due(error: Array, triangles: Rows, budget: int) -> Mask:

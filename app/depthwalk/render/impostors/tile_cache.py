@@ -180,7 +180,9 @@ class TileCache:
         left = np.flatnonzero(~stays)
         if len(left) > _MANY and (found := self._atlas.allocate_all(padded[left])) is not None:
             slots[left], left = found, left[:0]
-        for k in left.tolist():
+        found = self._atlas.allocate_each(padded[left])
+        slots[left[: len(found)]] = found
+        for k in left[len(found) :].tolist():
             placed = self._place(padded[k])
             if placed is None:
                 return None

@@ -3,8 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.render import kernels
 from depthwalk.render.impostors.tile_mapping import Tiles
 from depthwalk.render.impostors.warp_planes import Planes
+from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
 # What warp.vert reads per object:
@@ -68,6 +70,11 @@ def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[
     -------
     (n,) WARP_RECORD.
     """
+    loops = kernels.loaded()
+    if loops is not None:
+        plane = planes.right, planes.up, planes.normal, planes.epipole, planes.offset, planes.distance
+        numbers = loops.warp_records(*plane, tiles.texel, tiles.nearest, tiles.size, corners, *map(float, atlas_size))
+        return np.asarray(numbers.view(WARP_RECORD)[:, 0])
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
@@ -97,6 +104,11 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
     -------
     (n,) COMPOSITE_RECORD.
     """
+    loops = kernels.loaded()
+    if loops is not None:
+        plane = planes.right, planes.up, planes.normal, planes.distance, planes.low, planes.high
+        tile = tiles.texel, tiles.nearest, tiles.size, tiles.pixel
+        return np.asarray(loops.tile_records(viewer, *plane, depths, *tile, corners).view(COMPOSITE_RECORD)[:, 0])
     records = np.zeros(len(corners), COMPOSITE_RECORD)
     records["right"] = np.column_stack([planes.right, planes.low[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.low[:, 1]])
@@ -110,17 +122,33 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
     return records
 
 
-def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation: Array) -> None:
-    """Write into the composite records of n tiles where their objects are now.
+def place_tiles(tiles: NDArray[np.void], row: Rows, viewer: Array, objects: Objects, drawn: Rows) -> NDArray[np.void]:
+    """Return the records by which pass 2 draws d tiles where their objects are now; it numbers these in this order.
 
     Parameters
     ----------
-    records : (n,) COMPOSITE_RECORD, of which `viewer`, `rotation` and `objects` are filled in; pass 2 numbers the
-        objects in this order.
-    viewer : (n, 3) the present viewer in the objects' frames, metres.
-    scale : (n,) scale of each object.
-    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+    tiles : (t,) COMPOSITE_RECORD of all tiles, without `viewer`, `rotation` and `objects`.
+    row : (d,) which of these are drawn.
+    viewer : (n, 3) the present viewer in the frames of the objects, metres.
+    objects : the n objects.
+    drawn : (d,) which of the objects the tiles show.
+
+    Returns
+    -------
+    (d,) COMPOSITE_RECORD.
     """
-    records["viewer"][:, :3], records["viewer"][:, 3] = viewer, scale
-    records["rotation"] = rotation
+    loops = kernels.loaded()
+    if loops is not None:
+        numbers = record_numbers(tiles)
+        placed = viewer, objects.scale, objects.rotation, drawn
+        return np.asarray(loops.composite_records(numbers, row.astype(np.int64), *placed).view(tiles.dtype)[:, 0])
+    records = tiles.take(row)  # of records, far quicker than an index
+    records["viewer"][:, :3], records["viewer"][:, 3] = viewer[drawn], objects.scale[drawn]
+    records["rotation"] = objects.rotation[drawn]
     records["objects"] = np.column_stack([np.arange(len(records)), np.ones(len(records))])
+    return records
+
+
+def record_numbers(records: NDArray[np.void]) -> NDArray[np.float32]:
+    """Return the fields of n records as the rows (n, k) of one array, which shares their memory."""
+    return records.view(np.float32).reshape(len(records), records.dtype.itemsize // 4)

@@ -1,26 +1,26 @@
 """Decide which impostor tiles a frame warps, and which of earlier frames it reuses."""
 
 from dataclasses import dataclass, replace
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.render import kernels
 from depthwalk.render.impostors.reprojection_error import (
+    COARSER,
     HARDEST,
-    MARGIN,
     coarseness,
     covers_view,
     due,
-    frustum_rows,
     parallax,
 )
-from depthwalk.render.impostors.tile_cache import CachedTiles, TileCache, shrunk
-from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles, screen_tiles
-from depthwalk.render.impostors.tile_records import place_tiles, tile_records
-from depthwalk.render.impostors.warp_planes import GUARD, Planes, Volumes, choose_planes, crop_to_frustum, depths_behind
-from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.impostors.tile_cache import TileCache, shrunk
+from depthwalk.render.impostors.tile_mapping import Tiles
+from depthwalk.render.impostors.tile_placement import ImpostorObjects, PlacedTiles, place_impostors
+from depthwalk.render.impostors.tile_records import place_tiles, record_numbers
+from depthwalk.render.impostors.warp_planes import Planes
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Objects
 from depthwalk.scene.render_settings import TileParams
 from depthwalk.types import Array, Mask, Rows
 
@@ -30,69 +30,6 @@ from depthwalk.types import Array, Mask, Rows
 _LACKING = 2.0
 _LEAST_SHARE = 0.25  # of the triangles that a frame may warp, for what a later phase finds in sight
 _MOST_STALE = 0.5  # if more of the tiles that the last frame showed are stale, all are warped and packed tightly: a cut
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImpostorObjects:
-    """Hold m objects that impostor tiles show in a frame, nearest first.
-
-    Attributes
-    ----------
-    row : (m,) row of each object among all, by which its tile is found again in the next frame.
-    objects : the objects.
-    bounds : the bounding spheres of the objects, world.
-    volumes : the cylinders of the objects.
-    viewer : (m, 3) the viewer in the objects' frames, metres.
-    level : (m,) level of detail that serves each object now.
-    pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
-    triangles : (m,) how many triangles all pieces of that level have.
-    provisional : (m,) whether that level is coarser than what serves, for want of time.
-    """
-
-    row: Rows
-    objects: Objects
-    bounds: Bounds
-    volumes: Volumes
-    viewer: Array
-    level: Rows
-    pieces: Rows
-    triangles: Rows
-    provisional: Mask
-
-    def __len__(self) -> int:
-        return len(self.row)
-
-    def take(self, rows: Rows | Mask) -> "ImpostorObjects":
-        """Return some of the objects, those that `rows` selects: numbers (k,) or a mask (m,)."""
-        return ImpostorObjects(
-            row=self.row[rows],
-            objects=self.objects.take(rows),
-            bounds=self.bounds.take(rows),
-            volumes=self.volumes.take(rows),
-            viewer=self.viewer[rows],
-            level=self.level[rows],
-            pieces=self.pieces[rows],
-            triangles=self.triangles[rows],
-            provisional=self.provisional[rows],
-        )
-
-    def coarsened(self, rows: Rows, level: Rows, pieces: Rows, triangles: Rows) -> "ImpostorObjects":
-        """Return the objects with a provisional level for some of them.
-
-        Parameters
-        ----------
-        rows : (k,) numbers of those objects.
-        level, pieces, triangles : (k,) their columns at that level.
-
-        Returns
-        -------
-        All objects.
-        """
-        new = {"level": level, "pieces": pieces, "triangles": triangles, "provisional": np.ones(len(rows), bool)}
-        columns = {name: getattr(self, name).copy() for name in new}
-        for name, column in columns.items():
-            column[rows] = new[name]
-        return replace(self, **columns)
 
 
 @dataclass(kw_only=True)
@@ -234,7 +171,7 @@ class TileScheduler:
         return self._work(impostors, placed, slots, error, stale)
 
     def _work(
-        self, impostors: ImpostorObjects, placed: "_PlacedTiles", slots: Rows, error: Array, stale: Mask
+        self, impostors: ImpostorObjects, placed: PlacedTiles, slots: Rows, error: Array, stale: Mask
     ) -> TileWork:
         """Return what pass 1 warps, the `placed`, and what pass 2 draws: all that is not `stale` (m,)."""
         cache = self._cache
@@ -244,9 +181,7 @@ class TileScheduler:
         aligned[placed.number] = np.isfinite(placed.tiles.pixel[:, 0])
         drawn = np.concatenate([drawn[aligned[drawn]], drawn[~aligned[drawn]]])
         cached, row = cache.tiles, row[drawn]
-        composite = cached.record.take(row)  # of records, far quicker than an index
-        objects = impostors.objects
-        place_tiles(composite, impostors.viewer[drawn], objects.scale[drawn], objects.rotation[drawn])
+        composite = place_tiles(cached.record, row, impostors.viewer, impostors.objects, drawn)
         return TileWork(
             warped=placed.number,
             planes=placed.planes,
@@ -266,7 +201,7 @@ class TileScheduler:
 
     def _store(
         self, view: View, impostors: ImpostorObjects, number: Rows, layout: TileParams, pack: bool
-    ) -> tuple["_PlacedTiles", Rows]:
+    ) -> tuple[PlacedTiles, Rows]:
         """Store tiles of those objects `number` (n,) that are in sight in the atlas.
 
         Where the atlas has no room for them, it is packed again with the tiles of all objects.
@@ -278,16 +213,17 @@ class TileScheduler:
         The tiles, and their slots (k, 4).
         """
         cache = self._cache
-        placed = _place(view, impostors, number, layout, min(cache.atlas_size))
+        placed = place_impostors(view, impostors, number, layout, min(cache.atlas_size))
         found = None if pack else cache.allocate(impostors.row[placed.number], placed.tiles.size)
         if found is None:
             if len(number) < len(impostors):
-                placed = _place(view, impostors, np.arange(len(impostors)), layout, min(cache.atlas_size))
+                placed = place_impostors(view, impostors, np.arange(len(impostors)), layout, min(cache.atlas_size))
             cache.clear()
             found = cache.pack(placed.tiles.size, roomy=layout.reuse_error > 0)
         slots, resolution = found
-        placed = replace(placed, tiles=placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None])))
-        cache.store(_cached(view, placed, slots, resolution, cache.frame))
+        if (resolution < 1).any():
+            placed = replace(placed, tiles=placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None])))
+        cache.store(placed.described(slots, resolution, cache.frame))
         return placed, slots
 
     def _errors(self, view: View, impostors: ImpostorObjects, layout: TileParams) -> Array:
@@ -298,9 +234,12 @@ class TileScheduler:
         """
         error = np.full(len(impostors), np.inf)
         row = self._cache.rows(impostors.row)
-        known = np.flatnonzero(row >= 0)
+        known, loops = np.flatnonzero(row >= 0), kernels.loaded()
         if not layout.reuse_error or not len(known):
             return error
+        if loops is not None:
+            self._cache.tiles.seen[row[known]] = self._cache.frame
+            return self._compiled_errors(loops, view, impostors, row, layout)
         tiles, row, viewer = self._cache.tiles, row[known], impostors.viewer[known]
         tiles.seen[row] = self._cache.frame
         scale = impostors.objects.scale[known]
@@ -319,57 +258,33 @@ class TileScheduler:
             error[known[tiles.provisional[row]]] = np.inf
         return error
 
-
-@dataclass(frozen=True, kw_only=True)
-class _PlacedTiles:
-    """Hold planes and tiles of k `impostors`, which are `number` (k,) of all. whole: (k,) tiles hold all of them."""
-
-    impostors: ImpostorObjects
-    number: Rows
-    planes: Planes
-    tiles: Tiles
-    whole: Mask
-
-
-def _place(view: View, impostors: ImpostorObjects, number: Rows, layout: TileParams, limit: int) -> _PlacedTiles:
-    """Find planes and tiles for those of the objects `number` (n,) that are in sight, cut to what is seen of them.
-
-    limit: texels along a tile at most.
-    """
-    chosen = impostors.take(number)
-    planes = choose_planes(chosen.viewer, chosen.volumes)
-    guard = MARGIN if layout.reuse_error else GUARD
-    planes, seen = crop_to_frustum(planes, view, chosen.objects.rotation, guard)
-    if not seen.visible.all():
-        rows = np.flatnonzero(seen.visible)
-        planes, seen, chosen, number = planes.take(rows), seen.take(rows), chosen.take(rows), number[rows]
-    if layout.tile_mapping == "plane":
-        planes, tiles = plane_tiles(planes, view.detail_pixels * layout.tile_scale, limit)
-    else:
-        nearest = (chosen.bounds.centre - view.position) @ view.axes[2] - chosen.bounds.bounding_radius
-        depth = np.maximum(nearest, view.depth_range[0]) / chosen.objects.scale
-        tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale / view.scale, limit)
-    return _PlacedTiles(impostors=chosen, number=number, planes=planes, tiles=tiles, whole=seen.whole)
-
-
-def _cached(view: View, placed: _PlacedTiles, slots: Rows, resolution: Array, frame: int) -> CachedTiles:
-    """Describe for the cache the tiles warped now, into `slots` (k, 4) with the part `resolution` (k,) of their texels.
-
-    frame: number of the present frame.
-    """
-    impostors = placed.impostors
-    depths = depths_behind(placed.planes, impostors.volumes)
-    distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
-    return CachedTiles(
-        record=tile_records(impostors.viewer, placed.planes, depths, placed.tiles, slots[:, :2]),
-        object=impostors.row,
-        slot=slots,
-        seen=np.full(len(slots), frame),
-        density=view.detail_pixels * impostors.objects.scale / distance,
-        frustum=frustum_rows(view, impostors.objects.rotation),
-        whole=placed.whole,
-        level=impostors.level,
-        pieces=impostors.pieces,
-        resolution=resolution,
-        provisional=impostors.provisional,
-    )
+    def _compiled_errors(
+        self, loops: ModuleType, view: View, impostors: ImpostorObjects, row: Rows, layout: TileParams
+    ) -> Array:
+        """Return what `_errors` does, computed by compiled `loops`. row: (n,) see `TileCache.rows`."""
+        tiles, objects, bounds = self._cache.tiles, impostors.objects, impostors.bounds
+        return np.asarray(
+            loops.errors(
+                row.astype(np.int64),
+                record_numbers(tiles.record),
+                tiles.density,
+                tiles.frustum,
+                tiles.whole,
+                tiles.pieces,
+                tiles.provisional,
+                impostors.viewer,
+                objects.rotation,
+                bounds.centre,
+                bounds.bounding_radius,
+                objects.scale,
+                impostors.pieces,
+                view.position,
+                view.axes,
+                view.ray_from_screen,
+                view.detail_pixels,
+                layout.reuse_error,
+                COARSER,
+                _LACKING,
+                self._limit is not None,
+            )
+        )

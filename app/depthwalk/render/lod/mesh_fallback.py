@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject
 from depthwalk.geometry.quaternions import conjugate, multiply, rotate
+from depthwalk.render import kernels
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.bounds import outside
@@ -175,6 +176,15 @@ class MeshFallbacks:
 
     def _close(self, view: View, objects: Objects, rows: Rows, magnification: float) -> Rows:
         """Return the numbers (k,) of those of the objects `rows` (m,) that may be near enough, by a quick test."""
+        loops = kernels.loaded()
+        if loops is not None:
+            if not magnification:
+                return np.zeros(0, np.intp)
+            placed = objects.position, objects.scale, objects.asset, view.position
+            farthest = view.detail_pixels / magnification
+            return np.asarray(
+                loops.close(rows.astype(np.int64), *placed, self.mesh, self.texel, self.span, farthest), np.intp
+            )
         asset = objects.asset[rows]
         able = np.flatnonzero(self.mesh[asset] >= 0) if magnification else np.zeros(0, np.intp)
         limit = view.detail_pixels / max(magnification, 1e-9) * self.texel[asset[able]] + self.span[asset[able]]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.geometry.quaternions import conjugate, rotate
+from depthwalk.render import kernels
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import clip_from_view, view_from_world
 from depthwalk.types import Array
@@ -154,6 +155,9 @@ def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array)
     -------
     (n, 3) positions of the viewer, metres in the objects' frames.
     """
+    loops = kernels.loaded()
+    if loops is not None and position.dtype == np.float32:
+        return np.asarray(loops.viewers(position, rotation, scale, view.position))
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 
 

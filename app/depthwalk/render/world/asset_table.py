@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, Face
-from depthwalk.cook.cases import PIECES, RANGES
+from depthwalk.cook.cases import PIECES, RANGES, piece_runs
 from depthwalk.cook.cook import CookedObject
 from depthwalk.geometry.support_function import DIRECTIONS
 from depthwalk.ingest.mesh import MeshLevel
@@ -65,6 +65,29 @@ class AssetTable:
     def area(self) -> Array:
         """Return the areas (a,) of the cylinders of the depth objects, seen from the side, square metres."""
         return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
+
+    @cached_property
+    def _known_runs(self) -> dict[tuple[int, int, int], tuple[tuple[int, int], ...]]:
+        """Return what `runs` returned before."""
+        return {}
+
+    def runs(self, asset: int, level: int, pieces: int) -> tuple[tuple[int, int], ...]:
+        """Return which runs of an asset's indices draw some pieces of a level, see `cook.cases.piece_runs`.
+
+        Parameters
+        ----------
+        asset : the number in `AssetStore`.
+        level : the level of detail.
+        pieces : bit mask of the pieces.
+
+        Returns
+        -------
+        A pair for each run, its first index and its number of indices.
+        """
+        key = asset, level, pieces
+        if key not in self._known_runs:
+            self._known_runs[key] = piece_runs(self.index_first[key[:2]], self.index_count[key[:2]], pieces)
+        return self._known_runs[key]
 
     def nearest(self, asset: Rows, viewer: Array) -> Array:
         """Return how far viewers are from the cylinders that enclose n objects.

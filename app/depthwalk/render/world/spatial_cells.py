@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.spatial_order import cell_members, kd_tree_order
+from depthwalk.render import kernels
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Ints, Mask, Rows
@@ -62,7 +63,12 @@ class SpatialCells:
         -------
         For each batch (k,) numbers of its cells.
         """
-        cells = np.flatnonzero(self._may_show(view, min_pixels))
+        loops = kernels.loaded()
+        if loops is not None:
+            seen_through = view.position, view.axes, np.array(view.half_extent), min_pixels / (2 * view.detail_pixels)
+            cells = loops.cells_in_sight(self.low, self.high, self.largest, *seen_through)
+        else:
+            cells = np.flatnonzero(self._may_show(view, min_pixels))
         forward, reach = self.along(view, cells)
         cells = cells[np.argsort(forward - reach, kind="stable")]
         before = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
@@ -122,6 +128,23 @@ class SpatialCells:
         -------
         (m,) rows of the objects, nearest first, and (m,) distances of their centres, metres along the view axis.
         """
+        loops = kernels.loaded()
+        if loops is not None:
+            tangent, shear = np.array(view.half_extent), np.array(view.shear)
+            rows, forward = loops.visible(
+                bounds.centre,
+                bounds.bounding_radius,
+                self.order,
+                self.first,
+                cells,
+                view.position,
+                view.axes,
+                tangent,
+                shear,
+                min_pixels / (2 * view.detail_pixels),
+            )
+            nearest_first = np.argsort(forward, kind="stable")
+            return rows[nearest_first], forward[nearest_first]
         rows = self.order[cell_members(self.first, cells)]
         near = bounds.take(rows)
         seen, forward = near.visible(view)

@@ -1,0 +1,231 @@
+"""Lay out the tiles of impostors: on which planes they are warped, and how these map to texels."""
+
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import numpy as np
+
+from depthwalk.render import kernels
+from depthwalk.render.impostors.reprojection_error import MARGIN, frustum_rows
+from depthwalk.render.impostors.tile_cache import CachedTiles
+from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles, screen_tiles
+from depthwalk.render.impostors.tile_records import tile_records
+from depthwalk.render.impostors.warp_planes import GUARD, Planes, Volumes, choose_planes, crop_to_frustum, depths_behind
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Objects
+from depthwalk.scene.render_settings import TileParams
+from depthwalk.types import Array, Mask, Rows
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImpostorObjects:
+    """Hold m objects that impostor tiles show in a frame, nearest first.
+
+    Attributes
+    ----------
+    row : (m,) row of each object among all, by which its tile is found again in the next frame.
+    objects : the objects.
+    bounds : the bounding spheres of the objects, world.
+    volumes : the cylinders of the objects.
+    viewer : (m, 3) the viewer in the objects' frames, metres.
+    level : (m,) level of detail that serves each object now.
+    pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
+    triangles : (m,) how many triangles all pieces of that level have.
+    provisional : (m,) whether that level is coarser than what serves, for want of time.
+    """
+
+    row: Rows
+    objects: Objects
+    bounds: Bounds
+    volumes: Volumes
+    viewer: Array
+    level: Rows
+    pieces: Rows
+    triangles: Rows
+    provisional: Mask
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    def take(self, rows: Rows | Mask) -> "ImpostorObjects":
+        """Return some of the objects, those that `rows` selects: numbers (k,) or a mask (m,)."""
+        return ImpostorObjects(
+            row=self.row[rows],
+            objects=self.objects.take(rows),
+            bounds=self.bounds.take(rows),
+            volumes=self.volumes.take(rows),
+            viewer=self.viewer[rows],
+            level=self.level[rows],
+            pieces=self.pieces[rows],
+            triangles=self.triangles[rows],
+            provisional=self.provisional[rows],
+        )
+
+    def coarsened(self, rows: Rows, level: Rows, pieces: Rows, triangles: Rows) -> "ImpostorObjects":
+        """Return the objects with a provisional level for some of them.
+
+        Parameters
+        ----------
+        rows : (k,) numbers of those objects.
+        level, pieces, triangles : (k,) their columns at that level.
+
+        Returns
+        -------
+        All objects.
+        """
+        new = {"level": level, "pieces": pieces, "triangles": triangles, "provisional": np.ones(len(rows), bool)}
+        columns = {name: getattr(self, name).copy() for name in new}
+        for name, column in columns.items():
+            column[rows] = new[name]
+        return replace(self, **columns)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacedTiles:
+    """Hold where k objects are to be warped.
+
+    Attributes
+    ----------
+    impostors : the k objects.
+    number : (k,) their numbers among those that were to be placed.
+    planes : the planes that they are warped on.
+    tiles : how these map to texels.
+    depths : (k, 2) least and greatest depth of each object behind its plane, metres.
+    whole : (k,) whether each tile holds all of its object.
+    density : (k,) pixels per metre at the object's centre, object frame.
+    frustum : (k, 3, 3) what a tile that is not whole holds, see `CachedTiles.frustum`.
+    """
+
+    impostors: ImpostorObjects
+    number: Rows
+    planes: Planes
+    tiles: Tiles
+    depths: Array
+    whole: Mask
+    density: Array
+    frustum: Array
+
+    def described(self, slots: Rows, resolution: Array, frame: int) -> CachedTiles:
+        """Describe the tiles for the cache.
+
+        Parameters
+        ----------
+        slots : (k, 4) where they lie in the atlas: x, y, width, height, texels.
+        resolution : (k,) part of the texels along each side that they have there.
+        frame : number of the present frame.
+
+        Returns
+        -------
+        The k tiles.
+        """
+        impostors = self.impostors
+        return CachedTiles(
+            record=tile_records(impostors.viewer, self.planes, self.depths, self.tiles, slots[:, :2]),
+            object=impostors.row,
+            slot=slots,
+            seen=np.full(len(slots), frame),
+            density=self.density,
+            frustum=self.frustum,
+            whole=self.whole,
+            level=impostors.level,
+            pieces=impostors.pieces,
+            resolution=resolution,
+            provisional=impostors.provisional,
+        )
+
+
+def place_impostors(
+    view: View, impostors: ImpostorObjects, number: Rows, layout: TileParams, limit: int
+) -> PlacedTiles:
+    """Find planes and tiles for those of some objects that are in sight, cut to what is seen of them.
+
+    Parameters
+    ----------
+    view : the view of the picture, near and far plane fitted.
+    impostors : the objects that impostors show.
+    number : (n,) numbers of those to place.
+    layout : how tiles are laid out, and how long they are reused.
+    limit : texels along a tile at most.
+
+    Returns
+    -------
+    The k tiles, k ≤ n.
+    """
+    guard = MARGIN if layout.reuse_error else GUARD
+    loops = kernels.loaded()
+    if loops is not None and layout.tile_mapping == "screen":
+        return _place_compiled(loops, view, impostors, number, layout.tile_scale, guard, limit)
+    chosen = impostors.take(number)
+    planes = choose_planes(chosen.viewer, chosen.volumes)
+    planes, seen = crop_to_frustum(planes, view, chosen.objects.rotation, guard)
+    if not seen.visible.all():
+        rows = np.flatnonzero(seen.visible)
+        planes, seen, chosen, number = planes.take(rows), seen.take(rows), chosen.take(rows), number[rows]
+    to_centre = chosen.bounds.centre - view.position
+    if layout.tile_mapping == "plane":
+        planes, tiles = plane_tiles(planes, view.detail_pixels * layout.tile_scale, limit)
+    else:
+        nearest = to_centre @ view.axes[2] - chosen.bounds.bounding_radius
+        depth = np.maximum(nearest, view.depth_range[0]) / chosen.objects.scale
+        tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale / view.scale, limit)
+    return PlacedTiles(
+        impostors=chosen,
+        number=number,
+        planes=planes,
+        tiles=tiles,
+        depths=depths_behind(planes, chosen.volumes),
+        whole=seen.whole,
+        density=view.detail_pixels * chosen.objects.scale / np.linalg.norm(to_centre, axis=1),
+        frustum=frustum_rows(view, chosen.objects.rotation),
+    )
+
+
+def _place_compiled(
+    loops: ModuleType, view: View, impostors: ImpostorObjects, number: Rows, texels: float, guard: float, limit: int
+) -> PlacedTiles:
+    """Do what `place_impostors` does for tiles whose texels are pixels, by compiled loops. texels: per pixel."""
+    volumes, bounds, objects = impostors.volumes, impostors.bounds, impostors.objects
+    lens = np.array(view.half_extent), np.array(view.size, float)
+    kept, face, frame, bound, texel, nearest, size, pixel, depths, whole, density, frustum = loops.place(
+        number,
+        impostors.viewer,
+        volumes.radius,
+        volumes.bottom,
+        volumes.top,
+        volumes.footprint,
+        volumes.has_side,
+        objects.rotation,
+        bounds.centre,
+        bounds.bounding_radius,
+        objects.scale,
+        view.position,
+        view.axes,
+        *lens,
+        view.depth_range[0],
+        guard,
+        MARGIN / GUARD,
+        texels / view.scale,
+        view.detail_pixels,
+        limit,
+    )
+    return PlacedTiles(
+        impostors=impostors.take(kept),
+        number=kept,
+        planes=Planes(
+            face=face,
+            right=frame[:, 0],
+            up=frame[:, 1],
+            normal=frame[:, 2],
+            distance=frame[:, 4, 0],
+            epipole=frame[:, 3, :2],
+            offset=frame[:, 4, 1],
+            low=bound[:, 0],
+            high=bound[:, 1],
+        ),
+        tiles=Tiles(texel=texel, nearest=nearest, size=size, pixel=pixel),
+        depths=depths,
+        whole=whole,
+        density=density,
+        frustum=frustum,
+    )

@@ -1,0 +1,214 @@
+"""Cull objects: by the frustum, and by the depth of what is drawn already.
+
+The reference is `Bounds.visible` with `SpatialCells.visible`, and `render.culling.occlusion_test`.
+"""
+
+import math
+
+import numpy as np
+
+from depthwalk.render.kernels.compilation import compiled
+from depthwalk.types import Array, Mask, Rows
+
+
+@compiled("F2 F2 F1 D1 D2 D1 f")
+def cells_in_sight(
+    low: Array, high: Array, largest: Array, position: Array, axes: Array, tangent: Array, min_size: float
+) -> Rows:
+    """Return the spatial cells of which a view may show any object, see `SpatialCells.batches`.
+
+    Parameters
+    ----------
+    low, high : (c, 3) corners of the cells' boxes, metres, world.
+    largest : (c,) the largest radius of an object in each, metres.
+    position, axes, tangent : of the `View`; `tangent` is its `half_extent`.
+    min_size : how large the radius of an object must be at least, over its distance from the viewer.
+
+    Returns
+    -------
+    (k,) numbers of the cells, in their order.
+    """
+    planes = np.empty((5, 3))
+    for axis in range(3):
+        planes[0, axis] = axes[0, axis] - tangent[0] * axes[2, axis]
+        planes[1, axis] = -axes[0, axis] - tangent[0] * axes[2, axis]
+        planes[2, axis] = axes[1, axis] - tangent[1] * axes[2, axis]
+        planes[3, axis] = -axes[1, axis] - tangent[1] * axes[2, axis]
+        planes[4, axis] = -axes[2, axis]
+    found, count = np.empty(len(largest), np.int64), 0
+    for cell in range(len(largest)):
+        inside, squared = True, 0.0
+        for plane in range(5):
+            nearest = 0.0  # how far the box's nearest corner is outside
+            for axis in range(3):
+                half, middle = (high[cell, axis] - low[cell, axis]) / 2, (high[cell, axis] + low[cell, axis]) / 2
+                nearest += planes[plane, axis] * (middle - position[axis]) - abs(planes[plane, axis]) * half
+            if nearest >= 0:
+                inside = False
+                break
+        if not inside:
+            continue
+        for axis in range(3):
+            gap = max(low[cell, axis] - position[axis], position[axis] - high[cell, axis], 0.0)
+            squared += gap * gap
+        if largest[cell] >= min_size * math.sqrt(squared):
+            found[count] = cell
+            count += 1
+    return found[:count]
+
+
+@compiled("F2 F1 N1 I1 I1 D1 D2 D1 D1 f")
+def visible(
+    centre: Array,
+    radius: Array,
+    order: Rows,
+    first: Rows,
+    cells: Rows,
+    position: Array,
+    axes: Array,
+    tangent: Array,
+    shear: Array,
+    min_size: float,
+) -> tuple[Rows, Array]:
+    """Return the objects of some cells that a view may show, in no order.
+
+    Parameters
+    ----------
+    centre, radius : (n, 3) and (n,) bounding spheres of all objects, metres, world.
+    order, first : the rows of the objects, cell by cell, and where those of each cell begin, see `SpatialCells`.
+    cells : (k,) numbers of the cells.
+    position, axes, tangent, shear : of the `View`: `position`, `axes`, `half_extent` and `shear`.
+    min_size : how large the radius of an object must be at least, over its distance from the viewer.
+
+    Returns
+    -------
+    (m,) rows of the objects, and (m,) distances of their centres, metres along the view axis.
+    """
+    count = 0
+    for cell in cells:
+        count += first[cell + 1] - first[cell]
+    rows, forward = np.empty(count, np.int32), np.empty(count)
+    beyond = np.array([math.hypot(1, tangent[0] - shear[0]), math.hypot(1, tangent[0] + shear[0])])
+    above = np.array([math.hypot(1, tangent[1] - shear[1]), math.hypot(1, tangent[1] + shear[1])])
+    found = 0
+    for cell in cells:
+        for row in order[first[cell] : first[cell + 1]]:
+            x, y, z = centre[row, 0] - position[0], centre[row, 1] - position[1], centre[row, 2] - position[2]
+            reach = np.float64(radius[row])
+            ahead = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
+            if ahead <= -reach:
+                continue
+            right = axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z
+            side = tangent[0] * ahead
+            if right - side >= reach * beyond[0] or -right - side >= reach * beyond[1]:
+                continue
+            up = axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z
+            side = tangent[1] * ahead
+            if up - side >= reach * above[0] or -up - side >= reach * above[1]:
+                continue
+            if min_size > 0 and reach < min_size * math.sqrt(x * x + y * y + z * z):
+                continue
+            rows[found], forward[found] = row, ahead
+            found += 1
+    return rows[:found], forward[:found]
+
+
+@compiled("I1 F2 F2 N1 F1 D1 D1")
+def upright_cylinders(
+    rows: Rows, centre: Array, rotation: Array, asset: Rows, scale: Array, half_height: Array, radius: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Return the cylinders that enclose some objects, see `view.bounds.cylinders`.
+
+    Parameters
+    ----------
+    rows : (m,) rows of the objects.
+    centre, rotation, asset, scale : (n, …) of all objects: centres of the cylinders, metres, world; unit quaternions x,
+        y, z, w; numbers of their assets; scales.
+    half_height, radius : (a,) of the assets' cylinders, metres.
+
+    Returns
+    -------
+    centre (m, 3), axis (m, 3), half height (m,) and radius (m,), float32, metres, world.
+    """
+    count = len(rows)
+    middle, axis = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+    half, across = np.empty(count, np.float32), np.empty(count, np.float32)
+    for k in range(count):
+        row = rows[k]
+        x, y, z, w = rotation[row, 0], rotation[row, 1], rotation[row, 2], rotation[row, 3]
+        axis[k, 0], axis[k, 1], axis[k, 2] = 2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)
+        middle[k] = centre[row]
+        half[k], across[k] = half_height[asset[row]] * scale[row], radius[asset[row]] * scale[row]
+    return middle, axis, half, across
+
+
+@compiled()
+def _extent(half_height: float, radius: float, squared: float, along: float) -> float:
+    """Return how far a cylinder reaches along a vector g. squared: g²; along: g·axis. See `occlusion_test`."""
+    return half_height * abs(along) + radius * math.sqrt(max(squared - along * along, 0.0))
+
+
+@compiled("F2 F2 F1 F1 P2 D1 D2 D1 D1 D1 f f f f f")
+def hidden(
+    centre: Array,
+    axis: Array,
+    half_height: Array,
+    radius: Array,
+    farthest: Array,
+    position: Array,
+    axes: Array,
+    tangent: Array,
+    shear: Array,
+    size: Array,
+    near: float,
+    far: float,
+    side: float,
+    margin: float,
+    rounding: float,
+) -> Mask:
+    """Return which cylinders lie entirely behind the depth buffer.
+
+    Parameters
+    ----------
+    centre, axis, half_height, radius : (n, …) the cylinders, see `view.bounds.Cylinders`.
+    farthest : (rows, columns) greatest value of the depth buffer in each cell, row 0 at the bottom.
+    position, axes, tangent, shear, size : of the `View`: `position`, `axes`, `half_extent`, `shear` and `size`.
+    near, far : near and far plane, metres.
+    side : width and height of a cell of `farthest`, pixels.
+    margin : by how much the rectangles of the cylinders are wider on every side, pixels.
+    rounding : by how much values of the depth buffer may be off.
+
+    Returns
+    -------
+    (n,) whether each is hidden.
+    """
+    count = len(radius)
+    found = np.zeros(count, np.bool_)
+    nearer = margin * 2 * tangent[1] / size[1]
+    last = np.array([farthest.shape[1] - 1, farthest.shape[0] - 1])
+    low, high = np.empty(2, np.int64), np.empty(2, np.int64)
+    for k in range(count):
+        x, y, z = centre[k, 0] - position[0], centre[k, 1] - position[1], centre[k, 2] - position[2]
+        forward = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
+        along_z = axes[2, 0] * axis[k, 0] + axes[2, 1] * axis[k, 1] + axes[2, 2] * axis[k, 2]
+        nearest = forward - _extent(half_height[k], radius[k], 1.0, along_z)
+        nearest -= nearest * nearer
+        if nearest <= near:
+            continue
+        for j in range(2):
+            t = (axes[j, 0] * x + axes[j, 1] * y + axes[j, 2] * z) / forward
+            along = axes[j, 0] * axis[k, 0] + axes[j, 1] * axis[k, 1] + axes[j, 2] * axis[k, 2]
+            reach = _extent(half_height[k], radius[k], 1 + (t - shear[j]) ** 2, along - t * along_z) / nearest
+            middle, half = (t / tangent[j] + 1) * size[j] / 2, reach * size[j] / (2 * tangent[j]) + margin
+            low[j] = int(min(max((middle - half) / side, 0.0), last[j]))
+            high[j] = int(min(max((middle + half) / side, 0.0), last[j]))
+        # In single precision, as the cells are, so that several are compared at once.
+        depth = np.float32(far / (far - near) * (1 - near / nearest) - rounding)
+        behind = True
+        for row in range(low[1], high[1] + 1):
+            for column in range(low[0], high[0] + 1):
+                behind &= depth > farthest[row, column]
+            if not behind:
+                break
+        found[k] = behind
+    return found

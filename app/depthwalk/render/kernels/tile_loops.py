@@ -1,0 +1,558 @@
+"""Lay out impostor tiles, and find out how far those of earlier frames are off.
+
+The reference is `render.impostors`: `warp_planes` and `tile_mapping.screen_tiles`, `reprojection_error`,
+`tile_records`, and `TileScheduler`, which calls them.
+"""
+
+import math
+
+import numpy as np
+
+from depthwalk.render.kernels.compilation import compiled
+from depthwalk.types import Array, Mask, Rows
+
+_TOP, _SIDE = 0, 1  # of `bake.images.Face`
+
+
+@compiled()
+def _turned(rotation: Array, matrix: Array) -> None:
+    """Write the rotation matrix of a unit quaternion x, y, z, w into `matrix` (3, 3), for column vectors."""
+    x, y, z, w = rotation[0], rotation[1], rotation[2], rotation[3]
+    matrix[0, 0], matrix[0, 1], matrix[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+    matrix[1, 0], matrix[1, 1], matrix[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+
+
+@compiled()
+def _product(a: Array, b: Array, product: Array) -> None:
+    """Write the matrix product of `a` and `b` into `product`, (3, 3) all."""
+    for i in range(3):
+        for j in range(3):
+            product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+
+
+@compiled()
+def _support(footprint: Array, x: float, z: float) -> float:
+    """Return how far an object reaches along the unit vector (x, z), see `geometry.support_function.support`."""
+    directions = len(footprint)
+    step = 2 * math.pi / directions
+    turn = math.atan2(z, x) / step
+    before = math.floor(turn)
+    first, part = int(before), turn - before
+    one, other = footprint[first % directions], footprint[(first + 1) % directions]
+    return float(math.sin((1 - part) * step) * one + math.sin(part * step) * other) / math.sin(step)
+
+
+@compiled()
+def _rectangle(
+    footprint: Array, radius: float, bottom: float, top: float, side: bool, frame: Array, distance: float, bound: Array
+) -> None:
+    """Write into `bound` (2, 2) the low and high corner of what is warped onto a plane, relative to the epipole.
+
+    frame: (5, 3), see `place`. See `warp_planes._rectangles`.
+    """
+    distance = max(distance, 1e-9)
+    far = distance / (distance + (2 * radius if side else top - bottom))
+    for axis in range(2):
+        x, z, epipole = frame[axis, 0], frame[axis, 2], frame[3, axis]
+        if side and axis == 1:
+            first, last = bottom, top
+        else:
+            first, last = -_support(footprint, -x, -z), _support(footprint, x, z)
+        low, high = min(first, epipole + far * (first - epipole)), max(last, epipole + far * (last - epipole))
+        if side and axis == 0:
+            silhouette = radius * math.sqrt(far)
+            low, high = max(low, -silhouette), min(high, silhouette)
+        bound[0, axis], bound[1, axis] = low - epipole, high - epipole
+
+
+@compiled()
+def _clipped(polygon: Array, count: int, a: float, b: float, c: float, clipped: Array) -> int:
+    """Write what of a convex polygon has a·s + b·v + c ≥ 0 into `clipped`, and return how many corners that has.
+
+    polygon: its first `count` rows are the corners (s, v). See Sutherland and Hodgman 1974.
+    """
+    kept = 0
+    for k in range(count):
+        before = k - 1 if k else count - 1
+        s, v, last_s, last_v = polygon[k, 0], polygon[k, 1], polygon[before, 0], polygon[before, 1]
+        now, last = a * s + b * v + c, a * last_s + b * last_v + c
+        if (now >= 0) != (last >= 0):
+            part = last / (last - now)
+            clipped[kept, 0], clipped[kept, 1] = last_s + part * (s - last_s), last_v + part * (v - last_v)
+            kept += 1
+        if now >= 0:
+            clipped[kept, 0], clipped[kept, 1] = s, v
+            kept += 1
+    return kept
+
+
+@compiled()
+def _seen_rectangle(
+    camera: Array, distance: float, tangent: Array, guard: float, size: Array, bound: Array, pixel: Array
+) -> int:
+    """Crop a rectangle on a plane to what the camera sees; see `warp_planes.crop_to_frustum`.
+
+    Parameters
+    ----------
+    camera : (3, 3) from plane coordinates (s, v, −distance) to camera coordinates.
+    distance : the viewer's distance to the plane, metres.
+    tangent, size : of the `View`: `half_extent` and `size`.
+    guard : by how many times the picture is wider and higher than the view's.
+    bound : (2, 2) low and high corner, which are replaced by those of what is seen.
+    pixel : (2, 2) takes low and high bounds of that on the screen, pixels.
+
+    Returns
+    -------
+    2 where all is seen, 1 where a part is, 0 where nothing is.
+    """
+    polygon, clipped = np.empty((12, 2)), np.empty((12, 2))
+    for k in range(4):
+        polygon[k, 0], polygon[k, 1] = bound[1 if k in (1, 2) else 0, 0], bound[k // 2, 1]
+    count, whole = 4, True
+    for axis in range(2):
+        wide = guard * tangent[axis]
+        for way in (-1.0, 1.0):
+            a, b = wide * camera[2, 0] + way * camera[axis, 0], wide * camera[2, 1] + way * camera[axis, 1]
+            c = -distance * (wide * camera[2, 2] + way * camera[axis, 2])
+            inside = True
+            for k in range(count):
+                inside &= a * polygon[k, 0] + b * polygon[k, 1] + c >= 0
+            if not inside:
+                whole = False
+                count = _clipped(polygon, count, a, b, c, clipped)
+                polygon, clipped = clipped, polygon
+    if not count:
+        return 0
+    pixel[0], pixel[1] = np.inf, -np.inf
+    seen_low, seen_high = np.full(2, np.inf), np.full(2, -np.inf)
+    for k in range(count):
+        s, v = polygon[k, 0], polygon[k, 1]
+        forward = max(camera[2, 0] * s + camera[2, 1] * v - camera[2, 2] * distance, 1e-9)
+        for axis in range(2):
+            sideways = camera[axis, 0] * s + camera[axis, 1] * v - camera[axis, 2] * distance
+            place = min(max(sideways / (tangent[axis] * forward), -guard), guard)
+            pixels = (place + 1) / 2 * size[axis]
+            pixel[0, axis], pixel[1, axis] = min(pixel[0, axis], pixels), max(pixel[1, axis], pixels)
+            seen_low[axis] = min(seen_low[axis], polygon[k, axis])
+            seen_high[axis] = max(seen_high[axis], polygon[k, axis])
+    if not whole:
+        bound[0], bound[1] = seen_low, seen_high
+    return 2 if whole else int(bound[1, 0] > bound[0, 0] and bound[1, 1] > bound[0, 1])
+
+
+@compiled()
+def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bool, frame: Array) -> int:
+    """Write the plane on which an object is warped into `frame` (5, 3), see `place`; return the number of its face."""
+    x, y, z = viewer[0], viewer[1], viewer[2]
+    rho = math.hypot(x, z)
+    above, beside, below = y - top, rho - radius, bottom - y
+    if not has_side:
+        beside = below = -np.inf
+    face, distance = _TOP, above
+    if beside > distance:
+        face, distance = _SIDE, beside
+    if below > distance:
+        face, distance = 2, below
+    frame[:] = 0.0
+    if face == _SIDE:
+        out_x, out_z = x / max(rho, 1e-12), z / max(rho, 1e-12)
+        frame[0, 0], frame[0, 2], frame[1, 1] = out_z, -out_x, 1.0
+        frame[2, 0], frame[2, 2] = out_x, out_z
+    else:
+        toward = -1.0 if face == _TOP else 1.0
+        frame[0, 0], frame[1, 2], frame[2, 1] = 1.0, toward, -toward
+    for axis in range(3):
+        frame[3, axis] = x * frame[axis, 0] + y * frame[axis, 1] + z * frame[axis, 2]
+    frame[4, 0], frame[4, 1] = distance, frame[3, 2] - distance
+    return face
+
+
+@compiled("I1 D2 D1 D1 D1 D2 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
+def place(
+    number: Rows,
+    viewer: Array,
+    radius: Array,
+    bottom: Array,
+    top: Array,
+    footprint: Array,
+    has_side: Mask,
+    rotation: Array,
+    centre: Array,
+    bounding_radius: Array,
+    scale: Array,
+    position: Array,
+    axes: Array,
+    tangent: Array,
+    size: Array,
+    near: float,
+    guard: float,
+    kept_guard: float,
+    texels: float,
+    detail_pixels: float,
+    limit: int,
+) -> tuple[Rows, Rows, Array, Array, Array, Array, Rows, Array, Array, Mask, Array, Array]:
+    """Find planes and tiles for those of some objects that are in sight.
+
+    Parameters
+    ----------
+    number : (k,) numbers of the objects among the n that follow.
+    viewer : (n, 3) the viewer in the objects' frames, metres.
+    radius, bottom, top, footprint, has_side : (n, …) the cylinders of the objects, see `warp_planes.Volumes`.
+    rotation, centre, bounding_radius, scale : (n, …) the objects and their bounding spheres.
+    position, axes, tangent, size, detail_pixels : of the `View`; `tangent` is its `half_extent`.
+    near : the near plane, metres.
+    guard : by how many times the picture is wider and higher than the view's.
+    kept_guard : the same of the picture in which a cropped tile may be shown later.
+    texels : texels per pixel.
+    limit : the largest width and height of a tile, texels.
+
+    Returns
+    -------
+    number (m,), face (m,), frame (m, 5, 3), bounds (m, 2, 2), texel (m, 3, 3), nearest (m,), size (m, 2), pixel (m, 2),
+    depths (m, 2), whole (m,), density (m,) and frustum (m, 3, 3), see `Planes`, `Tiles` and `PlacedTiles`. The rows
+    of a frame are right, up, normal; the epipole and, third, the viewer's place along the normal; the distance of the
+    viewer and the offset. The rows of bounds are the low and the high corner.
+    """
+    count = len(number)
+    kept, faces = np.empty(count, np.int64), np.empty(count, np.int64)
+    frames, bounds, texel = np.empty((count, 5, 3)), np.empty((count, 2, 2)), np.empty((count, 3, 3))
+    nearest, sizes, pixels = np.empty(count), np.empty((count, 2), np.int64), np.empty((count, 2))
+    depths, wholes = np.empty((count, 2)), np.empty(count, np.bool_)
+    density, frustum = np.empty(count), np.empty((count, 3, 3))
+    turned, to_object, camera, pixel = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 2))
+    found = 0
+    for index in number:
+        frame, bound = frames[found], bounds[found]
+        face = _plane(viewer[index], radius[index], bottom[index], top[index], has_side[index], frame)
+        side, distance = face == _SIDE, frame[4, 0]
+        _rectangle(footprint[index], radius[index], bottom[index], top[index], side, frame, distance, bound)
+        _turned(rotation[index], turned)
+        _product(axes, turned, to_object)
+        for i in range(3):
+            for j in range(3):
+                camera[i, j] = (
+                    to_object[i, 0] * frame[j, 0] + to_object[i, 1] * frame[j, 1] + to_object[i, 2] * frame[j, 2]
+                )
+        seen = _seen_rectangle(camera, distance, tangent, guard, size, bound, pixel)
+        if not seen:
+            continue
+        for axis in range(2):
+            low, high = math.floor(pixel[0, axis]), math.ceil(pixel[1, axis])
+            factor = min(texels, limit / max(high - low, 1))
+            for j in range(3):
+                away = -distance if j == 2 else 1.0
+                sideways, forward = camera[axis, j] * away, camera[2, j] * away
+                place_on_screen = (sideways / tangent[axis] + forward) * size[axis] / 2
+                texel[found, axis, j] = (place_on_screen - low * forward) * factor
+                texel[found, 2, j] = forward
+            sizes[found, axis] = min(max(math.ceil((high - low) * factor), 1), limit)
+            pixels[found, axis] = low if factor == 1 else np.nan
+        ahead, squared = 0.0, 0.0
+        for axis in range(3):
+            apart = centre[index, axis] - position[axis]
+            ahead, squared = ahead + axes[2, axis] * apart, squared + apart * apart
+        density[found] = detail_pixels * scale[index] / math.sqrt(squared)
+        for j in range(3):
+            frustum[found, 0, j] = to_object[0, j] / (tangent[0] * kept_guard)
+            frustum[found, 1, j] = to_object[1, j] / (tangent[1] * kept_guard)
+            frustum[found, 2, j] = to_object[2, j]
+        nearest[found] = max(ahead - bounding_radius[index], near) / scale[index]
+        depths[found, 0], depths[found, 1] = 0.0, top[index] - bottom[index]
+        if side:
+            x, z = frame[2, 0], frame[2, 2]
+            depths[found, 0] = radius[index] - min(_support(footprint[index], x, z), radius[index])
+            depths[found, 1] = radius[index] + min(_support(footprint[index], -x, -z), radius[index])
+        kept[found], faces[found], wholes[found] = index, face, seen == 2
+        found += 1
+    return (
+        kept[:found],
+        faces[:found],
+        frames[:found],
+        bounds[:found],
+        texel[:found],
+        nearest[:found],
+        sizes[:found],
+        pixels[:found],
+        depths[:found],
+        wholes[:found],
+        density[:found],
+        frustum[:found],
+    )
+
+
+@compiled()
+def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
+    """Return a bound on how far from its place any point of an object is shown, pixels; see `parallax`.
+
+    record: (45,), a COMPOSITE_RECORD: rows right, up, normal, high, origin of four numbers come first.
+    """
+    distance = np.float64(record[11])
+    x, y, z = viewer[0] - record[16], viewer[1] - record[17], viewer[2] - record[18]
+    ahead = x * record[8] + y * record[9] + z * record[10]
+    if distance + ahead <= 1e-3 * distance:
+        return np.inf
+    away = distance + ahead
+    ratio, shift = distance / away, -ahead / distance
+    nearest, farthest = np.float64(record[14]), np.float64(record[15])
+    stretch_near, stretch_far = nearest + (1 - nearest) * ratio, farthest + (1 - farthest) * ratio
+    middle = (nearest + farthest) / 2
+    across, gaps = 0.0, 0.0
+    for axis in range(2):
+        aside = x * record[4 * axis] + y * record[4 * axis + 1] + z * record[4 * axis + 2]
+        low, high = np.float64(record[4 * axis + 3]), np.float64(record[12 + axis])
+        across += max(abs(aside - shift * low), abs(aside - shift * high)) ** 2
+        low_near = (low + (1 - nearest) * ratio * aside) / stretch_near - aside
+        low_far = (low + (1 - farthest) * ratio * aside) / stretch_far - aside
+        high_near = (high + (1 - nearest) * ratio * aside) / stretch_near - aside
+        high_far = (high + (1 - farthest) * ratio * aside) / stretch_far - aside
+        gaps += max(min(low_near, low_far), -max(high_near, high_far), 0.0) ** 2
+    stretch = min(stretch_near, stretch_far) * (middle + (1 - middle) * ratio)
+    apart = (nearest - farthest) / 2 * ratio * math.sqrt(across) / stretch
+    return float(focal_pixels * apart / math.sqrt(away * away + gaps))
+
+
+@compiled()
+def _covers(
+    record: Array, frustum: Array, viewer: Array, turned: Array, ray_from_screen: Array, low: float, high: float
+) -> bool:
+    """Return whether a tile holds all that the view sees of its object between two depths; see `covers_view`."""
+    for x in (-1.0, 1.0):
+        for y in (-1.0, 1.0):
+            for depth in (low, high):
+                a = b = c = 0.0
+                for j in range(3):
+                    along = 0.0
+                    for i in range(3):
+                        ray = ray_from_screen[i, 0] * x + ray_from_screen[i, 1] * y + ray_from_screen[i, 2]
+                        along += ray * turned[i, j]
+                    corner = along * depth + viewer[j] - record[16 + j]
+                    a, b, c = a + frustum[0, j] * corner, b + frustum[1, j] * corner, c + frustum[2, j] * corner
+                if abs(a) > c or abs(b) > c:
+                    return False
+    return True
+
+
+@compiled("I1 F2 D1 D3 B1 I1 B1 D2 F2 F2 F1 F1 I1 D1 D2 D2 f f f f ?")
+def errors(
+    row: Rows,
+    record: Array,
+    density: Array,
+    frustum: Array,
+    whole: Mask,
+    tile_pieces: Rows,
+    provisional: Mask,
+    viewer: Array,
+    rotation: Array,
+    centre: Array,
+    bounding_radius: Array,
+    scale: Array,
+    pieces: Rows,
+    position: Array,
+    axes: Array,
+    ray_from_screen: Array,
+    detail_pixels: float,
+    reuse_error: float,
+    coarser: float,
+    lacking: float,
+    limited: bool,
+) -> Array:
+    """Return how far the tiles of some objects are off; see `TileScheduler._errors`.
+
+    Parameters
+    ----------
+    row : (n,) where the tile of each object is among the cached tiles; −1 for none.
+    record, density, frustum, whole, tile_pieces, provisional : (t, …) the cached tiles, see `CachedTiles`; `record` as
+        (t, 45) numbers.
+    viewer, rotation, centre, bounding_radius, scale, pieces : (n, …) the objects, see `ImpostorObjects`.
+    position, axes, ray_from_screen, detail_pixels : of the `View`.
+    reuse_error : pixels that are an error of 1.
+    coarser : pixels per texel, or texels per pixel, that are an error of 1.
+    lacking : the error of a tile that lacks pieces, or is provisional.
+    limited : whether provisional tiles may go on being shown.
+
+    Returns
+    -------
+    (n,) reprojection errors, 1 where as large as allowed; inf where the tile does not serve.
+    """
+    count = len(row)
+    error, turned = np.full(count, np.inf), np.empty((3, 3))
+    for k in range(count):
+        tile = row[k]
+        if tile < 0 or (provisional[tile] and not limited):
+            continue
+        x, y, z = centre[k, 0] - position[0], centre[k, 1] - position[1], centre[k, 2] - position[2]
+        if not whole[tile]:
+            forward = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
+            low, high = max(forward - bounding_radius[k], 0.0) / scale[k], (forward + bounding_radius[k]) / scale[k]
+            _turned(rotation[k], turned)
+            if not _covers(record[tile], frustum[tile], viewer[k], turned, ray_from_screen, low, high):
+                continue
+        target = detail_pixels * scale[k] / math.sqrt(x * x + y * y + z * z)
+        coarseness = abs(math.log(target / density[tile])) / math.log(coarser)
+        error[k] = max(_parallax(record[tile], viewer[k], detail_pixels) / reuse_error, coarseness)
+        if provisional[tile] or pieces[k] & ~tile_pieces[tile]:
+            error[k] = max(error[k], lacking)
+    return error
+
+
+@compiled("D2 D2 D2 D2 D1 D1 D3 D1 I2 I2 f f")
+def warp_records(
+    right: Array,
+    up: Array,
+    normal: Array,
+    epipole: Array,
+    offset: Array,
+    distance: Array,
+    texel: Array,
+    nearest: Array,
+    size: Rows,
+    corner: Rows,
+    width: float,
+    height: float,
+) -> Array:
+    """Return the numbers that pass 1 reads of n tiles, see `tile_records.warp_records`.
+
+    Parameters
+    ----------
+    right, up, normal, epipole, offset, distance : (n, …) see `Planes`.
+    texel, nearest, size : (n, …) see `Tiles`.
+    corner : (n, 2) where the tiles lie in the atlas, texels.
+    width, height : size of the atlas, texels.
+
+    Returns
+    -------
+    (n, 28) float32, a WARP_RECORD each.
+    """
+    count, atlas = len(nearest), (width, height)
+    record = np.zeros((count, 28), np.float32)
+    for k in range(count):
+        for j in range(3):
+            record[k, j], record[k, 4 + j], record[k, 8 + j] = right[k, j], up[k, j], normal[k, j]
+            w = texel[k, 2, j]
+            for axis in range(2):
+                record[k, 15 + 3 * axis + j] = 2 * (texel[k, axis, j] + corner[k, axis] * w) / atlas[axis] - w
+            record[k, 21 + j] = w
+        record[k, 3], record[k, 7], record[k, 11] = epipole[k, 0], epipole[k, 1], offset[k]
+        record[k, 12], record[k, 13] = distance[k], nearest[k]
+        for axis in range(2):
+            low = corner[k, axis]
+            record[k, 24 + axis] = 2 * low / atlas[axis] - 1
+            record[k, 26 + axis] = 2 * (low + size[k, axis]) / atlas[axis] - 1
+    return record
+
+
+@compiled("D2 D2 D2 D2 D1 D2 D2 D2 D3 D1 I2 D2 I2")
+def tile_records(
+    viewer: Array,
+    right: Array,
+    up: Array,
+    normal: Array,
+    distance: Array,
+    low: Array,
+    high: Array,
+    depths: Array,
+    texel: Array,
+    nearest: Array,
+    size: Rows,
+    pixel: Array,
+    corner: Rows,
+) -> Array:
+    """Return the numbers by which pass 2 draws n tiles, see `tile_records.tile_records`.
+
+    Parameters
+    ----------
+    viewer : (n, 3) the viewer that the tiles are warped for, in the objects' frames, metres.
+    right, up, normal, distance, low, high : (n, …) see `Planes`.
+    depths : (n, 2) least and greatest depth of each object behind its plane, metres.
+    texel, nearest, size, pixel : (n, …) see `Tiles`.
+    corner : (n, 2) where the tiles lie in the atlas, texels.
+
+    Returns
+    -------
+    (n, 45) float32, a COMPOSITE_RECORD each, without what `place_tiles` adds.
+    """
+    count = len(nearest)
+    record = np.zeros((count, 45), np.float32)
+    for k in range(count):
+        for j in range(3):
+            record[k, j], record[k, 4 + j], record[k, 8 + j] = right[k, j], up[k, j], normal[k, j]
+            record[k, 16 + j] = viewer[k, j]
+            for axis in range(3):
+                record[k, 20 + 3 * axis + j] = texel[k, axis, j]
+        record[k, 3], record[k, 7], record[k, 11], record[k, 19] = low[k, 0], low[k, 1], distance[k], nearest[k]
+        for axis in range(2):
+            record[k, 12 + axis] = high[k, axis]
+            record[k, 14 + axis] = distance[k] / (distance[k] + depths[k, axis])
+            record[k, 29 + axis], record[k, 31 + axis] = corner[k, axis], size[k, axis]
+            record[k, 41 + axis] = pixel[k, axis]
+    return record
+
+
+@compiled("F2 I1 D2 F1 F2 I1")
+def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rotation: Array, drawn: Rows) -> Array:
+    """Return the numbers by which pass 2 draws tiles where their objects are now, see `tile_records.place_tiles`.
+
+    Parameters
+    ----------
+    cached : (t, 45) those of all cached tiles.
+    row : (d,) which of these are drawn.
+    viewer, scale, rotation : (n, …) the objects, see `ImpostorObjects`.
+    drawn : (d,) which of these the tiles show.
+
+    Returns
+    -------
+    (d, 45) float32, a COMPOSITE_RECORD each.
+    """
+    count = len(row)
+    record = np.empty((count, 45), np.float32)
+    for k in range(count):
+        number = drawn[k]
+        for j in range(45):
+            record[k, j] = cached[row[k], j]
+        for j in range(3):
+            record[k, 33 + j] = viewer[number, j]
+        record[k, 36] = scale[number]
+        for j in range(4):
+            record[k, 37 + j] = rotation[number, j]
+        record[k, 43], record[k, 44] = k, 1.0
+    return record
+
+
+@compiled("I2 I2")
+def allocate(free: Rows, sizes: Rows) -> tuple[Rows, Rows, int]:
+    """Give out slots of an atlas one after the other, until one does not fit, see `Atlas.allocate`.
+
+    Parameters
+    ----------
+    free : (f, 4) free rectangles: x, y, width, height, texels.
+    sizes : (n, 2) width and height of the tiles, texels.
+
+    Returns
+    -------
+    The slots (n, 4), the free rectangles that are left (g, 4), and how many slots were given out.
+    """
+    count = len(free)
+    left, slots = np.empty((count + len(sizes), 4), np.int64), np.zeros((len(sizes), 4), np.int64)
+    left[:count] = free
+    for k in range(len(sizes)):
+        width, height = sizes[k, 0], sizes[k, 1]
+        best, snug = -1, 0
+        for j in range(count):
+            wide, high = left[j, 2] - width, left[j, 3] - height
+            if wide >= 0 and high >= 0 and (best < 0 or min(wide, high) < snug):
+                best, snug = j, min(wide, high)
+        if best < 0:
+            return slots, left[:count], k
+        x, y, wide, high = left[best]
+        slots[k] = x, y, width, height
+        if wide - width > high - height:  # an L is left, cut so that its larger part stays whole
+            left[best] = x + width, y, wide - width, high
+            rest = x, y + height, width, high - height
+        else:
+            left[best] = x, y + height, wide, high - height
+            rest = x + width, y, wide - width, height
+        if rest[2] * rest[3]:
+            left[count] = rest
+            count += 1
+    return slots, left[:count], len(sizes)

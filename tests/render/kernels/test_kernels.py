@@ -1,0 +1,192 @@
+"""The compiled loops compute what NumPy does: the same functions, called with and without them."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from depthwalk.render import kernels
+from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
+from depthwalk.render.draw.object_detail import choose_levels, choose_pieces
+from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.draw.planner import Planner
+from depthwalk.render.impostors.atlas_allocator import Atlas
+from depthwalk.render.impostors.tile_records import record_numbers
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.view.bounds import Bounds, Cylinders, object_bounds
+from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.world.asset_table import AssetTable
+from depthwalk.render.world.render_world import SceneArrays
+from depthwalk.render.world.spatial_cells import sort_into_cells
+from depthwalk.scene.arrays import Camera, Objects
+from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from shapes import ShapeLibrary, box, scene_of, sphere
+from studio import Studio
+
+pytest.importorskip("numba")
+SEEDS = range(4)
+
+
+def both(compute: Callable[[], Any]) -> tuple[Any, Any]:
+    """Return what NumPy computes, and what the loops do."""
+    kernels.unload()
+    reference = compute()
+    assert kernels.load()
+    return reference, compute()
+
+
+def random_view(rng: np.random.Generator, spread: float = 12.0) -> View:
+    position, target = rng.normal(0, spread / 3, (2, 3))
+    position[1] = abs(position[1])
+    return View(Camera(tuple(position), tuple(target), rng.uniform(0.4, 1.4)), (320, 240), 0.1, 200.0)
+
+
+@pytest.fixture(scope="module")
+def table(studio: Studio) -> AssetTable:
+    library = ShapeLibrary([sphere(0.5, 64, 32), box(0.4, 0.9, 0.2)], resolution=64)
+    with studio.device.context:
+        renderer = Renderer(studio.device, scene_of((0, (0, 0, 0), 0, 1), (1, (2, 0, 0), 0, 1)), library)
+        table = renderer.world.table()
+        renderer.release()
+    return table
+
+
+def random_objects(rng: np.random.Generator, table: AssetTable, count: int, spread: float = 12.0) -> Objects:
+    numbers = np.flatnonzero(table.volumes.radius > 0)
+    rotation = rng.normal(size=(count, 4))
+    return Objects(
+        asset=rng.choice(numbers, count).astype(np.int32),
+        position=rng.uniform(-spread, spread, (count, 3)).astype(np.float32),
+        rotation=(rotation / np.linalg.norm(rotation, axis=1, keepdims=True)).astype(np.float32),
+        scale=rng.uniform(0.3, 3, count).astype(np.float32),
+        representation=np.full(count, 2, np.uint8),
+    )
+
+
+def bounds_of(objects: Objects, table: AssetTable) -> Bounds:
+    return object_bounds(objects, table.centre, table.bounding_radius)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("seed", SEEDS)
+def test_viewers_levels_and_pieces(table: AssetTable, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    objects, view = random_objects(rng, table, 300), random_view(rng)
+    place = objects.position, objects.rotation, objects.scale
+    reference, compiled = both(lambda: viewer_in_object(view, *place))
+    np.testing.assert_allclose(compiled, reference, rtol=1e-5, atol=1e-5)
+    bounds, lod = bounds_of(objects, table), LodParams()
+    levels = both(lambda: choose_levels(view, objects, bounds, reference, table, lod))
+    np.testing.assert_array_equal(*levels)
+    assert len(np.unique(levels[0])) > 2
+    pieces = both(lambda: choose_pieces(objects.asset, levels[0], reference, table, lod))
+    np.testing.assert_array_equal(*pieces)
+    assert len(np.unique(pieces[0])) > 2
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("min_pixels", [0.0, 8.0])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_cells_and_objects_in_sight(table: AssetTable, seed: int, min_pixels: float) -> None:
+    rng = np.random.default_rng(seed)
+    objects, view = random_objects(rng, table, 3000, 40.0), random_view(rng)
+    bounds = bounds_of(objects, table)
+    cells = sort_into_cells(bounds)
+    for reference, compiled in zip(*both(lambda: cells.batches(view, min_pixels, 500)), strict=True):
+        np.testing.assert_array_equal(reference, compiled)
+    every = np.arange(len(cells.low))
+    (rows, forward), (compiled_rows, compiled_forward) = both(lambda: cells.visible(view, bounds, min_pixels, every))
+    assert 0 < len(rows) < len(objects)
+    np.testing.assert_array_equal(rows, compiled_rows)
+    np.testing.assert_allclose(forward, compiled_forward, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_hidden_objects(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    view, count = random_view(rng), 2000
+    axis = rng.normal(size=(count, 3))
+    enclosing = Cylinders(
+        rng.uniform(-30, 30, (count, 3)).astype(np.float32),
+        (axis / np.linalg.norm(axis, axis=1, keepdims=True)).astype(np.float32),
+        rng.uniform(0.1, 2, count).astype(np.float32),
+        rng.uniform(0.1, 1, count).astype(np.float32),
+    )
+    farthest = np.where(rng.random((120, 160)) < 0.002, 1.0, 0.995).astype(np.float32)  # a wall with holes
+    reference, compiled = both(lambda: depth_test(farthest, 2, view, 1.0)(enclosing))
+    assert 0.01 < reference.mean() < 0.99
+    # NumPy looks at squares of cells that together hold the rectangle and more, the loop at its cells alone.
+    assert not (reference & ~compiled).any()
+    extents = screen_extents(view, enclosing, 1.0)
+    low, high = (np.clip(bound / 2, 0, [159, 119]).astype(int) for bound in (extents.low, extents.high))
+    behind = [farthest[y : top + 1, x : right + 1].max() for (x, y), (right, top) in zip(low, high, strict=True)]
+    assert ((extents.depth > np.array(behind) + 2.0**-21) != compiled).mean() < 0.002  # rounded in single precision
+
+
+def test_slots_of_an_atlas() -> None:
+    sizes = np.random.default_rng(5).integers(3, 60, (80, 2))
+
+    def allocate() -> tuple[Any, Any]:
+        atlas = Atlas((256, 256))
+        slots = atlas.allocate_each(sizes)
+        return slots, atlas.free_texels
+
+    (slots, free), (compiled_slots, compiled_free) = both(allocate)
+    assert 0 < len(slots) < len(sizes)
+    np.testing.assert_array_equal(slots, compiled_slots)
+    assert free == compiled_free
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("seed", SEEDS)
+def test_plans_of_a_walk(table: AssetTable, seed: int) -> None:
+    """Viewers who come near, turn and go through objects: what is warped, where to, and what is drawn."""
+
+    def walk() -> list[tuple[Any, ...]]:
+        rng = np.random.default_rng(seed)
+        objects, planner = random_objects(rng, table, 60, 6.0), Planner()
+        bounds, settings = bounds_of(objects, table), _settings()
+        frames = []
+        for k in range(12):
+            camera = Camera((0.3 * k - 2, 1, 5 - 0.5 * k), (np.sin(k / 4), 0.5, 0), 1.0)
+            view = View(camera, (320, 240), 0.1, 100.0)
+            seen, _ = bounds.visible(view)
+            scene = SceneArrays(objects=objects, bounds=bounds, table=table)
+            plan = planner.plan(view, scene, seen, settings)
+            warp, composite = (record_numbers(part.records) for part in (plan.warp, plan.composite))
+            frames.append((plan.warp.batches, plan.composite.aligned, plan.object_rows, plan.cleared, warp, composite))
+        return frames
+
+    for reference, compiled in zip(*both(walk), strict=True):
+        assert reference[:2] == compiled[:2]
+        for one, other in zip(reference[2:4], compiled[2:4], strict=True):
+            np.testing.assert_array_equal(one, other)
+        for one, other in zip(reference[4:], compiled[4:], strict=True):
+            np.testing.assert_allclose(one, other, rtol=2e-4, atol=2e-4)
+
+
+def _settings() -> PlanSettings:
+    layout = TileParams.model_validate({"reuse_error": 0.5})
+    return PlanSettings(lod=LodParams(), layout=layout, polygons=MeshLodParams(), atlas_size=(1024, 1024))
+
+
+def test_loaded_behind_frames(tmp_path: Path) -> None:
+    """A first start compiles in another process, and the loops then come from the cache."""
+    code = "from depthwalk.render import kernels; kernels.load_behind().join(); print(kernels.loaded() is not None)"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
+    assert kernels.load()
+    assert (kernels.folder() / "complete").is_file()
+
+
+def test_numpy_serves_without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "available", lambda: False)
+    assert not kernels.load()
+    kernels.load_behind().join()
+    assert kernels.loaded() is None
