@@ -157,6 +157,7 @@ def _impostors(
             representation=dpci,
         ),
         bounds=bounds,
+        volume=np.arange(count),
         volumes=Volumes(
             radius=np.hypot(half[:, 0], half[:, 2]),
             bottom=-half[:, 1],

@@ -16,7 +16,7 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
-from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, nearest_faces
+from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, plane_distances
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.paper_lod import iter_step
@@ -182,10 +182,10 @@ def _split_by_plane(seen: _Seen, table: AssetTable) -> tuple[Rows, Rows]:
     all pieces of it. Planar images seen from behind are in neither set: they have no back (Liu et al. 2007, §2).
     """
     imaged = np.flatnonzero(seen.objects.representation == Representation.DPCI)
-    volumes = table.volumes.take(seen.objects.asset[imaged])
-    _, distance = nearest_faces(seen.viewer[imaged], volumes)
-    has_plane = distance >= MIN_PLANE_DISTANCE * volumes.radius
-    too_near = imaged[~has_plane & (volumes.has_side | (distance > 0))]
+    asset = seen.objects.asset[imaged]
+    distance = plane_distances(seen.viewer[imaged], table.volumes, asset)
+    has_plane = distance >= MIN_PLANE_DISTANCE * table.volumes.radius[asset]
+    too_near = imaged[~has_plane & (table.volumes.has_side[asset] | (distance > 0))]
     seen.pieces[too_near] = ALL_PIECES  # from inside, any image may be seen
     return imaged[has_plane], too_near
 
@@ -197,7 +197,8 @@ def _impostors(seen: _Seen, tiled: Rows, table: AssetTable) -> ImpostorObjects:
         row=seen.rows[tiled],
         objects=seen.objects.take(tiled),
         bounds=seen.bounds.take(tiled),
-        volumes=table.volumes.take(asset),
+        volumes=table.volumes,
+        volume=asset,
         viewer=seen.viewer[tiled],
         level=level,
         pieces=seen.pieces[tiled],

@@ -95,7 +95,7 @@ class TileCache:
 
     def clear(self) -> None:
         """Drop all tiles."""
-        self.tiles = CachedTiles.empty()
+        self.tiles = self._table = CachedTiles.empty()
         self._atlas = Atlas(self.atlas_size)
         self._row[:] = -1
 
@@ -215,7 +215,7 @@ class TileCache:
         oldest = unused[np.argsort(self.tiles.seen[unused], kind="stable")][: -(-len(unused) // 4)]
         self._atlas.release(self.tiles.slot[oldest])
         self._row[self.tiles.object[oldest]] = -1
-        self.tiles = self.tiles.take(np.delete(np.arange(len(self.tiles)), oldest))
+        self.tiles = self._table = self.tiles.take(np.delete(np.arange(len(self.tiles)), oldest))
         self._row[self.tiles.object] = np.arange(len(self.tiles))
         return True
 
@@ -223,9 +223,17 @@ class TileCache:
         """Store the tiles `new`, which were just warped, in place of those that their objects had."""
         row = self._row[new.object]
         self.tiles.put(row[row >= 0], new.take(row >= 0))
-        if (row < 0).any():
-            self.tiles = CachedTiles.joined([self.tiles, new.take(row < 0)])
-        self._row[self.tiles.object] = np.arange(len(self.tiles))
+        added, known = new.take(row < 0), len(self.tiles)
+        if not len(added):
+            return
+        end = known + len(added)
+        if end > len(self._table):  # with room for as many again, so that this is rare
+            room = CachedTiles.joined([added.take(np.zeros(end, np.intp))])
+            self._table = CachedTiles.joined([self.tiles, added, room])
+        else:
+            self._table.put(slice(known, end), added)
+        self.tiles = self._table.take(slice(0, end))
+        self._row[added.object] = np.arange(known, end)
 
 
 def shrunk(sizes: Rows, factor: float | Array) -> Rows:

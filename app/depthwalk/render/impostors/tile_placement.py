@@ -27,7 +27,8 @@ class ImpostorObjects:
     row : (m,) row of each object among all, by which its tile is found again in the next frame.
     objects : the objects.
     bounds : the bounding spheres of the objects, world.
-    volumes : the cylinders of the objects.
+    volumes : the cylinders of some objects or assets.
+    volume : (m,) which of the `volumes` is that of each object.
     viewer : (m, 3) the viewer in the objects' frames, metres.
     level : (m,) level of detail that serves each object now.
     pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
@@ -39,6 +40,7 @@ class ImpostorObjects:
     objects: Objects
     bounds: Bounds
     volumes: Volumes
+    volume: Rows
     viewer: Array
     level: Rows
     pieces: Rows
@@ -54,7 +56,8 @@ class ImpostorObjects:
             row=self.row[rows],
             objects=self.objects.take(rows),
             bounds=self.bounds.take(rows),
-            volumes=self.volumes.take(rows),
+            volumes=self.volumes,
+            volume=self.volume[rows],
             viewer=self.viewer[rows],
             level=self.level[rows],
             pieces=self.pieces[rows],
@@ -157,7 +160,7 @@ def place_impostors(
     if loops is not None and layout.tile_mapping == "screen":
         return _place_compiled(loops, view, impostors, number, layout.tile_scale, guard, limit)
     chosen = impostors.take(number)
-    planes = choose_planes(chosen.viewer, chosen.volumes)
+    planes = choose_planes(chosen.viewer, chosen.volumes.take(chosen.volume))
     planes, seen = crop_to_frustum(planes, view, chosen.objects.rotation, guard)
     if not seen.visible.all():
         rows = np.flatnonzero(seen.visible)
@@ -174,7 +177,7 @@ def place_impostors(
         number=number,
         planes=planes,
         tiles=tiles,
-        depths=depths_behind(planes, chosen.volumes),
+        depths=depths_behind(planes, chosen.volumes.take(chosen.volume)),
         whole=seen.whole,
         density=view.detail_pixels * chosen.objects.scale / np.linalg.norm(to_centre, axis=1),
         frustum=frustum_rows(view, chosen.objects.rotation),
@@ -190,6 +193,7 @@ def _place_compiled(
     kept, face, frame, bound, texel, nearest, size, pixel, depths, whole, density, frustum = loops.place(
         number,
         impostors.viewer,
+        impostors.volume.astype(np.int64),
         volumes.radius,
         volumes.bottom,
         volumes.top,

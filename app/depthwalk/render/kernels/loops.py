@@ -16,6 +16,7 @@ try:
         composite_records,
         errors,
         place,
+        plane_distances,
         tile_records,
         warp_records,
     )
@@ -32,6 +33,7 @@ __all__ = [
     "levels",
     "pieces",
     "place",
+    "plane_distances",
     "tile_records",
     "upright_cylinders",
     "viewers",

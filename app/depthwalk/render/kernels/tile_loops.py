@@ -168,10 +168,33 @@ def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bo
     return face
 
 
-@compiled("I1 D2 D1 D1 D1 D2 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
+@compiled("D2 I1 D1 D1 D1 B1")
+def plane_distances(viewer: Array, volume: Rows, radius: Array, bottom: Array, top: Array, has_side: Mask) -> Array:
+    """Return how far n viewers are from the planes on which objects are warped, see `warp_planes.plane_distances`.
+
+    Parameters
+    ----------
+    viewer : (n, 3) the viewer in the objects' frames, metres.
+    volume : (n,) which of the cylinders that follow is that of each object.
+    radius, bottom, top, has_side : (v, …) cylinders, see `warp_planes.Volumes`.
+
+    Returns
+    -------
+    (n,) metres.
+    """
+    distance, frame = np.empty(len(viewer)), np.empty((5, 3))
+    for k in range(len(viewer)):
+        a = volume[k]
+        _plane(viewer[k], radius[a], bottom[a], top[a], has_side[a], frame)
+        distance[k] = frame[4, 0]
+    return distance
+
+
+@compiled("I1 D2 I1 D1 D1 D1 D2 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
 def place(
     number: Rows,
     viewer: Array,
+    volume: Rows,
     radius: Array,
     bottom: Array,
     top: Array,
@@ -198,7 +221,8 @@ def place(
     ----------
     number : (k,) numbers of the objects among the n that follow.
     viewer : (n, 3) the viewer in the objects' frames, metres.
-    radius, bottom, top, footprint, has_side : (n, …) the cylinders of the objects, see `warp_planes.Volumes`.
+    volume : (n,) which of the cylinders that follow is that of each object.
+    radius, bottom, top, footprint, has_side : (v, …) cylinders, see `warp_planes.Volumes`.
     rotation, centre, bounding_radius, scale : (n, …) the objects and their bounding spheres.
     position, axes, tangent, size, detail_pixels : of the `View`; `tangent` is its `half_extent`.
     near : the near plane, metres.
@@ -223,10 +247,11 @@ def place(
     turned, to_object, camera, pixel = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 2))
     found = 0
     for index in number:
+        a = volume[index]
         frame, bound = frames[found], bounds[found]
-        face = _plane(viewer[index], radius[index], bottom[index], top[index], has_side[index], frame)
+        face = _plane(viewer[index], radius[a], bottom[a], top[a], has_side[a], frame)
         side, distance = face == _SIDE, frame[4, 0]
-        _rectangle(footprint[index], radius[index], bottom[index], top[index], side, frame, distance, bound)
+        _rectangle(footprint[a], radius[a], bottom[a], top[a], side, frame, distance, bound)
         _turned(rotation[index], turned)
         _product(axes, turned, to_object)
         for i in range(3):
@@ -258,11 +283,11 @@ def place(
             frustum[found, 1, j] = to_object[1, j] / (tangent[1] * kept_guard)
             frustum[found, 2, j] = to_object[2, j]
         nearest[found] = max(ahead - bounding_radius[index], near) / scale[index]
-        depths[found, 0], depths[found, 1] = 0.0, top[index] - bottom[index]
+        depths[found, 0], depths[found, 1] = 0.0, top[a] - bottom[a]
         if side:
             x, z = frame[2, 0], frame[2, 2]
-            depths[found, 0] = radius[index] - min(_support(footprint[index], x, z), radius[index])
-            depths[found, 1] = radius[index] + min(_support(footprint[index], -x, -z), radius[index])
+            depths[found, 0] = radius[a] - min(_support(footprint[a], x, z), radius[a])
+            depths[found, 1] = radius[a] + min(_support(footprint[a], -x, -z), radius[a])
         kept[found], faces[found], wholes[found] = index, face, seen == 2
         found += 1
     return (
