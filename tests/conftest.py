@@ -103,8 +103,9 @@ def _logger_as_it_was() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def _planned_by_numpy() -> Iterator[None]:
-    """A benchmark loads the compiled loops for its own process, which here runs other tests, too."""
+def _planned_by_numpy(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Benchmarks and windows load the compiled loops for their own process, which here runs other tests, too."""
+    monkeypatch.setattr("depthwalk.render.kernels.load_behind", lambda: None)
     yield
     if "depthwalk.render.kernels" in sys.modules:
         sys.modules["depthwalk.render.kernels"].unload()

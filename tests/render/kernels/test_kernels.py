@@ -188,5 +188,5 @@ def test_loaded_behind_frames(tmp_path: Path) -> None:
 def test_numpy_serves_without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels, "available", lambda: False)
     assert not kernels.load()
-    kernels.load_behind().join()
+    kernels._load_behind()
     assert kernels.loaded() is None

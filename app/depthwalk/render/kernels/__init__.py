@@ -29,6 +29,7 @@ _LOG = logging.getLogger(__name__)
 _COMPILE = "from depthwalk.render import kernels; kernels.load()"
 
 _loops: ModuleType | None = None
+_loader: threading.Thread | None = None
 
 
 def loaded() -> ModuleType | None:
@@ -79,14 +80,16 @@ def load_behind() -> threading.Thread:
     -------
     The thread that does so. Nobody need wait for it.
     """
-    thread = threading.Thread(target=_load_behind, name="kernels", daemon=True)
-    thread.start()
-    return thread
+    global _loader
+    if _loader is None or not _loader.is_alive():
+        _loader = threading.Thread(target=_load_behind, name="kernels", daemon=True)
+        _loader.start()
+    return _loader
 
 
 def _load_behind() -> None:
     """Compile the loops in another process where that was not done yet, then load them."""
-    if not available():
+    if _loops is not None or not available():
         return
     if not (folder() / "complete").is_file():
         paths = os.pathsep.join(path for path in sys.path if path)
