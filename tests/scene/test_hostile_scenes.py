@@ -44,10 +44,10 @@ MESSAGES = {
         "135:525: objects[0].group.objects[0].group.....group.objects[0].group.objects[0]: groups nest deeper than 64",
     ],
     "depth-image-no-shape": [
-        "3:25: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics'",
+        "3:25: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics', 'panorama'",
     ],
     "depth-image-two-shapes": [
-        "5:7: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics'",
+        "5:7: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics', 'panorama'",
     ],
     "depth-image-two-units": [
         "3:25: assets.relief.depth_image: needs 'range' or 'unit', not both",

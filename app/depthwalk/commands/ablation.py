@@ -112,9 +112,7 @@ class Ablation:
 
 def setups() -> Iterator[Setup]:
     """Yield the paper's method, then setups that each add one step, up to what the program does by default."""
-    setup = Setup(
-        title="the paper's method", layers=1, refinements=NOTHING, cases="paper", light="warp", tiles="plane"
-    )
+    setup = Setup(title="the paper's method", layers=1, refinements=NOTHING, cases="paper", light="warp", tiles="plane")
     yield setup
     yield (
         setup := replace(
