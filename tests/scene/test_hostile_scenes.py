@@ -64,6 +64,19 @@ MESSAGES = {
     "hash-colour": [
         '6:3: environment.background: must be "#rrggbb" (in quotes) or [r, g, b] from 0 to 1',
     ],
+    "panorama-horizon": [
+        "6:27: assets.seen.depth_image.panorama.horizon: must be a number, not 'low'",
+    ],
+    "panorama-normal": [
+        "5:7: assets.seen.depth_image: needs 'normal' or 'panorama', not both: normals of a panorama are computed",
+    ],
+    "panorama-range": [
+        "5:7: assets.seen.depth_image: needs 'range' or 'panorama', not both",
+    ],
+    "intrinsics-paper": [
+        "5:7: assets.seen.depth_image: method paper is for reliefs and panoramas; "
+        "a range image with 'intrinsics' is always cut",
+    ],
     "intrinsics": [
         "6:24: assets.range.depth_image.intrinsics.fx: must be at least 1, not 0",
         "6:19: assets.range.depth_image.intrinsics: missing key 'cy'",
