@@ -22,14 +22,17 @@ from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.bake.surface import mean_shininess
 from depthwalk.bake.trim import trim
 from depthwalk.bake.visibility import compacted
+from depthwalk.errors import InputError
 from depthwalk.ingest.range_image import RangeImage
-from depthwalk.limits import MAX_DPCI_RESOLUTION, MIN_DPCI_RESOLUTION
+from depthwalk.limits import MIN_DPCI_RESOLUTION
+from depthwalk.parallel import thread_map
 
 # Under a table is the floor; and where nothing is torn, what spans the jumps in depth lies above each of them.
 _LAYERS = 4
 # Cosine between ray and normal below which a sample is left to other faces, one of which is within 55° of any normal:
 # of a floor, level rays meet only the unevenness, from where triangles would span it up to the wall.
 _GRAZING = 0.3
+_MAX_TEXELS = 1024  # a side: seven faces of four layers take some 3 GB of memory while they are made
 
 
 def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
@@ -49,31 +52,35 @@ def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
     -------
     BakedObject
         The object, placed in the asset's frame: the pinhole is above the origin, the lowest point as high as that. A
-        texel of the side is as wide as a pixel.
+        texel of the side is as wide as a pixel, but there are at most 1024 to a turn.
 
     Raises
     ------
     InputError
-        Where no two neighbouring pixels show one surface.
+        Where no two neighbouring pixels show one surface, or only one that all rays graze.
     """
     mesh = range_mesh(image, cut)
-    side = int(np.clip(image.depth.shape[1], MIN_DPCI_RESOLUTION, MAX_DPCI_RESOLUTION))
+    side = int(np.clip(image.depth.shape[1], MIN_DPCI_RESOLUTION, _MAX_TEXELS))
     cylinder = with_margins(enclosing_cylinder(mesh.positions), side)
     caster, steps = RayCaster(mesh, two_sided=False, front_only=True), usable_steps((side, side))
     grids = {face: FaceGrid(cylinder=cylinder, face=face, height=side, width=side) for face in Face}
     seen: dict[Face, FaceSamples] = {}
     layers: dict[Face, FaceLayers] = {}
-    for face, grid in grids.items():
-        origin, direction = (part.reshape(-1, 3) for part in grid.rays)
-        start = np.float32(cylinder.radius if face is Face.SIDE else 0)
-        hits = caster.peel(origin + start * direction, direction, _LAYERS, grid.max_depth - float(start))
-        facing = -np.einsum("lni,ni->ln", hits.normal, direction)
-        hits = compacted(replace(hits, distance=hits.distance + start), facing > _GRAZING)
-        seen[face] = face_samples(mesh, hits, grid.shape)
-        if connected := connect_face(caster, grid, seen[face], steps):
-            layers[face] = face_layers(grid, connected)
-    images = owned_images(layers, [image for rival in layers.values() for image in rival.images])
-    images, borders = trim(images, trace_boundary_strips(caster, grids, seen, images))
+    with thread_map() as parallel_map:
+        for face, grid in grids.items():
+            origin, direction = (part.reshape(-1, 3) for part in grid.rays)
+            start = np.float32(cylinder.radius if face is Face.SIDE else 0)
+            reach = grid.max_depth - float(start)
+            hits = caster.peel(origin + start * direction, direction, _LAYERS, reach, parallel_map)
+            facing = -np.einsum("lni,ni->ln", hits.normal, direction)
+            hits = compacted(replace(hits, distance=hits.distance + start), facing > _GRAZING)
+            seen[face] = face_samples(mesh, hits, grid.shape, parallel_map)
+            if connected := connect_face(caster, grid, seen[face], steps, parallel_map=parallel_map):
+                layers[face] = face_layers(grid, connected)
+        if not layers:
+            raise InputError("the panorama holds no surface that a depth image could show")
+        images = owned_images(layers, [image for rival in layers.values() for image in rival.images], parallel_map)
+        images, borders = trim(images, trace_boundary_strips(caster, grids, seen, images, parallel_map), parallel_map)
     return BakedObject(
         cylinder=cylinder,
         images=tuple(images),
