@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ WIDTH, HEIGHT = 256, 176
 LENS = PanoramaLens(width=WIDTH, horizon=95.5)
 EYE = np.array([0.0, 1.4, 0.0])
 WALLS = np.array([2.0, 1.5])  # x and z, metres; the room is 2.6 m high
-LIGHT = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 1.0}}
+LIGHT: dict[str, Any] = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 1.0}}
 CAMERAS = {
     "ahead": Camera((0, 1.4, 0), (0.9, 1.0, -1.0), 1.0),
     "back": Camera((0, 1.4, 0), (-0.5, 1.2, 1.0), 1.0),
@@ -122,6 +123,19 @@ def test_from_the_pinhole_it_is_the_room(studio: Studio, place: str, cut: bool) 
 def test_beside_it_what_was_hidden_is_open_or_spanned(studio: Studio) -> None:
     torn, spanned = (picture(studio, CAMERAS["beside"], cut)[..., 3] == 0 for cut in (True, False))
     assert torn.mean() > spanned.mean() + 0.01
+
+
+def test_a_plain_is_seen_from_above(studio: Studio) -> None:
+    """Its side is empty, since level rays graze it."""
+    rise = LENS.rays((HEIGHT, WIDTH))[..., 1]
+    depth = np.where(rise < -0.2, -1.4 / np.minimum(rise, -0.2), np.inf).astype(np.float32)
+    object_ = bake_panorama(replace(panorama(), depth=depth), "plain")
+    side = [image for image in object_.images if image.face is Face.SIDE]
+    assert len(side) == 1 and not np.isfinite(side[0].depth).any()
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), **LIGHT)
+    camera = Camera((0, 1.4, 0), (1.0, 0.6, -1.0), 0.5)
+    shown = studio.picture(scene, ShapeLibrary([room()], [object_], kept=False), camera, transparent=True)
+    assert (shown[..., 3] > 0).mean() > 0.95
 
 
 def test_a_picture_without_surface_is_refused() -> None:

@@ -13,8 +13,8 @@ import numpy as np
 
 from depthwalk.bake.baker import connect_face, owned_images, trace_boundary_strips
 from depthwalk.bake.face_grid import FaceGrid
-from depthwalk.bake.grid import usable_steps
-from depthwalk.bake.images import BakedObject, Face, enclosing_cylinder, with_margins
+from depthwalk.bake.grid import grid_cells, usable_steps
+from depthwalk.bake.images import BakedObject, DepthImage, Face, enclosing_cylinder, with_margins
 from depthwalk.bake.ownership import FaceLayers, face_layers
 from depthwalk.bake.planar import range_mesh
 from depthwalk.bake.raycast import RayCaster
@@ -81,6 +81,8 @@ def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
             raise InputError("the panorama holds no surface that a depth image could show")
         images = owned_images(layers, [image for rival in layers.values() for image in rival.images], parallel_map)
         images, borders = trim(images, trace_boundary_strips(caster, grids, seen, images, parallel_map), parallel_map)
+    if all(image.face is not Face.SIDE for image in images):
+        images.append(_empty_side(grids[Face.SIDE], steps))
     return BakedObject(
         cylinder=cylinder,
         images=tuple(images),
@@ -89,4 +91,17 @@ def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
         steps=steps,
         key=key,
         position=(0.0, -float(mesh.bounds[0][1]), 0.0),
+    )
+
+
+def _empty_side(grid: FaceGrid, steps: int) -> DepthImage:
+    """Return a side without samples, by which objects are told that go round their axis: all of a plain lies below."""
+    return DepthImage(
+        face=Face.SIDE,
+        layer=0,
+        depth=np.full(grid.shape, np.inf, np.float32),
+        normal=np.zeros((*grid.shape, 3), np.float32),
+        albedo=np.zeros((*grid.shape, 4), np.float32),
+        cells=tuple(np.zeros(len(grid_cells(grid.shape, Face.SIDE, 1 << k)[0]), np.uint16) for k in range(steps)),
+        owner=np.full(grid.shape, Face.SIDE, np.uint8),
     )
