@@ -25,6 +25,7 @@ _SECTIONS = {  # models in the order of the page, and their headings
     "BakedAssetParams": "Baked asset",
     "DepthImageParams": "depth_image",
     "IntrinsicsParams": "intrinsics",
+    "PanoramaParams": "panorama",
     "ObjectParams": "Object",
     "GridParams": "grid",
     "ScatterParams": "scatter",

@@ -60,6 +60,27 @@ def shrink(picture: Path, out: Path) -> None:
         image.convert("RGB").save(out, optimize=True)
 
 
+def panorama() -> None:
+    """Draw figure 6 (a) of Liu et al.: the panorama; below it, what is seen from its pinhole, and from beside it."""
+    folder = scene_root() / "paper"
+    with Image.open(folder / "panorama" / "room_colour.jpg") as picture:
+        whole = np.asarray(picture.convert("RGB"))
+    width = (whole.shape[1] - _GAP) // 2
+    views = []
+    with tempfile.TemporaryDirectory() as name:
+        out = Path(name) / "view.png"
+        for options in ((), ("--camera-position", "-0.5,1.7,-0.3")):
+            scene = str(folder / "figure-06a-panorama.yaml")
+            command = [*_DEPTHWALK, "render", scene, "-o", str(out), "--resolution", f"{width},240", *options]
+            subprocess.run(command, check=True)
+            with Image.open(out) as picture:
+                views.append(np.asarray(picture.convert("RGB")))
+    upright = np.full((len(views[0]), _GAP, 3), 255, np.uint8)
+    below = np.concatenate([views[0], upright, views[1]], axis=1)
+    level = np.full((_GAP, whole.shape[1], 3), 255, np.uint8)
+    (IMAGES / "panorama.png").write_bytes(png_bytes(np.concatenate([whole, level, below])))
+
+
 def paper() -> None:
     """Draw figure 12 of Liu et al.: the side alone, the top alone, both; and what the defaults draw."""
     scene, defaults = scene_root() / "paper" / "figure-12-caps.yaml", "assets.venus.dpci={resolution: 512}"
@@ -174,6 +195,7 @@ MAKERS: dict[str, Callable[[], None]] = {
     "room": room,
     "night": night,
     "paper": paper,
+    "panorama": panorama,
     "dpci": dpci,
     "hud": hud,
     **{name: partial(draw, name, figure) for name, figure in FIGURES.items()},

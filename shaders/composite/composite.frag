@@ -5,6 +5,7 @@
 // ALIGNED: the tile's texels are the picture's pixels. Then w is the plane's distance along the view axis, so λ/w is 1 over
 // the surface's: its depth is affine in what the tile stores, and there is nothing to resample. Else the tile is resampled:
 // where the present ray meets the surface (parallax.glsl), among the texels around that (partial_coverage.glsl).
+// LIT: the tile holds lit colours too.
 #include "common/per_sample.glsl"
 #include "common/view.glsl"
 #include "common/visibility.glsl"
@@ -20,6 +21,9 @@ flat in float nearest_distance;     // metres along the view axis, of what is st
 flat in uint object;                // number of the first that the tile shows
 
 layout(location = 0) out uvec2 visibility;
+#ifdef LIT
+layout(location = 1) out vec4 tile_light;
+#endif
 #ifdef CONSERVATIVE_DEPTH
 layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the plane
 #endif
@@ -50,6 +54,13 @@ void main() {
     if (inverse == 0.0) discard;
     uint owner = texelFetch(atlas_owner, nearest, 0).r;
     uint image = owner & ((1u << IMAGE_BITS) - 1u);
+#ifdef LIT
+#ifdef ALIGNED
+    tile_light = texelFetch(atlas_light, nearest, 0);
+#else
+    tile_light = tile_light_found;
+#endif
+#endif
     visibility = visibility_from(object + (owner >> IMAGE_BITS), image, inverse, uncovered);
     float depth = depth_from_inverse.x - depth_from_inverse.y * inverse;
     gl_FragDepth = max(depth, gl_FragCoord.z);      // as promised, against rounding

@@ -1,6 +1,9 @@
 // Weighs the four texels of an impostor tile around a pixel: which of them make up the surface that the pixel shows, and, where
 // PARTIAL, what part of the pixel they leave uncovered (docs/anti-aliasing.md). Texels are half a pixel wide then.
 #include "composite/cracks.glsl"
+#ifdef LIT
+vec4 tile_light_found;      // by `tile_depth`: linear light, filtered bilinearly as the paper's textures are (§2.5)
+#endif
 
 // The pixel's surface lies on the texels of `depth` at `low` + (0,1) (1,1) (1,0) (0,0), as far as their bilinear `weight` says;
 // of empty ones it is 0. Returns whether any is left; if not, `stored` is what closes a crack, or 1, and `nearest` the
@@ -39,7 +42,15 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered) {
     weight *= vec4(lessThan(depth, vec4(1.0)));
     uncovered = 0.0;
     float stored;
-    if (!is_covered(position, low, depth, weight, stored, nearest)) return stored;
+    if (!is_covered(position, low, depth, weight, stored, nearest)) {
+#ifdef LIT
+        tile_light_found = texelFetch(atlas_light, nearest, 0);
+#endif
+        return stored;
+    }
+#ifdef LIT
+    tile_light_found = light_between(low, weight);
+#endif
     // The heaviest that is not empty owns the pixel; of equals exactly one.
     vec2 left_right = vec2(max(weight.x, weight.w), max(weight.y, weight.z));
     bool right = left_right.y > left_right.x;

@@ -1,6 +1,9 @@
 // Reads the impostor tile of a rectangle: stored depths, and which of them belong to one surface.
 uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
 uniform usampler2D atlas_owner;
+#ifdef LIT
+uniform sampler2D atlas_light;      // linear
+#endif
 
 flat in uint objects;               // how many the tile shows
 flat in vec4 tile;                  // x, y, width, height in texels
@@ -18,6 +21,17 @@ vec4 four_depths(ivec2 low) {
     return depth;
 #endif
 }
+
+#ifdef LIT
+// The light between these texels, by weights that need not sum up to 1. What empty texels hold counts for nothing.
+vec4 light_between(ivec2 low, vec4 weight) {
+    vec4 sum = weight.x * texelFetch(atlas_light, low + ivec2(0, 1), 0);
+    sum += weight.y * texelFetch(atlas_light, low + ivec2(1, 1), 0);
+    sum += weight.z * texelFetch(atlas_light, low + ivec2(1, 0), 0);
+    sum += weight.w * texelFetch(atlas_light, low, 0);
+    return sum / dot(weight, vec4(1.0));
+}
+#endif
 
 // Texels continue one surface where their λ differs by less than this many pixels' worth: from one to the next, it is less
 // than 8 times as deep as wide.

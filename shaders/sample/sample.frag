@@ -4,6 +4,10 @@ uniform sampler2DMS surface_samples;
 uniform usampler2DMS visibility_samples;
 uniform sampler2DMS depth_samples;
 uniform int number;
+#ifdef LIT
+uniform sampler2DMS tile_light_samples;
+layout(location = 3) out vec4 tile_light;
+#endif
 
 layout(location = 0) out vec4 albedo;
 layout(location = 1) out vec4 surface;
@@ -14,5 +18,8 @@ void main() {
     albedo = texelFetch(albedo_samples, pixel, number);
     surface = texelFetch(surface_samples, pixel, number);
     visibility = texelFetch(visibility_samples, pixel, number).xy;
+#ifdef LIT
+    tile_light = texelFetch(tile_light_samples, pixel, number);
+#endif
     gl_FragDepth = texelFetch(depth_samples, pixel, number).r;
 }

@@ -15,6 +15,12 @@ in vec3 in_to_w;
 in vec4 in_bounds;      // of the tile in clip space: a near object's samples reach beyond what the camera sees of it
 
 flat out uint image;
+#ifdef LIT
+in vec4 in_rotation;
+out vec4 surface_point;
+flat out vec3 seen_from;
+flat out vec4 rotation;
+#endif
 out float gl_ClipDistance[4];
 
 void main() {
@@ -34,4 +40,10 @@ void main() {
     gl_ClipDistance[2] = in_bounds.z * w - gl_Position.x;
     gl_ClipDistance[3] = in_bounds.w * w - gl_Position.y;
     image = sample_image(in_sample) + uint(in_depths.z);
+#ifdef LIT
+    // λ and, with it, λ·P are linear over the plane, and so stay right between the samples; P is not.
+    surface_point = vec4(lambda * sample_point, lambda);
+    seen_from = viewer;
+    rotation = in_rotation;
+#endif
 }

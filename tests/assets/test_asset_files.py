@@ -81,6 +81,19 @@ def test_range_images_depend_on_their_files_and_their_lens(tiny_scene: Path) -> 
     assert isinstance(seen, DepthImageAsset) and len(keys | {range_key(seen)}) == 3
 
 
+def test_panoramas_depend_on_their_files_their_horizon_and_how_pixels_are_connected(tiny_scene: Path) -> None:
+    file = tiny_scene.with_name("d.npy")
+    np.save(file, np.ones((8, 16), np.float32))
+    keys = set()
+    for how in ("panorama: {}", "panorama: {horizon: 2}", "panorama: {}, method: paper", "panorama: {}, unit: 2"):
+        tiny_scene.write_text(f"version: 1\nassets: {{seen: {{depth_image: {{depth: d.npy, {how}}}}}}}\n")
+        (seen,) = load_scene(tiny_scene).assets
+        assert isinstance(seen, DepthImageAsset)
+        keys.add(range_key(seen))
+    np.save(file, np.full((8, 16), 2, np.float32))
+    assert isinstance(seen, DepthImageAsset) and len(keys | {range_key(seen)}) == 5
+
+
 def test_a_relief_has_the_size_that_the_scene_gives_it(tiny_scene: Path) -> None:
     np.save(tiny_scene.with_name("d.npy"), np.linspace(0, 1, 64, dtype=np.float32).reshape(8, 8))
     tiny_scene.write_text("version: 1\nassets: {wall: {depth_image: {depth: d.npy, size: [3, 2]}}}\n")

@@ -172,6 +172,22 @@ def test_a_range_image_that_changes_while_it_is_read(
     assert baked is not None and baked.key == library.key(0) == SceneLibrary((spec,)).key(0) != first
 
 
+def test_a_panorama_is_baked_once(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And stands with its lowest point on the ground, its pinhole above its position."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    np.save(tiny_scene.with_name("d.npy"), np.full((16, 48), 2, np.float32))
+    tiny_scene.write_text("version: 1\nassets: {seen: {depth_image: {depth: d.npy, panorama: {horizon: 5}}}}\n")
+    (spec,) = load_scene(tiny_scene).assets
+    baked = SceneLibrary((spec,)).baked(0)
+    assert baked is not None
+    (part,) = baked.parts
+    assert part.position == pytest.approx((0, 2 * 10 / (48 / (2 * np.pi)), 0), rel=1e-5)
+    assert part.cylinder.radius == pytest.approx(2, rel=1e-2)
+    monkeypatch.setattr("depthwalk.assets.library.bake_panorama", lambda *_, **__: pytest.fail("baked again"))
+    again = SceneLibrary((spec,)).baked(0)
+    assert again is not None and again.key == baked.key
+
+
 def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

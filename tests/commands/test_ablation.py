@@ -48,7 +48,8 @@ def corner_layers(baked: BakedObject) -> Rows:
 def test_the_first_row_is_the_papers_method_and_the_last_what_the_program_does() -> None:
     first, *_, last = setups()
     assert first.layers == 1 and not any(asdict(first.refinements).values())
-    assert (first.settings.lod.cases, first.settings.warp.tile_mapping) == ("paper", "plane")
+    settings = first.settings
+    assert (settings.lod.cases, settings.light.mode, settings.warp.tile_mapping) == ("paper", "warp", "plane")
     assert last.refinements == EVERYTHING and last.settings == RenderSettings()
     assert last.layers == LAYERS == BakeParams().layers
 

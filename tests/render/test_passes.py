@@ -238,6 +238,8 @@ def modes() -> Iterator[dict[str, Any]]:
         yield {"dof.mode": mode, "dof.samples": 2}
     yield {"light.mode": "forward"}
     yield {"light.mode": "forward", "aa": "coverage"}
+    yield {"light.mode": "warp"}
+    yield {"light.mode": "warp", "aa": "msaa"}
     yield {"warp.order": "epipole"}
     yield {"shadows.enabled": False, "lamps": False}
     yield {"fused": False}

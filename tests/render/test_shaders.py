@@ -57,7 +57,7 @@ def test_pass_one_matches_its_twin(gl_device: Device) -> None:
     program = gl_device.context.program(vertex_shader=Source("warp/warp.vert", "").text, varyings=("gl_Position",))
     program["box_low"], program["box_size"] = tuple(low), tuple(size)
     vertices, instances = scope.buffer(samples), scope.buffer(records)
-    layout = "4f 4f 4f 3f 3f 3f 3f 16x/i"
+    layout = "4f 4f 4f 3f 3f 3f 3f 32x/i"
     names = ["in_right", "in_up", "in_normal", "in_depths", "in_to_x", "in_to_y", "in_to_w"]
     array = gl_device.context.vertex_array(program, [(vertices, "4u2", "in_sample"), (instances, layout, *names)])
     out = scope.buffer(reserve=16 * count * 100)

@@ -44,10 +44,10 @@ MESSAGES = {
         "135:525: objects[0].group.objects[0].group.....group.objects[0].group.objects[0]: groups nest deeper than 64",
     ],
     "depth-image-no-shape": [
-        "3:25: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics'",
+        "3:25: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics', 'panorama'",
     ],
     "depth-image-two-shapes": [
-        "5:7: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics'",
+        "5:7: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics', 'panorama'",
     ],
     "depth-image-two-units": [
         "3:25: assets.relief.depth_image: needs 'range' or 'unit', not both",
@@ -63,6 +63,19 @@ MESSAGES = {
     ],
     "hash-colour": [
         '6:3: environment.background: must be "#rrggbb" (in quotes) or [r, g, b] from 0 to 1',
+    ],
+    "panorama-horizon": [
+        "6:27: assets.seen.depth_image.panorama.horizon: must be a number, not 'low'",
+    ],
+    "panorama-normal": [
+        "5:7: assets.seen.depth_image: needs 'normal' or 'panorama', not both: normals of a panorama are computed",
+    ],
+    "panorama-range": [
+        "5:7: assets.seen.depth_image: needs 'range' or 'panorama', not both",
+    ],
+    "intrinsics-paper": [
+        "5:7: assets.seen.depth_image: method paper is for reliefs and panoramas; "
+        "a range image with 'intrinsics' is always cut",
     ],
     "intrinsics": [
         "6:24: assets.range.depth_image.intrinsics.fx: must be at least 1, not 0",

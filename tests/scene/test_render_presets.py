@@ -77,4 +77,4 @@ def test_the_data_stay_as_they_are() -> None:
     values = {"preset": "paper", "lod": {"bias": 1}}
     with_preset(values)["light"]["mode"] = "deferred"
     assert values == {"preset": "paper", "lod": {"bias": 1}}
-    assert PRESETS["paper"]["light"] == {"mode": "forward"}
+    assert PRESETS["paper"]["light"] == {"mode": "warp"}

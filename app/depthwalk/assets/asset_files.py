@@ -17,7 +17,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_range_image
+from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_panorama, load_range_image
 from depthwalk.ingest.sources import Sources, source_hash
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from depthwalk.scene.schema import DpciParams, MesoParams
@@ -116,17 +116,19 @@ def read_relief(spec: DepthImageAsset) -> PlanarImage:
 
 
 def read_range_image(spec: DepthImageAsset) -> RangeImage:
-    """Read the range image of the asset `spec`, which has `intrinsics`.
+    """Read the range image of the asset `spec`, which has `intrinsics` or is a `panorama`.
 
     Raises InputError for files that cannot be used.
     """
-    assert spec.intrinsics is not None
+    if spec.panorama is not None:
+        return load_panorama(spec.depth, horizon=spec.panorama.horizon, unit=spec.unit, colour=spec.colour)
+    assert spec.intrinsics is not None  # the scene file has exactly one of these and `size`
     lens = Intrinsics(**spec.intrinsics.model_dump())
     return load_range_image(spec.depth, lens=lens, unit=spec.unit, colour=spec.colour, normal=spec.normal)
 
 
 def read_keyed(spec: DepthImageAsset) -> tuple[RangeImage, str]:
-    """Read the range image of an asset that has `intrinsics`, and hash its files.
+    """Read the range image of an asset that has `intrinsics` or is a `panorama`, and hash its files.
 
     NPY and OpenEXR files are read by their names, not from bytes that could be hashed as well. So the files are hashed
     before and after, and read again where the hashes differ.
@@ -223,14 +225,15 @@ def levels_key(spec: MeshAsset, source: str) -> str:
 
 
 def range_key(spec: DepthImageAsset) -> str:
-    """Return the key, 64 hex digits, of the depth image that the range image of `spec` is baked to.
+    """Return the key, 64 hex digits, of the depth images that the range image or panorama of `spec` is baked to.
 
     It is a hash of what the files of the range image hold now and of everything else that the result depends on.
 
     Raises InputError for files that cannot be read.
     """
+    source = source_hash(spec.depth, spec.colour)
+    if spec.panorama is not None:
+        return bake_key(source, unit=spec.unit, panorama=spec.panorama.model_dump(), method=spec.method)
     assert spec.intrinsics is not None
     normal = None if spec.normal is None else source_hash(spec.normal)
-    return bake_key(
-        source_hash(spec.depth, spec.colour), normal=normal, unit=spec.unit, intrinsics=spec.intrinsics.model_dump()
-    )
+    return bake_key(source, normal=normal, unit=spec.unit, intrinsics=spec.intrinsics.model_dump())

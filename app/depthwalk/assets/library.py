@@ -34,6 +34,7 @@ from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.level_file import find_levels, keep_levels
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
+from depthwalk.bake.panorama import bake_panorama
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.cache import make_room
@@ -142,7 +143,7 @@ class SceneLibrary:
         """
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
-            return self._planar(spec) if spec.intrinsics is None else self._range_model(asset, spec)
+            return self._planar(spec) if spec.size is not None else self._range_model(asset, spec)
         if isinstance(spec, BakedAsset):
             if is_cooked_file(spec.baked):
                 raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
@@ -260,7 +261,7 @@ class SceneLibrary:
         return BakedModel(parts=tuple(replace(part, meso=meso) for part in baked.parts))
 
     def _range_model(self, asset: int, spec: DepthImageAsset) -> BakedModel:
-        """Return the depth image of a range image."""
+        """Return the depth images of a range image or panorama."""
         return self._found_or_made(spec.name, spec.depth, self.key(asset), lambda: self._bake_range(asset, spec))
 
     def _planar(self, spec: DepthImageAsset) -> BakedModel:
@@ -296,12 +297,14 @@ class SceneLibrary:
         return bake_model(mesh, params, key, lambda stage: self.report(spec.name, stage), max_stepped=max_stepped)
 
     def _bake_range(self, asset: int, spec: DepthImageAsset) -> BakedModel:
-        """Read a range image and resample it to a depth image, under the key of what was read."""
+        """Read a range image or panorama and resample it to depth images, under the key of what was read."""
         self.report(spec.name, "reading")
         image, key = read_keyed(spec)
         self._note_key(asset, key)
         self.report(spec.name, "resampling")
         with complaints_about(spec.depth):
+            if spec.panorama is not None:
+                return BakedModel(parts=(bake_panorama(image, key, cut=spec.method == "cut"),))
             return BakedModel(parts=(bake_range(image, key),))
 
     def _note_key(self, asset: int, key: str) -> None:
@@ -368,7 +371,7 @@ def _mesh_spec(spec: Asset) -> MeshAsset | None:
 def _key_of(spec: Asset) -> str:
     """Return the key of an asset's depth images; "" where they are not kept, or not as they are drawn."""
     if isinstance(spec, DepthImageAsset):
-        return range_key(spec) if spec.intrinsics is not None else ""
+        return range_key(spec) if spec.size is None else ""
     if isinstance(spec, BakedAsset):
         if is_cooked_file(spec.baked):
             return cooked_key(spec.baked) or ""

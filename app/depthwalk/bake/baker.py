@@ -176,7 +176,7 @@ def bake_object(
         images = [image for layers in rivals.values() for image in layers.images]
         if refinements.owners:
             progress("owners")
-            images = _owned(rivals, images, parallel_map)
+            images = owned_images(rivals, images, parallel_map)
         progress("boundary strips")
         borders = (
             trace_boundary_strips(caster, grids, seen, images, parallel_map) if refinements.boundary_strips else []
@@ -192,8 +192,23 @@ def bake_object(
     )
 
 
-def _owned(rivals: Rivals, images: list[DepthImage], parallel_map: Map) -> list[DepthImage]:
-    """Return all images, those of `rivals`, with their owners and with the triangles marked that others hold better."""
+def owned_images(rivals: Rivals, images: list[DepthImage], parallel_map: Map = map) -> list[DepthImage]:
+    """Give each piece of surface the face that samples it best as its owner.
+
+    Parameters
+    ----------
+    rivals
+        The layers of each face, by the face.
+    images
+        The depth images of all of them.
+    parallel_map
+        `map`, or what `thread_map` yields to work in several threads.
+
+    Returns
+    -------
+    list
+        The images with their owners, and with the triangles marked that other faces hold better.
+    """
     owners = assign_owners(rivals, parallel_map)
     owned = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
     layers = {

@@ -15,7 +15,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.depth_surface import continues, tolerance
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.mesh import Material, Mesh, Part
-from depthwalk.ingest.range_image import RangeImage
+from depthwalk.ingest.range_image import PanoramaLens, RangeImage
 from depthwalk.limits import MIN_DPCI_RESOLUTION
 
 _MATERIAL = Material((1.0, 1.0, 1.0))
@@ -96,7 +96,7 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
     """
     mesh = range_mesh(image)
     low, high = mesh.bounds
-    pixel = float(np.median(image.depth[np.isfinite(image.depth)])) / min(image.lens.fx, image.lens.fy)
+    pixel = float(np.median(image.depth[np.isfinite(image.depth)])) / image.lens.focal
     width, height, deep = (float(extent) for extent in high - low)
     side = max(width, height) + 2 * pixel  # square, as the baker's caps are
     slack = 1e-4 * max(side, deep)
@@ -113,15 +113,18 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
     return _upright(cylinder, height, tuple(images), tuple(borders), steps, key)
 
 
-def range_mesh(image: RangeImage) -> Mesh:
+def range_mesh(image: RangeImage, cut: bool = True) -> Mesh:
     """Connect the pixels of a range image to a mesh.
 
-    Four neighbouring pixels on one surface get two triangles; no triangle spans a tear.
+    Four neighbouring pixels on one surface get two triangles; no triangle spans a tear. The last column of a panorama
+    is connected to the first.
 
     Parameters
     ----------
     image
         What a depth camera saw.
+    cut
+        Whether to tear the mesh where the depth jumps; otherwise all neighbours that were measured are connected.
 
     Returns
     -------
@@ -134,9 +137,12 @@ def range_mesh(image: RangeImage) -> Mesh:
         Where no two neighbouring pixels show one surface.
     """
     inverse = np.where(np.isfinite(image.depth), 1 / image.depth.astype(np.float64), np.nan)
-    kept = _triangles(inverse, tolerance(inverse, inverse / min(image.lens.fx, image.lens.fy)))
     height, width = image.depth.shape
     texel = np.arange(height * width).reshape(height, width)
+    if isinstance(image.lens, PanoramaLens):
+        inverse, texel = (np.pad(array, ((0, 0), (0, 1)), mode="wrap") for array in (inverse, texel))
+    allowed = tolerance(inverse, inverse / image.lens.focal)
+    kept = _triangles(inverse, allowed if cut else np.full_like(allowed, np.inf))
     here, right, up, across = texel[:-1, :-1], texel[:-1, 1:], texel[1:, :-1], texel[1:, 1:]
     lower, upper = np.stack([here, right, up], -1)[kept[0]], np.stack([right, across, up], -1)[kept[1]]
     corners = np.concatenate([lower, upper])

@@ -72,9 +72,11 @@ class RayCaster:
         How far behind a hit the next ray starts, metres.
     two_sided
         Whether surfaces are seen from behind too, as those of an open mesh are.
+    front_only
+        Whether `peel` passes through surfaces that it meets from behind before it has met any other.
     """
 
-    def __init__(self, mesh: Mesh, two_sided: bool | None = None) -> None:
+    def __init__(self, mesh: Mesh, two_sided: bool | None = None, front_only: bool = False) -> None:
         """Build Embree's search tree of a mesh.
 
         Parameters
@@ -83,6 +85,9 @@ class RayCaster:
             The mesh; rays are in its frame, metres.
         two_sided
             Whether surfaces are seen from behind too; None: only those of an open mesh.
+        front_only
+            Whether `peel` passes through surfaces that it meets from behind before it has met any other, as through the
+            walls of a room that is seen from inside. Not together with `two_sided`.
         """
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
@@ -90,6 +95,7 @@ class RayCaster:
         low, high = mesh.bounds
         self.epsilon = float(np.linalg.norm(high - low)) * 2e-6
         self.two_sided = is_open(mesh) if two_sided is None else two_sided
+        self.front_only = front_only
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, np.ascontiguousarray(mesh.positions), np.ascontiguousarray(mesh.faces))
         self.escapes(np.zeros((0, 3)), np.zeros((0, 3)))  # builds embree's tree, which must not begin in two threads
@@ -150,8 +156,8 @@ class RayCaster:
     ) -> Hits:
         """Find the first surfaces along rays.
 
-        The very first surface counts from either side. Of the others, those count that face the ray's origin; of an
-        open mesh, all count.
+        The very first surface counts from either side, unless `front_only` is set. Of the others, those count that face
+        the ray's origin; of an open mesh, all count.
 
         Parameters
         ----------
@@ -196,7 +202,8 @@ class RayCaster:
             met = np.flatnonzero((result["primID"] >= 0) & (distance < end))
             active, distance, along = active[met], distance[met], along.take(met, 0)
             normal, back = facing_normals(result["Ng"].take(met, 0), along)
-            taken = np.flatnonzero(~back) if cast and not self.two_sided else np.arange(len(back))
+            chosen = (cast or self.front_only) and not self.two_sided
+            taken = np.flatnonzero(~back) if chosen else np.arange(len(back))
             rays, met = active[taken], met[taken]
             at = found[rays], rays
             hits.distance[at], hits.face[at] = distance[taken], result["primID"][met]

@@ -130,7 +130,7 @@ def _peel_exposed(
         best = np.argsort(-exposure, axis=0, kind="stable")[:layers]
         kept = np.zeros(exposure.shape, bool)
         np.put_along_axis(kept, best, True, axis=0)
-        chosen = _compacted(deep, kept & np.isfinite(deep.distance))
+        chosen = compacted(deep, kept & np.isfinite(deep.distance))
         for field in fields(Hits):
             getattr(hits, field.name)[: len(chosen), more] = getattr(chosen, field.name)
     return hits
@@ -191,7 +191,7 @@ def prune_hidden(
     """
     layer, texel = found[1:].nonzero()
     if not len(layer):
-        return _compacted(hits, found)
+        return compacted(hits, found)
     start, normal = _above(caster, rays, hits, 1 + layer, texel)
     behind = _Behind(
         layer=layer,
@@ -201,7 +201,7 @@ def prune_hidden(
         shape=(len(found) - 1, *shape),
     )
     seen = _seen(caster, behind, parallel_map).reshape(len(found) - 1, -1)
-    return _compacted(hits, found & np.concatenate([np.ones_like(seen[:1]), seen]))
+    return compacted(hits, found & np.concatenate([np.ones_like(seen[:1]), seen]))
 
 
 def _seen(caster: RayCaster, behind: _Behind, parallel_map: Map) -> Mask:
@@ -240,8 +240,8 @@ def _density(image: Mask) -> NDArray[np.float32]:
     return np.asarray(uniform_filter(image.astype(np.float32), _AROUND))
 
 
-def _compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
-    """Return the hits `kept` (L, n), moved up to the first layers; at least one layer."""
+def compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
+    """Return the hits `kept` (L, n) bool, moved up to the first layers; at least one layer."""
     layer = np.cumsum(kept, axis=0, dtype=np.int8) - 1
     compact = no_hits(max(1, int(layer.max(initial=0)) + 1), kept.shape[1])
     places = layer[kept], kept.nonzero()[1]

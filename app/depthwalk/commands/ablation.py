@@ -52,20 +52,22 @@ class Setup:
         Number of layers of depth images.
     refinements
         What the baker does beyond the paper.
-    cases, tiles
-        The render settings `lod.cases` and `warp.tile_mapping`.
+    cases, light, tiles
+        The render settings `lod.cases`, `light.mode` and `warp.tile_mapping`.
     """
 
     title: str
     layers: int
     refinements: Refinements
     cases: str
+    light: str
     tiles: str
 
     @property
     def settings(self) -> RenderSettings:
         """Return the render settings of this row."""
-        return RenderSettings.model_validate({"lod": {"cases": self.cases}, "warp": {"tile_mapping": self.tiles}})
+        groups = {"lod": {"cases": self.cases}, "light": {"mode": self.light}, "warp": {"tile_mapping": self.tiles}}
+        return RenderSettings.model_validate(groups)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +112,7 @@ class Ablation:
 
 def setups() -> Iterator[Setup]:
     """Yield the paper's method, then setups that each add one step, up to what the program does by default."""
-    setup = Setup(title="the paper's method", layers=1, refinements=NOTHING, cases="paper", tiles="plane")
+    setup = Setup(title="the paper's method", layers=1, refinements=NOTHING, cases="paper", light="warp", tiles="plane")
     yield setup
     yield (
         setup := replace(
@@ -125,6 +127,7 @@ def setups() -> Iterator[Setup]:
     yield (setup := replace(setup, title="caps in every view", cases="complete"))
     yield (setup := replace(setup, title="owners", refinements=replace(setup.refinements, owners=True)))
     yield (setup := replace(setup, title="box faces", refinements=replace(setup.refinements, box_faces=True)))
+    yield (setup := replace(setup, title="light per pixel", light="deferred"))
     yield replace(setup, title="screen tiles", tiles="screen")
 
 

@@ -114,9 +114,9 @@ def _read_depth_image(asset: DepthImageAsset) -> None:
     from depthwalk.assets.asset_files import complaints_about, read_range_image, read_relief
     from depthwalk.bake.planar import range_mesh
 
-    if asset.intrinsics is None:
+    if asset.size is not None:
         read_relief(asset)
         return
     image = read_range_image(asset)
     with complaints_about(asset.depth):
-        range_mesh(image)  # an image may be readable and hold no surface
+        range_mesh(image, cut=asset.method == "cut")  # an image may be readable and hold no surface

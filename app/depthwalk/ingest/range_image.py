@@ -1,7 +1,7 @@
 """Read depth images and range images: a file of depths, a picture, and a normal map.
 
-A depth image is seen by parallel rays (a relief), a range image through a pinhole (a depth camera). Normals are fitted
-to the depth where no normal map is given.
+A depth image is seen by parallel rays (a relief), a range image through a pinhole: by a depth camera, or all round, as
+a cylindrical panorama. Normals are fitted to the depth where no normal map is given.
 """
 
 from dataclasses import dataclass, replace
@@ -16,6 +16,7 @@ from depthwalk.ingest.depth_file import read_depth
 from depthwalk.ingest.depth_surface import fit_planes
 from depthwalk.ingest.image import PlanarImage, load_texture
 
+_SEAM = 2  # columns beyond the seam of a panorama, of which normals are fitted
 _PLAIN = 204  # sRGB, light grey: the colour of surfaces without a picture
 
 
@@ -36,6 +37,47 @@ class Intrinsics:
     cx: float
     cy: float
 
+    @property
+    def focal(self) -> float:
+        """Return the lesser focal length, pixels."""
+        return min(self.fx, self.fy)
+
+    def rays(self, shape: tuple[int, int]) -> NDArray[np.float64]:
+        """Return the point (H, W, 3), camera frame, at depth 1 that each pixel of a picture of `shape` (H, W) sees."""
+        height, width = shape
+        x, y = (np.arange(width) - self.cx) / self.fx, (np.arange(height) - self.cy) / self.fy
+        return np.stack(np.broadcast_arrays(x[None], y[:, None], -1.0), -1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PanoramaLens:
+    """Describe the camera of a cylindrical panorama: a pinhole inside a cylinder (McMillan and Bishop 1995).
+
+    A column of the picture sees one direction of the compass, the middle −z, those to its right what is to the right.
+    Depth is the level distance from the cylinder's axis, +Y through the pinhole. Pixels are square.
+
+    Attributes
+    ----------
+    width
+        Columns of the picture, a full turn.
+    horizon
+        Row of the horizon; 0 is the centre of the first row, which is at the top in files.
+    """
+
+    width: int
+    horizon: float
+
+    @property
+    def focal(self) -> float:
+        """Return the cylinder's radius, pixels."""
+        return self.width / (2 * np.pi)
+
+    def rays(self, shape: tuple[int, int]) -> NDArray[np.float64]:
+        """Return the point (H, W, 3), camera frame, at depth 1 that each pixel of a picture of `shape` (H, W) sees."""
+        turn = 2 * np.pi * ((np.arange(shape[1]) + 0.5) / self.width - 0.5)
+        y = (np.arange(shape[0]) - self.horizon) / self.focal
+        return np.stack(np.broadcast_arrays(np.sin(turn)[None], y[:, None], -np.cos(turn)[None]), -1)
+
 
 @dataclass(frozen=True, kw_only=True)
 class RangeImage:
@@ -44,19 +86,20 @@ class RangeImage:
     Attributes
     ----------
     depth : (H, W) float32
-        Metres along the camera's axis, row 0 at the bottom; +inf where nothing was measured.
+        Metres along the camera's axis, of a panorama from its cylinder's axis; row 0 at the bottom; +inf where nothing
+        was measured.
     colour : (H, W, 3) uint8
         sRGB.
     normal : (H, W, 3) float32
         Unit length, in the camera's frame.
-    lens : Intrinsics
-        The camera; here `cy` is counted from row 0, which is at the bottom.
+    lens : Intrinsics or PanoramaLens
+        The camera; here `cy` or `horizon` is counted from row 0, which is at the bottom.
     """
 
     depth: NDArray[np.float32]
     colour: NDArray[np.uint8]
     normal: NDArray[np.float32]
-    lens: Intrinsics
+    lens: Intrinsics | PanoramaLens
 
     @cached_property
     def points(self) -> NDArray[np.float32]:
@@ -64,7 +107,7 @@ class RangeImage:
 
         They are (0, 0, −inf) where nothing was measured.
         """
-        rays = _rays(self.lens, (self.depth.shape[0], self.depth.shape[1]))
+        rays = self.lens.rays((self.depth.shape[0], self.depth.shape[1]))
         known = np.isfinite(self.depth)[..., None]
         points = np.where(known, self.depth[..., None], 0) * rays
         return np.where(known, points, [0, 0, -np.inf]).astype(np.float32)
@@ -165,11 +208,40 @@ def load_range_image(
     return RangeImage(depth=metres, colour=picture, normal=directions, lens=lens)
 
 
-def _rays(lens: Intrinsics, shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the point (H, W, 3) at depth 1 that each pixel sees."""
-    height, width = shape
-    x, y = (np.arange(width) - lens.cx) / lens.fx, (np.arange(height) - lens.cy) / lens.fy
-    return np.stack(np.broadcast_arrays(x[None], y[:, None], -1.0), -1)
+def load_panorama(
+    depth: Path, *, horizon: float | None = None, unit: float | None = None, colour: Path | None = None
+) -> RangeImage:
+    """Read a cylindrical panorama with depth from files.
+
+    Parameters
+    ----------
+    depth
+        The file of level distances from the cylinder's axis, a full turn, where 0 always means that nothing was
+        measured.
+    horizon
+        Row of the horizon, counted from the top; None: the middle of the picture.
+    unit
+        Metres per unit of the file; None: floats are metres.
+    colour
+        A picture in sRGB, resampled to the depth's resolution; None: light grey.
+
+    Returns
+    -------
+    RangeImage
+        The panorama, row 0 at the bottom; its normals are fitted to the depth.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, where a file cannot be used or a number is not positive.
+    """
+    _check_positive(depth, unit=unit)
+    metres = read_depth(depth, depth_range=None, unit=unit, camera=True)[::-1].copy()
+    height, width = metres.shape
+    row = (height - 1) / 2 if horizon is None else height - 1 - horizon
+    lens = PanoramaLens(width=width, horizon=row)
+    picture = _picture(colour, (width, height))
+    return RangeImage(depth=metres, colour=picture, normal=_panorama_normals(metres, lens), lens=lens)
 
 
 def _camera_normals(metres: NDArray[np.float32], lens: Intrinsics) -> NDArray[np.float32]:
@@ -181,9 +253,26 @@ def _camera_normals(metres: NDArray[np.float32], lens: Intrinsics) -> NDArray[np
     inverse[~np.isfinite(metres)] = np.nan
     centre, right, up = fit_planes(inverse, inverse / min(lens.fx, lens.fy))
     x, y = right * lens.fx, up * lens.fy
-    rays = _rays(lens, (metres.shape[0], metres.shape[1]))
+    rays = lens.rays((metres.shape[0], metres.shape[1]))
     z = x * rays[..., 0] + y * rays[..., 1] - centre
     return _directions(-x, -y, -z)  # m points away from the camera
+
+
+def _panorama_normals(metres: NDArray[np.float32], lens: PanoramaLens) -> NDArray[np.float32]:
+    """Return normals (H, W, 3) fitted to depth.
+
+    A plane m · P = 1 has the inverse depth m · ray; its change along a column is the part of m along y, that along a
+    row its part to the right, and what is left its part away from the axis.
+    """
+    inverse = 1 / metres.astype(np.float64)
+    inverse[~np.isfinite(metres)] = np.nan
+    round_about = np.pad(inverse, ((0, 0), (_SEAM, _SEAM)), mode="wrap")
+    centre, right, up = (part[:, _SEAM:-_SEAM] for part in fit_planes(round_about, round_about / lens.focal))
+    rays = lens.rays((metres.shape[0], metres.shape[1]))
+    x, height, z = np.moveaxis(rays, -1, 0)
+    to_right, upward = right * lens.focal, up * lens.focal
+    outward = centre - height * upward
+    return _directions(-outward * x + to_right * z, -upward, -outward * z - to_right * x)  # m points away
 
 
 def _directions(x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -35,6 +35,8 @@ class Common:
     aa : the anti-aliasing of the picture.
     lod : levels of detail, `render.lod`.
     forward : whether depth images are lit where their colour is looked up, instead of later with everything else.
+    lit_tiles : whether that is in pass 1, so that impostor tiles hold lit colours; then `forward` holds too, for depth
+        images that are drawn without a tile.
     wireframe : whether the triangles of depth images are drawn as lines.
     show_tiles : whether every impostor tile is painted in a colour of its own.
     """
@@ -42,6 +44,7 @@ class Common:
     aa: AntiAliasing
     lod: LodParams
     forward: bool
+    lit_tiles: bool
     wireframe: bool
     show_tiles: bool
 
@@ -51,7 +54,8 @@ def common(settings: RenderSettings) -> Common:
     return Common(
         aa=anti_aliasing(settings),
         lod=settings.lod,
-        forward=settings.light.mode == "forward",
+        forward=settings.light.mode != "deferred",
+        lit_tiles=settings.light.mode == "warp",
         wireframe=settings.warp.wireframe,
         show_tiles=settings.composite.show_tiles,
     )

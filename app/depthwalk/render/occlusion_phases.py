@@ -6,7 +6,7 @@ phase draws several times as many of those that the test leaves over. The test i
 Far clusters (`render.draw.far_cluster_planner`) come last.
 """
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,13 +61,14 @@ class InSight:
 
 @dataclass(frozen=True, kw_only=True)
 class _FrameInputs:
-    """Hold what a frame is drawn with. remembers, warp_limit: see `OcclusionPhases.plans`."""
+    """Hold what a frame is drawn with. remembers, warp_limit, tile_light: see `OcclusionPhases.plans`."""
 
     view: View
     targets: Targets
     residency: FrameResidency
     remembers: bool
     warp_limit: int | None
+    tile_light: Hashable
 
 
 @dataclass(kw_only=True)
@@ -143,6 +144,7 @@ class OcclusionPhases:
         residency: FrameResidency,
         remembers: bool,
         warp_limit: int | None = None,
+        tile_light: Hashable = None,
     ) -> Iterator[FrameDrawLists]:
         """Yield the plan of each phase, which is to be drawn into `targets` before the next one is asked for.
 
@@ -154,13 +156,19 @@ class OcclusionPhases:
         residency : brings to the GPU what the frame draws.
         remembers : whether what earlier frames found may be used.
         warp_limit : how many triangles may be warped, see `PlanSettings`.
+        tile_light : what the light in impostor tiles depends on, see `PlanSettings`.
 
         Yields
         ------
         What the passes draw in the next phase.
         """
         frame = _FrameInputs(
-            view=view, targets=targets, residency=residency, remembers=remembers, warp_limit=warp_limit
+            view=view,
+            targets=targets,
+            residency=residency,
+            remembers=remembers,
+            warp_limit=warp_limit,
+            tile_light=tile_light,
         )
         pending = _Pending(rows=in_sight.rows, batches=list(in_sight.batches), far_cells=in_sight.far_cells)
         rows = self._first_phase(frame, pending)
@@ -282,6 +290,7 @@ class OcclusionPhases:
             polygons=settings.mesh,
             atlas_size=frame.targets.atlas_size,
             warp_limit=frame.warp_limit,
+            tile_light=frame.tile_light,
         )
 
     def _resident(self, frame: _FrameInputs, rows: Rows) -> Rows:

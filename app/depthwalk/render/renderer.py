@@ -18,11 +18,11 @@ from pyglm import glm
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing.modes import AntiAliasing, hardware_samples, sample_views, supersampled
+from depthwalk.render.antialiasing.modes import hardware_samples, sample_views, supersampled
 from depthwalk.render.declared_targets import declared
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
-from depthwalk.render.frame import Frame, Pass, common
+from depthwalk.render.frame import Common, Frame, Pass, common
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
 from depthwalk.render.passes import default_passes
@@ -205,7 +205,7 @@ class Renderer:
         if fine:
             shared = replace(shared, aa=supersampled(shared.aa))
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
-        targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared.aa, memory)
+        targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared, memory)
         targets.screen = screen
         self.world.take_arrivals(view.position)
         self.world.table()  # loads what is not loaded yet
@@ -213,12 +213,13 @@ class Renderer:
         view = self._fitted(view, in_sight)
         self.assets.budget = self.settings.gpu_memory
         residency = FrameResidency(self.world, self.assets, self.upload_seconds)
+        light = lighting(self.scene.environment)
         frame_of = partial(
             Frame,
             view=view,
             common=shared,
             environment=self.scene.environment,
-            light=lighting(self.scene.environment),
+            light=light,
             assets=self.assets,
             targets=targets,
             transparent=transparent,
@@ -226,8 +227,11 @@ class Renderer:
         )
         plans: list[FrameDrawLists] = []
         remembers, limit = (False, None) if fine else (self.remembers, self.warp_limit)
-        for plan in memory.phases.plans(view, in_sight, targets, residency, remembers, limit):
+        tile_light = light.key if shared.lit_tiles else None
+        for plan in memory.phases.plans(view, in_sight, targets, residency, remembers, limit, tile_light):
             plans.append(plan)
+            if shared.lit_tiles:
+                self._materials(view, plan)  # pass 1 looks textures up
             yield from self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=self._materials(view, whole))
@@ -238,9 +242,9 @@ class Renderer:
         if not fine:
             self.plan, self.view = whole, view
 
-    def _prepare_targets(self, view: View, samples: int, aa: AntiAliasing, memory: _Memory) -> Targets:
+    def _prepare_targets(self, view: View, samples: int, shared: Common, memory: _Memory) -> Targets:
         """Return cleared targets for `view`; those of the last frame where they fit."""
-        size, atlas = view.size, self._atlas_for(view, memory)
+        size, atlas = view.size, self._atlas_for(view, shared.lit_tiles, memory)
         targets = self.targets
         same = targets is not None and (targets.size, targets.samples) == (size, samples)
         if targets is None or not same or targets.atlas is not atlas.framebuffer:
@@ -257,18 +261,18 @@ class Renderer:
             for pass_ in self.passes:
                 pass_.resize(size)
         # Only GPAA reads albedo and normals where nothing is.
-        cleared = targets.polygons if aa.geometric else targets.visibility
+        cleared = targets.polygons if shared.aa.geometric else targets.visibility
         cleared.clear(depth=1.0)
         return targets
 
-    def _atlas_for(self, view: View, memory: _Memory) -> TileAtlas:
-        """Return an atlas for the impostor tiles of `view`; that of the last such frame where it fits."""
+    def _atlas_for(self, view: View, lit: bool, memory: _Memory) -> TileAtlas:
+        """Return an atlas for the impostor tiles of `view`, `lit` or not; that of the last such frame where it fits."""
         size = atlas_size(view.whole_size, self.device.max_texture_size)
-        if memory.atlas is None or memory.atlas.size != size:
+        if memory.atlas is None or memory.atlas.size != size or (memory.atlas.light is not None) != lit:
             if memory.atlas is not None:
                 memory.atlas.release()
             memory.atlas = None  # should there be no memory for the next
-            memory.atlas = TileAtlas(self.device, size)
+            memory.atlas = TileAtlas(self.device, size, lit)
         return memory.atlas
 
     def _fitted(self, view: View, in_sight: InSight) -> View:

@@ -68,9 +68,17 @@ TARGETS: dict[str, Target] = {
         textures={"atlas_owner": R16UI, "atlas_depth": DEPTH24},
         holds="Impostor tiles: r = image that owns the texel, 0 for none; depth = 1 − nearest·λ/w, 1 where empty",
     ),
+    "atlas_light": Target(
+        textures={"atlas_light": RGBA16F},
+        holds="Impostor tiles: rgb = linear light of the texel's surface; only with `light.mode: warp`",
+    ),
     "visibility": Target(
         textures={"visibility_texture": RG32UI},
         holds="Visibility buffer: r = object and image, 0 for polygons; g = 1 / distance along the view axis, coverage",
+    ),
+    "tile_light": Target(
+        textures={"tile_light": RGBA16F},
+        holds="rgb = linear light, filtered from the tile that the pixel shows; only with `light.mode: warp`",
     ),
     "albedo": Target(
         textures={"albedo": RGBA8},
@@ -134,9 +142,12 @@ _SURFACES = ("albedo", "surface")
 _ALL_SURFACES = (*_SURFACES, "visibility_texture")
 FRAMEBUFFERS: dict[str, Framebuffer] = {
     "atlas": Framebuffer(("atlas_owner",), "atlas_depth"),
+    "lit_atlas": Framebuffer(("atlas_owner", "atlas_light"), "atlas_depth"),
     "visibility": Framebuffer(("visibility_texture",), "depth", all_samples=True),  # what depth images write
+    "lit_visibility": Framebuffer(("visibility_texture", "tile_light"), "depth", all_samples=True),  # and lit tiles
     "polygons": Framebuffer(_ALL_SURFACES, "depth", all_samples=True),  # what polygons write
     "one_sample": Framebuffer(_ALL_SURFACES, "depth"),  # one of the samples of `polygons`
+    "one_lit_sample": Framebuffer((*_ALL_SURFACES, "tile_light"), "depth"),  # and of `lit_visibility`
     "material_depth": Framebuffer((), "material_depth_texture"),
     "shaded": Framebuffer(_SURFACES, "material_depth_texture"),  # the pixels of one asset
     "shaded_lit": Framebuffer((*_SURFACES, "lit_texture"), "material_depth_texture"),  # and their light, forward
@@ -157,27 +168,32 @@ class Drawn:
     Attributes
     ----------
     albedo, surface, visibility_texture, depth : as the attributes of `Targets` with these names.
+    tile_light : likewise; None where tiles are not lit.
     """
 
     albedo: moderngl.Texture
     surface: moderngl.Texture
     visibility_texture: moderngl.Texture
     depth: moderngl.Texture
+    tile_light: moderngl.Texture | None = None
 
 
 class TileAtlas:
-    """Hold the textures of the target `atlas`. They outlive the other targets, whose size may change in between.
+    """Hold the textures of the tile atlas. They outlive the other targets, whose size may change in between.
 
     Parameters
     ----------
     device : the owner of the GL context.
     size : width and height, texels, see `atlas_size`.
+    lit : whether tiles hold lit colours too.
 
     Attributes
     ----------
     size : width and height, texels.
-    owner, depth : the textures, see `TARGETS`.
-    framebuffer : draws into both.
+    owner, depth : the textures of the target `atlas`, see `TARGETS`.
+    light : the texture of the target `atlas_light`; None where tiles are not lit.
+    framebuffer : draws into owner and depth.
+    lit_framebuffer : draws into all three; None where tiles are not lit.
 
     Raises
     ------
@@ -185,13 +201,18 @@ class TileAtlas:
         Where the driver refuses a texture; nothing stays created.
     """
 
-    def __init__(self, device: Device, size: tuple[int, int]) -> None:
+    def __init__(self, device: Device, size: tuple[int, int], lit: bool = False) -> None:
         self.size, self._gl = size, device.scope("atlas")
+        self.light: moderngl.Texture | None = None
+        self.lit_framebuffer: moderngl.Framebuffer | None = None
         formats = TARGETS["atlas"].textures
         try:
             self.owner = _texture(self._gl, size, formats["atlas_owner"])
             self.depth = _texture(self._gl, size, formats["atlas_depth"])
             self.framebuffer = self._gl.framebuffer([self.owner], self.depth)
+            if lit:
+                self.light = _texture(self._gl, size, TARGETS["atlas_light"].textures["atlas_light"])
+                self.lit_framebuffer = self._gl.framebuffer([self.owner, self.light], self.depth)
         except BaseException:
             self.release()
             raise
@@ -209,7 +230,8 @@ class Targets:
     device : the owner of the GL context.
     size : width and height, pixels.
     samples : samples per pixel of the textures that objects are drawn into.
-    atlas : the atlas of the impostor tiles, which somebody else frees; None: one of its own.
+    atlas : the atlas of the impostor tiles, which somebody else frees; None: one of its own. Without lit tiles in it,
+        the targets `atlas_light` and `tile_light` do not exist, nor do framebuffers that draw into them.
 
     Attributes
     ----------
@@ -228,7 +250,9 @@ class Targets:
 
     atlas_owner: moderngl.Texture
     atlas_depth: moderngl.Texture
+    atlas_light: moderngl.Texture
     visibility_texture: moderngl.Texture
+    tile_light: moderngl.Texture
     albedo: moderngl.Texture
     surface: moderngl.Texture
     depth: moderngl.Texture
@@ -236,9 +260,12 @@ class Targets:
     shadow_texture: moderngl.Texture
     lit_texture: moderngl.Texture
     atlas: moderngl.Framebuffer
+    lit_atlas: moderngl.Framebuffer
     visibility: moderngl.Framebuffer
+    lit_visibility: moderngl.Framebuffer
     polygons: moderngl.Framebuffer
     one_sample: moderngl.Framebuffer
+    one_lit_sample: moderngl.Framebuffer
     material_depth: moderngl.Framebuffer
     shaded: moderngl.Framebuffer
     shaded_lit: moderngl.Framebuffer
@@ -268,7 +295,11 @@ class Targets:
         """Create the textures and framebuffers."""
         self.atlas_size, self.atlas = atlas.size, atlas.framebuffer
         self.atlas_owner, self.atlas_depth = atlas.owner, atlas.depth
-        for target in ("visibility", "albedo", "surface", "depth", "material_depth", "shadow"):
+        made = ["visibility", "albedo", "surface", "depth", "material_depth", "shadow"]
+        if atlas.light is not None and atlas.lit_framebuffer is not None:
+            self.atlas_light, self.lit_atlas = atlas.light, atlas.lit_framebuffer
+            made.append("tile_light")
+        for target in made:
             for name, texture_format in TARGETS[target].textures.items():
                 setattr(self, name, _texture(self.gl, self.size, texture_format))
         self.lit_texture = _texture(self.gl, self.size, RGBA16F)
@@ -276,11 +307,13 @@ class Targets:
         if self.samples > 1:
             self.offsets = sample_offsets(device, self.samples)
         for name, framebuffer in FRAMEBUFFERS.items():
-            if name not in ("atlas", "screen"):
+            exists = atlas.light is not None or "tile_light" not in framebuffer.colours
+            if name not in ("atlas", "lit_atlas", "screen") and exists:
                 setattr(self, name, self._framebuffer(framebuffer))
 
     def _textures_of_samples(self) -> Drawn:
-        textures: dict[str, moderngl.Texture] = {name: getattr(self, name) for name in (*_ALL_SURFACES, "depth")}
+        names = [name for name in (*_ALL_SURFACES, "depth", "tile_light") if hasattr(self, name)]
+        textures: dict[str, moderngl.Texture] = {name: getattr(self, name) for name in names}
         if self.samples > 1:
             formats = {name: TARGETS[TARGET_OF[name]].textures[name] for name in textures}
             textures = {

@@ -204,6 +204,7 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
         range=image.range,
         unit=image.unit,
         intrinsics=image.intrinsics,
+        panorama=image.panorama,
         method=image.method,
     )
 

@@ -16,7 +16,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "culling": {"occlusion": False},
         "warp": {"order": "epipole", "tile_mapping": "plane", "cluster_pixels": 0.0, "reuse_error": 0.0},
         "composite": {"parallax_steps": 0},
-        "light": {"mode": "forward"},
+        "light": {"mode": "warp"},
     },
 }
 

@@ -123,10 +123,11 @@ class WarpParams(TileParams):
 class LightParams(Params):
     """Set when light is computed."""
 
-    mode: Literal["deferred", "forward"] = param(
+    mode: Literal["deferred", "forward", "warp"] = param(
         "deferred",
-        "Light depth images together with everything else after all is drawn (deferred), or while they are shaded, by "
-        "sun and ambient light only, as in the paper (forward)",
+        "Light depth images together with everything else after all is drawn (deferred); or by sun and ambient light "
+        "only, once for each pixel that shows them (forward), or while they are warped, so that impostors hold lit "
+        "colours, which are filtered when these are drawn, as in the paper (warp)",
     )
 
 

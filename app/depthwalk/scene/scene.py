@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
-from depthwalk.scene.schema import DpciParams, IntrinsicsParams
+from depthwalk.scene.schema import DpciParams, IntrinsicsParams, PanoramaParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
 
 
@@ -45,7 +45,9 @@ class MeshAsset:
 
 @dataclass(frozen=True, kw_only=True)
 class DepthImageAsset:
-    """Describe an asset that is read from a depth image: a relief, which has a size, or a range image (intrinsics).
+    """Describe an asset that is read from a depth image.
+
+    It is one of three: a relief, which has a `size`; a range image, which has `intrinsics`; or a `panorama`.
 
     Attributes
     ----------
@@ -54,15 +56,17 @@ class DepthImageAsset:
     depth, colour, normal
         Absolute paths; None for a colour or normal map that is not given.
     size
-        Width and height of a relief, metres; None for a range image.
+        Width and height of a relief, metres; None for others.
     range
         Metres between white, in front, and black; None where the file has a unit or holds floats.
     unit
         Metres per unit of the depth file; None: floats are metres.
     intrinsics
-        The camera of a range image; None for a relief.
+        The camera of a range image; None for others.
+    panorama
+        How a panorama is seen; None for others.
     method
-        "cut" where the surface of a relief is cut at jumps in depth, "paper" where it is not.
+        "cut" where the surface is cut at jumps in depth, "paper" where it is not.
     """
 
     name: str
@@ -73,6 +77,7 @@ class DepthImageAsset:
     range: float | None
     unit: float | None
     intrinsics: IntrinsicsParams | None
+    panorama: PanoramaParams | None = None
     method: Literal["cut", "paper"] = "cut"
 
 

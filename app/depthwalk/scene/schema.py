@@ -156,8 +156,16 @@ class IntrinsicsParams(FileParams):
     cy: Coordinate = param(..., "Row of the principal point, from the top", unit="pixels")
 
 
+class PanoramaParams(FileParams):
+    """Describe a cylindrical panorama: a full turn with square pixels, upright, seen from one point."""
+
+    horizon: Coordinate | None = param(
+        None, "Row of the horizon, from the centre of the top row; left out: the middle of the picture", unit="pixels"
+    )
+
+
 class DepthImageParams(FileParams):
-    """Describe an upright picture with a depth per pixel: a relief (`size`) or a range image (`intrinsics`)."""
+    """Describe a picture with a depth per pixel: a relief (`size`), a range image (`intrinsics`) or a `panorama`."""
 
     depth: FilePath = param(..., "Depths: PNG, TIFF, EXR (channel Z) or NPY; whole numbers need `unit` or `range`")
     colour: FilePath | None = param(None, "Colour image; left out: light grey")
@@ -166,32 +174,43 @@ class DepthImageParams(FileParams):
     intrinsics: IntrinsicsParams | None = param(
         None, "Camera that took a range image; depth is measured along its axis"
     )
+    panorama: PanoramaParams | None = param(
+        None,
+        "Says that the picture is a cylindrical panorama, {} where nothing is to be added; depth is the level distance "
+        "from the point that it is seen from, which is above the object's position",
+    )
     range: Length | None = param(None, "Depth between white, in front, and black, of a relief", unit="m")
     unit: Length | None = param(
         None, "Metres per unit of the file, in which 0 means no surface; left out: floats are metres", unit="m"
     )
     method: Literal["cut", "paper"] = param(
         "cut",
-        "How pixels of a relief become a surface: where the depth jumps they are left apart (cut), or all neighbours "
-        "are connected, by rubber sheets if need be, as it was published (paper)",
+        "How pixels of a relief or a panorama become a surface: where the depth jumps they are left apart (cut), or "
+        "all neighbours are connected, by rubber sheets if need be, as it was published (paper)",
     )
 
     @model_validator(mode="after")
     def _one_of_each(self) -> Self:
-        if (self.size is None) == (self.intrinsics is None):
-            raise ValueError("needs exactly one of 'size', 'intrinsics'")
-        if self.range is not None and (self.unit is not None or self.intrinsics is not None):
-            other = "unit" if self.unit is not None else "intrinsics"
+        kinds = {"size": self.size, "intrinsics": self.intrinsics, "panorama": self.panorama}
+        given = [name for name, value in kinds.items() if value is not None]
+        if len(given) != 1:
+            raise ValueError(f"needs exactly one of {', '.join(map(repr, kinds))}")
+        if self.range is not None and (self.unit is not None or given != ["size"]):
+            other = "unit" if self.unit is not None else given[0]
             raise ValueError(f"needs 'range' or {other!r}, not both")
+        if self.normal is not None and self.panorama is not None:
+            raise ValueError("needs 'normal' or 'panorama', not both: normals of a panorama are computed")
         if self.method != "cut" and self.intrinsics is not None:
-            raise ValueError(f"method {self.method} is for reliefs, which have 'size'; a range image is always cut")
+            raise ValueError(
+                f"method {self.method} is for reliefs and panoramas; a range image with 'intrinsics' is always cut"
+            )
         return self
 
 
 class DepthImageAssetParams(FileParams):
-    """Describe an asset that is read from a depth image or a range image."""
+    """Describe an asset that is read from a depth image, a range image or a panorama."""
 
-    depth_image: DepthImageParams = param(..., "A relief or a range image: colour with a depth per pixel")
+    depth_image: DepthImageParams = param(..., "A relief, a range image or a panorama: colour with a depth per pixel")
 
 
 def _kind(*keys: str, first: str = "") -> Discriminator:

@@ -12,6 +12,7 @@ from depthwalk.scene.arrays import Objects
 ATLAS = 512, 256
 VIEWER = np.array([[3.0, 1.0, 0.5], [-1.0, 2.5, 4.0]])
 CORNERS = np.array([[10, 20], [200, 3]])
+ROTATION = np.array([[0.0, 0.6, 0.0, 0.8], [0.0, 0.0, 0.0, 1.0]])
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +27,7 @@ def seen() -> tuple[Volumes, Planes, Tiles]:
 def test_the_corners_of_a_plane_are_those_of_its_tile(seen: tuple[Volumes, Planes, Tiles]) -> None:
     """In clip space of the atlas, where the tile lies."""
     _, planes, tiles = seen
-    records = warp_records(planes, tiles, CORNERS, ATLAS)
+    records = warp_records(planes, tiles, CORNERS, ATLAS, ROTATION)
     for record, low, high, size, at in zip(records, planes.low, planes.high, tiles.size, CORNERS, strict=True):
         ends = []
         for point in (low, high):
@@ -38,7 +39,8 @@ def test_the_corners_of_a_plane_are_those_of_its_tile(seen: tuple[Volumes, Plane
 
 def test_a_warped_object_is_described_by_its_plane(seen: tuple[Volumes, Planes, Tiles]) -> None:
     _, planes, tiles = seen
-    records = warp_records(planes, tiles, CORNERS, ATLAS)
+    records = warp_records(planes, tiles, CORNERS, ATLAS, ROTATION)
+    np.testing.assert_allclose(records["rotation"], ROTATION, atol=1e-6)
     for name in ("right", "up", "normal"):
         np.testing.assert_allclose(records[name][:, :3], getattr(planes, name), atol=1e-6)
     np.testing.assert_allclose(

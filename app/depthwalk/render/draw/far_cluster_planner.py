@@ -243,7 +243,7 @@ def member_records(
     )
     texel = tiles.texel * np.concatenate([scale, scale, np.ones_like(scale)], 1)[:, None]
     scaled = Tiles(texel=texel, nearest=tiles.nearest, size=tiles.size, pixel=tiles.pixel)
-    records = warp_records(own, scaled, corners, atlas_size)
+    records = warp_records(own, scaled, corners, atlas_size, members.rotation)
     records["depths"][:, 2] = number << IMAGE_BITS
     return records
 

@@ -1,5 +1,6 @@
 """Gather from the render settings those that decide how a frame is planned."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
@@ -17,6 +18,8 @@ class PlanSettings:
     atlas_size : width and height of the tile atlas, texels.
     warp_limit : how many triangles may be warped. What cannot wait is warped coarser beyond that, and again later;
         None: everything is warped as finely as it should be.
+    tile_light : what lit colours in tiles depend on besides what is planned here; None where tiles are not lit. Tiles
+        of frames with other light are not reused.
     """
 
     lod: LodParams
@@ -24,3 +27,4 @@ class PlanSettings:
     polygons: MeshLodParams
     atlas_size: tuple[int, int]
     warp_limit: int | None = None
+    tile_light: Hashable = None

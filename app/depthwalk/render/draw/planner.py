@@ -146,7 +146,8 @@ class Planner:
         """
         objects, groups = scene.objects, (settings.lod, settings.layout)
         dumped = [group.model_dump() for group in groups]
-        made_for = scene.table, scene.generation, dumped, view.whole_size[1], settings.atlas_size
+        picture = view.whole_size[1], settings.atlas_size, settings.tile_light
+        made_for = scene.table, scene.generation, dumped, *picture
         same = bool(self._made_for) and scene.table is self._made_for[0] and made_for[1:] == self._made_for[1:]
         same = same and self._objects is not None and _same_assets(objects, self._objects)
         self._objects, self._made_for = objects, made_for
@@ -213,7 +214,8 @@ def _warp_list(impostors: ImpostorObjects, work: TileWork, table: AssetTable, at
     asset, level, pieces = (column[work.warped] for column in columns)
     order = np.lexsort((~work.whole, pieces, level, asset))
     batches = draw_batches(table, asset[order], level[order], pieces[order], ~work.whole[order])
-    records = warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size).take(order)
+    rotation = impostors.objects.rotation[work.warped]
+    records = warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size, rotation).take(order)
     return DrawList(records=records, batches=batches)
 
 

@@ -13,7 +13,8 @@ from depthwalk.types import Array, Rows
 # right, up, normal: the plane's axes, with the epipole's coordinates, and the plane's offset, in w;
 # depths: the viewer's distance to the plane, the tile's nearest w / λ, and what is added to numbers of images;
 # to_x, to_y, to_w: rows that map plane coordinates to the atlas in clip space;
-# bounds: the tile's corners in clip space.
+# bounds: the tile's corners in clip space;
+# rotation: unit quaternion of the object, for light.
 WARP_RECORD = np.dtype(
     [
         ("right", "4f4"),
@@ -24,6 +25,7 @@ WARP_RECORD = np.dtype(
         ("to_y", "3f4"),
         ("to_w", "3f4"),
         ("bounds", "4f4"),
+        ("rotation", "4f4"),
     ]
 )
 # What composite.vert reads per object. Of its tile:
@@ -54,7 +56,9 @@ COMPOSITE_RECORD = np.dtype(
 )
 
 
-def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[int, int]) -> NDArray[np.void]:
+def warp_records(
+    planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[int, int], rotation: Array
+) -> NDArray[np.void]:
     """Return the records by which pass 1 warps n impostors, each into a tile of its own.
 
     The number that pass 1 adds to those of images is 0; only members of far clusters have another.
@@ -65,6 +69,7 @@ def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[
     tiles : how the planes map to texels.
     corners : (n, 2) where the tiles lie, texels of the atlas.
     atlas_size : width and height of the atlas, texels.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects, world from object.
 
     Returns
     -------
@@ -86,6 +91,7 @@ def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[
         records[name] = 2 * (tiles.texel[:, axis] + corners[:, axis, None] * w) / atlas[axis] - w
     records["to_w"] = w
     records["bounds"] = np.column_stack([2 * corners / atlas - 1, 2 * (corners + tiles.size) / atlas - 1])
+    records["rotation"] = rotation
     return records
 
 

@@ -5,6 +5,7 @@ numbers per colour hold it: coefficients of spherical harmonics up to the second
 "An Efficient Representation for Irradiance Environment Maps").
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
@@ -51,6 +52,11 @@ class Lighting:
     def defines(self) -> tuple[str, ...]:
         """Return the defines of shaders/common/phong.glsl: `UPRIGHT` where `ambient` depends on y alone."""
         return ("UPRIGHT",) if self._upright else ()
+
+    @property
+    def key(self) -> Hashable:
+        """Return what tells this light from another that lights surfaces otherwise."""
+        return self.to_sun.tobytes(), self.sun.tobytes(), self.ambient.tobytes()
 
     def uniforms(self) -> dict[str, Any]:
         """Return the uniforms of shaders/common/phong.glsl by name, for programs compiled with `defines`."""

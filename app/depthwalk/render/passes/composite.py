@@ -1,7 +1,8 @@
 """Composite: draw every impostor tile as a rectangle with the true depth of each pixel.
 
 The second pass of Liu, Liu and Wu 2007 (§2.5). It writes which object and image each pixel shows, into the visibility
-buffer; colours are looked up later, once per pixel, by `material_resolve`.
+buffer; colours are looked up later, once per pixel, by `material_resolve`. Where tiles hold lit colours, it filters
+these.
 """
 
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
@@ -18,8 +19,8 @@ class CompositePass(Pass[CompositeParams]):
 
     name = "composite"
     draws_objects = True
-    reads = ("atlas",)
-    writes = ("visibility", "depth")
+    reads = ("atlas", "atlas_light")
+    writes = ("visibility", "depth", "tile_light")
 
     def setup(self, gl: Scope) -> None:
         """Prepare the variants of the program and the instance records; `gl` owns them."""
@@ -32,18 +33,25 @@ class CompositePass(Pass[CompositeParams]):
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
+        lit: tuple[str, ...] = ()
+        into = frame.targets.visibility
+        if frame.common.lit_tiles:
+            frame.targets.atlas_light.use(2)
+            lit, into = ("LIT",), frame.targets.lit_visibility
         self._instances.upload(records)
         # The number of steps is known to the compiler: with a loop software rasterisers take a tenth longer.
         defines = (f"STEPS={params.parallax_steps}", *frame.targets.defines)
         defines += ("PARTIAL",) if frame.common.aa.covering else ()
         # Unclamped, a plane may be nearer than the near plane while its object is not.
-        with self.gl.state(into=frame.targets.visibility, depth_test=LESS, direct=(DEPTH_CLAMP,)):
-            self._draw(frame, ("ALIGNED",), 0, aligned)
-            self._draw(frame, defines, aligned, len(records) - aligned)
+        with self.gl.state(into=into, depth_test=LESS, direct=(DEPTH_CLAMP,)):
+            self._draw(frame, ("ALIGNED", *lit), 0, aligned)
+            self._draw(frame, (*defines, *lit), aligned, len(records) - aligned)
 
     def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int) -> None:
         if count:
             program = self._programs[defines]
             program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_object_id)
+            if frame.common.lit_tiles:
+                program.set(atlas_light=2)
             self._instances.bind(program.array, first)
             program.rectangles(count)

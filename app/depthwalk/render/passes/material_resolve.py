@@ -20,16 +20,19 @@ from depthwalk.params import Params
 from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
 
-_SUN_MAPS = 7  # texture unit
+_SUN_MAPS, _TILE_LIGHT = 7, 8  # texture units
 _PART = 0.6  # of the picture, which the rectangles of assets may cover in one part of the pass
 
 
 class MaterialResolvePass(Pass[Params]):
-    """Look up albedo and normal for every pixel of the visibility buffer; in forward mode add light to them."""
+    """Look up albedo and normal for every pixel of the visibility buffer; in forward mode add light to them.
+
+    Where tiles are lit, light comes from them, and what nobody needs besides is not looked up.
+    """
 
     name = "material_resolve"
     per_sample = True
-    reads = ("visibility", "depth", "sun_maps")
+    reads = ("visibility", "depth", "sun_maps", "tile_light")
     writes = ("material_depth", "albedo", "surface", "lit")
 
     def setup(self, gl: Scope) -> None:
@@ -110,6 +113,11 @@ def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
         return (), {}
     light, maps = frame.light, frame.targets.sun_maps
     defines, values = ("FORWARD", *light.defines), light.uniforms()
+    if frame.common.lit_tiles and not frame.common.show_tiles:
+        frame.targets.tile_light.use(_TILE_LIGHT)
+        values |= {"tile_light": _TILE_LIGHT}
+        needs_surface = maps is not None or frame.common.aa.geometric
+        defines += ("LIT_TILES", "SURFACE_TOO") if needs_surface else ("LIT_TILES",)
     if maps is None:
         return defines, values
     maps.texture.use(_SUN_MAPS)

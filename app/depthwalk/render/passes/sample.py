@@ -1,7 +1,7 @@
 """Copy one sample of each pixel into the G-buffer, so that the passes after it know of one alone."""
 
 from depthwalk.gpu.device import Scope
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
@@ -13,11 +13,11 @@ class SamplePass(Pass[Params]):
     name = "sample"
     per_sample = True
     reads = ("samples",)
-    writes = ("albedo", "surface", "visibility", "depth")
+    writes = ("albedo", "surface", "visibility", "depth", "tile_light")
 
     def setup(self, gl: Scope) -> None:
         """Create the program, which `gl` owns."""
-        self._program = Program(gl, "common/fullscreen.vert", "sample/sample.frag")
+        self._programs = Variants(lambda defines: Program(gl, "common/fullscreen.vert", "sample/sample.frag", defines))
 
     def enabled(self, frame: Frame, params: Params) -> bool:
         """Return whether pixels of `frame` have several samples; `params` is empty."""
@@ -25,10 +25,19 @@ class SamplePass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Copy the present sample of `frame` into albedo, normals, visibility and depth; `params` is empty."""
-        drawn = frame.targets.drawn
-        for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visibility_texture, drawn.depth)):
+        drawn, lit = frame.targets.drawn, frame.common.lit_tiles
+        textures = {
+            "albedo_samples": drawn.albedo,
+            "surface_samples": drawn.surface,
+            "visibility_samples": drawn.visibility_texture,
+            "depth_samples": drawn.depth,
+        }
+        if drawn.tile_light is not None:
+            textures["tile_light_samples"] = drawn.tile_light
+        program = self._programs[("LIT",) if lit else ()]
+        program.set(number=frame.sample)
+        for unit, (name, texture) in enumerate(textures.items()):
             texture.use(unit)
-        names = "albedo_samples", "surface_samples", "visibility_samples", "depth_samples"
-        self._program.set(number=frame.sample, **{name: unit for unit, name in enumerate(names)})
-        with self.gl.state(into=frame.targets.one_sample, depth_test=ALWAYS):
-            self._program.fill()
+            program.set(**{name: unit})
+        with self.gl.state(into=frame.targets.one_lit_sample if lit else frame.targets.one_sample, depth_test=ALWAYS):
+            program.fill()

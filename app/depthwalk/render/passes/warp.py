@@ -1,10 +1,13 @@
 """Warp depth samples within a plane that touches their object, into an impostor tile of the atlas.
 
-The first pass of Liu, Liu and Wu 2007 (§2.2): on that plane a sample only moves toward the epipole, in 2-D.
+The first pass of Liu, Liu and Wu 2007 (§2.2): on that plane a sample only moves toward the epipole, in 2-D. With
+`light.mode: warp` it lights each texel too (§2.4); otherwise a tile holds no colours.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
+import moderngl
 import numpy as np
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT
@@ -26,7 +29,7 @@ class WarpPass(Pass[WarpParams]):
 
     name = "warp"
     draws_objects = True
-    writes = ("atlas",)
+    writes = ("atlas", "atlas_light")
 
     def setup(self, gl: Scope) -> None:
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
@@ -34,7 +37,7 @@ class WarpPass(Pass[WarpParams]):
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
         self._instances = InstanceStream(gl, WARP_RECORD)
-        self._clear = Program(gl, "warp/clear.vert", "warp/clear.frag")
+        self._clear = Variants(lambda defines: Program(gl, "warp/clear.vert", "warp/clear.frag", defines))
         self._slots = InstanceStream(gl, _SLOT)
 
     def draw(self, frame: Frame, params: WarpParams) -> None:
@@ -51,20 +54,26 @@ class WarpPass(Pass[WarpParams]):
         for number, part in enumerate(several):
             if number:
                 yield
-            with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
+            with self.gl.state(into=_atlas(frame), depth_test=LESS, cull=True, wireframe=params.wireframe):
                 self._draw(frame, part, in_order)
 
     def _draw(self, frame: Frame, part: DrawList, in_order: bool) -> None:
+        light_defines, light = _light(frame)
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
-            asset.use_geometry(self._programs[asset.defines], 0, frame.common.lod)
+            defines = (*asset.surface_defines, *light_defines) if frame.common.lit_tiles else asset.defines
+            program = self._programs[defines]
+            asset.use_geometry(program, 0, frame.common.lod)
+            if frame.common.lit_tiles:
+                asset.use_surface(program, 1, frame.common.lod)
+                program.set(**light)
             for batch in batches:
                 with self.gl.state(direct=CLIP_DISTANCES if batch.clipped else ()):
                     if in_order:
-                        ordered = self._ordered[asset.defines]
+                        ordered = self._ordered[defines]
                         ordered.draw(frame.assets, batch, frame.plan.warp.records, self._instances)
                     else:
-                        array = asset.array(self._arrays[asset.defines], number)
+                        array = asset.array(self._arrays[defines], number)
                         self._instances.bind(array, batch.first)
                         asset.draw(array, batch.indices, batch.count)
 
@@ -73,10 +82,11 @@ class WarpPass(Pass[WarpParams]):
         slots = np.zeros(len(frame.plan.cleared), _SLOT)
         slots["slot"] = frame.plan.cleared
         self._slots.upload(slots)
-        self._slots.bind(self._clear.array, 0)
-        self._clear.set(atlas_size=frame.targets.atlas_size)
-        with self.gl.state(into=frame.targets.atlas, depth_test=ALWAYS):
-            self._clear.rectangles(len(slots))
+        program = self._clear[("LIT",) if frame.common.lit_tiles else ()]
+        self._slots.bind(program.array, 0)
+        program.set(atlas_size=frame.targets.atlas_size)
+        with self.gl.state(into=_atlas(frame), depth_test=ALWAYS):
+            program.rectangles(len(slots))
 
     def forget_assets(self) -> None:
         """Drop the vertex arrays over buffers of assets."""
@@ -84,3 +94,13 @@ class WarpPass(Pass[WarpParams]):
             arrays.forget()
         for ordered in self._ordered.values():
             ordered.forget()
+
+
+def _atlas(frame: Frame) -> moderngl.Framebuffer:
+    """Return what tiles are drawn into."""
+    return frame.targets.lit_atlas if frame.common.lit_tiles else frame.targets.atlas
+
+
+def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """Return defines and uniforms of the light that texels receive; none where tiles are not lit."""
+    return (("LIT", *frame.light.defines), frame.light.uniforms()) if frame.common.lit_tiles else ((), {})

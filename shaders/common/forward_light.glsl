@@ -1,0 +1,13 @@
+// Lights a surface where it is looked up, in the frame of its object, by sun and ambient light (Liu, Liu and Wu 2007, §2.4:
+// light, normal and viewer in the space of the texture). Twin: reference/tile_light.py.
+#include "common/rotation.glsl"
+#include "common/depth_images.glsl"
+#include "common/phong.glsl"
+#include "common/seen_surface.glsl"
+
+// view: unit, from the viewer; rotation: of the object; share: what part of the sun's light reaches the surface.
+vec3 forward_light(Surface surface, vec3 view, vec4 rotation, float share) {
+    vec3 to_light = rotate_back(rotation, to_sun);
+    vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light) * share;
+    return surface.albedo * everywhere(rotate(rotation, surface.normal)) + sun * reflected;
+}
