@@ -78,8 +78,8 @@ def warp_records(
     loops = kernels.loaded()
     if loops is not None:
         plane = planes.right, planes.up, planes.normal, planes.epipole, planes.offset, planes.distance
-        numbers = loops.warp_records(*plane, tiles.texel, tiles.nearest, tiles.size, corners, *map(float, atlas_size))
-        return np.asarray(numbers.view(WARP_RECORD)[:, 0])
+        tile = tiles.texel, tiles.nearest, tiles.size, corners, *map(float, atlas_size)
+        return np.asarray(loops.warp_records(*plane, *tile, rotation).view(WARP_RECORD)[:, 0])
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])

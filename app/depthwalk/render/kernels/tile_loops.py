@@ -421,7 +421,7 @@ def errors(
     return error
 
 
-@compiled("D2 D2 D2 D2 D1 D1 D3 D1 I2 I2 f f")
+@compiled("D2 D2 D2 D2 D1 D1 D3 D1 I2 I2 f f F2")
 def warp_records(
     right: Array,
     up: Array,
@@ -435,6 +435,7 @@ def warp_records(
     corner: Rows,
     width: float,
     height: float,
+    rotation: Array,
 ) -> Array:
     """Return the numbers that pass 1 reads of n tiles, see `tile_records.warp_records`.
 
@@ -444,13 +445,14 @@ def warp_records(
     texel, nearest, size : (n, …) see `Tiles`.
     corner : (n, 2) where the tiles lie in the atlas, texels.
     width, height : size of the atlas, texels.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
 
     Returns
     -------
-    (n, 28) float32, a WARP_RECORD each.
+    (n, 32) float32, a WARP_RECORD each.
     """
     count, atlas = len(nearest), (width, height)
-    record = np.zeros((count, 28), np.float32)
+    record = np.zeros((count, 32), np.float32)
     for k in range(count):
         for j in range(3):
             record[k, j], record[k, 4 + j], record[k, 8 + j] = right[k, j], up[k, j], normal[k, j]
@@ -464,6 +466,7 @@ def warp_records(
             low = corner[k, axis]
             record[k, 24 + axis] = 2 * low / atlas[axis] - 1
             record[k, 26 + axis] = 2 * (low + size[k, axis]) / atlas[axis] - 1
+        record[k, 28:] = rotation[k]
     return record
 
 
