@@ -1,9 +1,12 @@
 // Looks up colour and normal of a depth-image object at a point of its surface, in the object frame (Liu, Liu and Wu 2007,
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
-// MESO: the object has meso-structure.
+// MESO: the object has meso-structure. COORDINATES: it has a texture, see texture_coordinates.glsl.
 #from depthwalk.cook.lod_geometry import EDGE, BORDER
 #from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 #include "common/meso.glsl"
+#ifdef COORDINATES
+#include "common/texture_coordinates.glsl"
+#endif
 #include "common/virtual_texture.glsl"
 uniform float texels[FACE_COUNT];                // per metre, on each face
 uniform float shininess;
@@ -88,9 +91,16 @@ Surface surface_at(vec3 p, int image, float footprint) {
         normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;
     }
     normal /= max(length(normal), 1e-6);
+    vec3 colour = albedo.rgb * albedo.rgb;
+#ifdef COORDINATES
+    if (!(border && lod == 0.0)) {
+        vec2 right = step_within(p, face, normal, sight_right), up = step_within(p, face, normal, sight_up);
+        colour = painted(place.xy, colour, right * image_size, up * image_size, covered);
+    }
+#endif
 #ifdef MESO
     normal += straight_share(normal, straight.outward, wound.outward) * straight.gradient;
     normal = normalize(normal + dot(normal, wound.outward) * wound_gradient(p, wound));
 #endif
-    return Surface(albedo.rgb * albedo.rgb, albedo.a, normal);
+    return Surface(colour, albedo.a, normal);
 }

@@ -2,7 +2,7 @@
 // looked up is stored in one texture, the pages; `page_table` tells where. A tile is 2 × 2 sub-tiles of SUB_TILE × SUB_TILE
 // texels. A mip tier serves MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its side.
 // COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component. PARTIAL: texels of the
-// finest tier are left out.
+// finest tier are left out. COORDINATES: the object has a texture, and colours of the pages are those of their level 1 on.
 #from depthwalk.cook.used_texels import SUB_TILE
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
@@ -60,10 +60,13 @@ vec4 page_texel(sampler2D picture, vec3 place) {
     return textureLod(picture, place.xy / vec2(textureSize(picture, 0)), place.z);
 }
 vec4 page_colour(vec3 place) {
+    vec3 halved = vec3(place.xy / 2.0, max(place.z - 1.0, 0.0));
+#ifdef COORDINATES
+    place = halved;
+#endif
 #if defined TINTED
-    vec3 tint = vec3(place.xy / 2.0, max(place.z - 1.0, 0.0));
     float first = page_texel(page_colours, place).r;
-    return first_colour + colour_axes * vec3(first, page_texel(page_tints, tint).rg);
+    return first_colour + colour_axes * vec3(first, page_texel(page_tints, halved).rg);
 #elif defined COLOURED
     return page_texel(page_colours, place);
 #else
@@ -76,13 +79,20 @@ vec4 page_colour(ivec2 at[4], vec4 weight) {
 #ifdef COLOURED
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 4; ++k) {
+#ifdef COORDINATES
+        vec4 texel = page_colour(vec3(vec2(at[k]) + 0.5, 0.0));
+        uvec2 code = texelFetch(page_coordinates, at[k], 0).xy;
+        if ((code.x & uint(HAS_COORDINATES)) != 0u)
+            texel.rgb = sqrt(textureLod(base_texture, coordinates_of(code), 0.0).rgb);
+#else
         vec4 texel = texelFetch(page_colours, at[k], 0);
 #ifdef TINTED
         texel.gb = texelFetch(page_tints, at[k] / 2, 0).rg;
 #endif
+#endif
         sum += weight[k] * texel;
     }
-#ifdef TINTED
+#if defined TINTED && !defined COORDINATES
     sum = first_colour + colour_axes * sum.rgb;
 #endif
     return sum;

@@ -31,7 +31,8 @@ COOKED = Cache(suffix=".npz", content="cooked depth images")
 _LAYOUT = 2
 
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
-_PICTURES = ("normals",)  # columns that are packed as pictures; colours are smaller as they are
+_OPTIONAL = "coordinates", "texture"  # fields of `VirtualTexture` that are not stored where they are empty
+_PICTURES = "normals", "texture"  # columns that are packed as pictures; colours are smaller as they are
 
 _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that are needed before an object is drawn
 
@@ -253,8 +254,8 @@ def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) ->
 
 def _values(part: LodGeometry | VirtualTexture) -> dict[str, NDArray[Any]]:
     """Return the fields of geometry or texture, as arrays."""
-    values = {field.name: getattr(part, field.name) for field in fields(part)}
-    return {name: np.asarray(value) for name, value in values.items()}
+    values = {field.name: np.asarray(getattr(part, field.name)) for field in fields(part)}
+    return {name: value for name, value in values.items() if value.size or name not in _OPTIONAL}
 
 
 def _loader(path: Path, number: int) -> Callable[[], tuple[LodGeometry, VirtualTexture]]:
@@ -271,9 +272,15 @@ def _read(path: Path, number: int, packed: bool = False) -> tuple[LodGeometry, V
         kind: {field.name: _column(kind, number, field.name) for field in fields(kind)}
         for kind in (LodGeometry, VirtualTexture)
     }
-    stored = read_arrays(path, [name for columns in names.values() for name in columns.values()])
+    optional = [names[VirtualTexture][field] for field in _OPTIONAL]
+    needed = [name for columns in names.values() for name in columns.values() if name not in optional]
+    stored = read_arrays(path, needed, optional)
     geometry, texture = (
-        {field: _unpacked(field, stored[name]) if packed else stored[name] for field, name in names[kind].items()}
+        {
+            field: _unpacked(field, stored[name]) if packed else stored[name]
+            for field, name in names[kind].items()
+            if name in stored
+        }
         for kind in (LodGeometry, VirtualTexture)
     )
     first_rows, last_mip_tier = texture.pop("first_rows").tolist(), int(texture.pop("last_mip_tier"))

@@ -8,8 +8,9 @@ level 2; charts interlock in one picture. A table tells a shader how far each *t
 All box filters begin half a sub-tile before the image: texel i of a quarter covers texels 4i − 2 to 4i + 1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate, product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.cook.colour_pca import few_components
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.mask_packing import pack_masks
-from depthwalk.cook.texel_encoding import image_texels
+from depthwalk.cook.texel_encoding import image_coordinates, image_texels
 from depthwalk.cook.used_texels import SUB_TILE, tile_counts, used_sub_tiles
 from depthwalk.parallel import Map
 from depthwalk.types import Ints, Mask
@@ -49,6 +50,11 @@ class VirtualTexture:
         `MAX_MIP_TIERS` numbers: the row of the table in which each mip tier begins.
     last_mip_tier
         The number of the coarsest mip tier that exists; 0 is the finest.
+    coordinates
+        (H, W, 2) uint16, a picture of `DepthImage.coordinates`, zero but for the finest mip tier; empty where the
+        object has no texture. Then its colours are looked up in `texture`, and `halved_colours` are enough.
+    texture
+        (h, w, 3) uint8, the texture of the object, see `BakedObject.texture`; empty where it has none.
     """
 
     normals: NDArray[np.uint8]
@@ -58,12 +64,21 @@ class VirtualTexture:
     table: NDArray[np.int16]
     first_rows: list[int]
     last_mip_tier: int
+    coordinates: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, 0, 2), np.uint16))
+    texture: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((0, 0, 3), np.uint8))
+
+    @property
+    def has_coordinates(self) -> bool:
+        """Return whether colours are looked up in a texture."""
+        return self.coordinates.size > 0
 
     @property
     def bytes_with_mip_maps(self) -> int:
         """Return how many bytes the pictures take on the GPU, mip-maps included."""
-        size = self.normals.nbytes + self.colours.nbytes + self.tints.nbytes
-        return sum(size >> 2 * level for level in range(LEVELS + 1))
+        size = self.normals.nbytes + self.tints.nbytes
+        size += self.colours.nbytes >> 2 if self.has_coordinates else self.colours.nbytes
+        texture = self.texture[..., 0].size * 16 // 3  # four bytes a texel, and a third more
+        return sum(size >> 2 * level for level in range(LEVELS + 1)) + self.coordinates.nbytes + texture
 
 
 @dataclass(frozen=True)
@@ -140,7 +155,31 @@ def build_virtual_texture(baked: BakedObject, grids: LodGeometry, parallel: Map 
         table=table,
         first_rows=[0, *accumulate(rows[:-1])],
         last_mip_tier=len(shapes) - 1,
+        **_textured(baked, charts, places, (height, width)),
     )
+
+
+def _textured(
+    baked: BakedObject, charts: list[_Chart], places: list[tuple[int, int]], shape: tuple[int, int]
+) -> dict[str, Any]:
+    """Return the fields `coordinates` and `texture`; none for an object without a texture.
+
+    places: row and column of each of `charts`; shape: rows and columns of the pictures; both in sub-tiles.
+    """
+    if baked.texture is None:
+        return {}
+    cells = np.zeros((*shape, SUB_TILE, SUB_TILE, 2), np.uint16)
+    finest = [
+        _MipTier(image_coordinates(image), image.depth.shape[1] if image.face is Face.SIDE else 0)
+        for image in baked.images
+    ]
+    for chart, (row, column) in zip(charts, places, strict=True):
+        if chart.mip_tier == 0:
+            stored = chart.stored
+            target = np.s_[row : row + stored.shape[0], column : column + stored.shape[1]]
+            cells[target][stored] = _cells(finest[chart.image], chart.corner, stored.shape)[stored]
+    coordinates = cells.swapaxes(1, 2).reshape(shape[0] * SUB_TILE, shape[1] * SUB_TILE, 2)
+    return {"coordinates": coordinates, "texture": baked.texture}
 
 
 def _mip_tiers(texels: NDArray[np.uint16], face: Face) -> list[_MipTier]:
