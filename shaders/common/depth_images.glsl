@@ -93,10 +93,8 @@ Surface surface_at(vec3 p, int image, float footprint) {
     normal /= max(length(normal), 1e-6);
     vec3 colour = albedo.rgb * albedo.rgb;
 #ifdef COORDINATES
-    if (!(border && lod == 0.0)) {
-        vec2 right = step_within(p, face, normal, sight_right), up = step_within(p, face, normal, sight_up);
-        colour = painted(place.xy, colour, right * image_size, up * image_size, covered);
-    }
+    vec2 right = step_within(p, face, normal, sight_right), up = step_within(p, face, normal, sight_up);
+    colour = painted(place.xy, colour, border && lod == 0.0, right * image_size, up * image_size, covered);
 #endif
 #ifdef MESO
     normal += straight_share(normal, straight.outward, wound.outward) * straight.gradient;

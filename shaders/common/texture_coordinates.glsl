@@ -7,7 +7,7 @@ uniform sampler2D base_texture;
 // From the viewer to the point that is looked up, object frame, metres; how that changes by a pixel to the right, and upward.
 vec3 sight, sight_right, sight_up;
 
-const float FLATTEST = 0.02;            // cosine between a ray and the surface's normal, below which blur grows no more
+const float FLATTEST = 0.08;            // cosine between a ray and the surface's normal, below which blur grows no more
 const float FINEST_END = 4.0;           // texels of an image that a pixel covers, from which on its stored colours serve
 
 vec2 coordinates_of(uvec2 code) { return vec2(code & ~1u) / float(COORDINATE_STEPS); }
@@ -28,9 +28,9 @@ vec2 step_within(vec3 p, int face, vec3 normal, vec3 change) {
     return moved_within(p, face, change - sight * (dot(normal, change) / facing));
 }
 
-// Returns the linear colour at a place of the pages, level 0. stored: the linear colour that they hold there; right, up: what a
-// pixel's step is, texels; covered: texels that a pixel covers.
-vec3 painted(vec2 place, vec3 stored, vec2 right, vec2 up, float covered) {
+// Returns the linear colour at a place of the pages, level 0. stored: the linear colour that they hold there, `blended` of whole
+// texels already or half as sharp; right, up: what a pixel's step is, texels; covered: texels that a pixel covers.
+vec3 painted(vec2 place, vec3 stored, bool blended, vec2 right, vec2 up, float covered) {
     if (covered >= FINEST_END) return stored;
     ivec2 low = ivec2(floor(place - 0.5));
     vec2 f = place - 0.5 - vec2(low);
@@ -44,7 +44,7 @@ vec3 painted(vec2 place, vec3 stored, vec2 right, vec2 up, float covered) {
         vec2 at = first + f.x * along + f.y * upward + f.x * f.y * bend;
         mat2 slope = mat2(along + f.y * bend, upward + f.x * bend);
         found = textureGrad(base_texture, at, slope * right, slope * up).rgb;
-    } else if ((code[0].x & code[1].x & code[2].x & code[3].x & uint(HAS_COORDINATES)) != 0u) {
+    } else if (!blended && (code[0].x & code[1].x & code[2].x & code[3].x & uint(HAS_COORDINATES)) != 0u) {
         // Across a seam: a blend of the colours at the four texels, as images without coordinates hold them.
         vec4 near = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
         for (int k = 0; k < 4; ++k) found += near[k] * textureLod(base_texture, coordinates_of(code[k]), 0.0).rgb;
