@@ -28,28 +28,39 @@ vec2 step_within(vec3 p, int face, vec3 normal, vec3 change) {
     return moved_within(p, face, change - sight * (dot(normal, change) / facing));
 }
 
-// Returns the linear colour at a place of the pages, level 0. stored: the linear colour that they hold there, `blended` of whole
-// texels already or half as sharp; right, up: what a pixel's step is, texels; covered: texels that a pixel covers.
-vec3 painted(vec2 place, vec3 stored, bool blended, vec2 right, vec2 up, float covered) {
-    if (covered >= FINEST_END) return stored;
-    ivec2 low = ivec2(floor(place - 0.5));
-    vec2 f = place - 0.5 - vec2(low);
+// Returns the linear colour at a place of the pages, level 0. stored: the linear colour that they hold there; border: whether the
+// four texels may show several surfaces; right, up: what a pixel's step is, texels; covered: texels that a pixel covers.
+vec3 painted(vec2 place, Around around, vec3 stored, bool border, vec2 right, vec2 up, float covered) {
+    vec2 low = floor(place - 0.5), f = place - 0.5 - low;
     uvec2 code[4];
-    for (int k = 0; k < 4; ++k) code[k] = texelFetch(page_coordinates, low + ivec2(k & 1, k >> 1), 0).xy;
-    vec2 first = coordinates_of(code[0]);
-    vec3 found = vec3(0.0);
-    if ((code[0].y & uint(ONE_CHART)) != 0u) {
-        vec2 along = shortest(coordinates_of(code[1]) - first), upward = shortest(coordinates_of(code[2]) - first);
-        vec2 bend = shortest(coordinates_of(code[3]) - first) - along - upward;
-        vec2 at = first + f.x * along + f.y * upward + f.x * f.y * bend;
-        mat2 slope = mat2(along + f.y * bend, upward + f.x * bend);
-        found = textureGrad(base_texture, at, slope * right, slope * up).rgb;
-    } else if (!blended && (code[0].x & code[1].x & code[2].x & code[3].x & uint(HAS_COORDINATES)) != 0u) {
-        // Across a seam: a blend of the colours at the four texels, as images without coordinates hold them.
-        vec4 near = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-        for (int k = 0; k < 4; ++k) found += near[k] * textureLod(base_texture, coordinates_of(code[k]), 0.0).rgb;
+    for (int k = 0; k < 4; ++k) code[k] = texelFetch(page_coordinates, around.at[k], 0).xy;
+    vec2 at = coordinates_of(code[0]), along = shortest(coordinates_of(code[1]) - at);
+    vec2 upward = shortest(coordinates_of(code[2]) - at);
+    bool has = true;
+    if (!border && (code[0].y & uint(ONE_CHART)) != 0u) {
+        vec2 bend = shortest(coordinates_of(code[3]) - at) - along - upward;
+        along += f.y * bend;
+        at += f.x * along + f.y * upward;
+        upward += f.x * bend;
     } else {
-        return stored;
+        // Beside a seam or an edge: from the texel that counts most, on by what its own surface does on the other side of it.
+        int most = 0;
+        float heaviest = -1.0;
+        for (int k = 0; k < 4; ++k) {
+            float weight = (code[k].x & uint(HAS_COORDINATES)) != 0u ? around.weight[k] : -1.0;
+            if (weight > heaviest) { heaviest = weight; most = k; }
+        }
+        has = heaviest >= 0.0;
+        ivec2 corner = ivec2(most & 1, most >> 1), outward = 2 * corner - 1, middle = around.at[most];
+        at = coordinates_of(code[most]);
+        bool goes_on = (texelFetch(page_coordinates, middle + corner - 1, 0).y & uint(ONE_CHART)) != 0u;
+        vec2 beside = coordinates_of(texelFetch(page_coordinates, middle + ivec2(outward.x, 0), 0).xy);
+        vec2 above = coordinates_of(texelFetch(page_coordinates, middle + ivec2(0, outward.y), 0).xy);
+        along = goes_on ? shortest(beside - at) * float(outward.x) : vec2(0.0);
+        upward = goes_on ? shortest(above - at) * float(outward.y) : vec2(0.0);
+        at += (f.x - float(corner.x)) * along + (f.y - float(corner.y)) * upward;
     }
-    return mix(stored, found, clamp(log2(FINEST_END / covered), 0.0, 1.0));
+    mat2 slope = mat2(along, upward);
+    vec3 found = textureGrad(base_texture, at, slope * right, slope * up).rgb;
+    return has ? mix(stored, found, clamp(log2(FINEST_END / covered), 0.0, 1.0)) : stored;
 }

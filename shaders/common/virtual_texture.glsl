@@ -74,25 +74,36 @@ vec4 page_colour(vec3 place) {
 #endif
 }
 
-// The colour between four texels, by weights that sum up to 1.
-vec4 page_colour(ivec2 at[4], vec4 weight) {
+// Four texels of level 0 around a place, at (0,0) (1,0) (0,1) (1,1), and how much each of them counts: 1 in all.
+struct Around {
+    ivec2 at[4];
+    vec4 weight;
+};
+
+// For bilinear filtering.
+Around texels_around(vec2 place) {
+    ivec2 low = ivec2(floor(place - 0.5));
+    vec2 f = place - 0.5 - vec2(low), g = 1.0 - f;
+    ivec2 at[4] = ivec2[4](low, low + ivec2(1, 0), low + ivec2(0, 1), low + ivec2(1, 1));
+    return Around(at, vec4(g.x * g.y, f.x * g.y, g.x * f.y, f.x * f.y));
+}
+
+// The colour between four texels.
+vec4 page_colour(Around around) {
 #ifdef COLOURED
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 4; ++k) {
 #ifdef COORDINATES
-        vec4 texel = page_colour(vec3(vec2(at[k]) + 0.5, 0.0));
-        uvec2 code = texelFetch(page_coordinates, at[k], 0).xy;
-        if ((code.x & uint(HAS_COORDINATES)) != 0u)
-            texel.rgb = sqrt(textureLod(base_texture, coordinates_of(code), 0.0).rgb);
+        vec4 texel = texelFetch(page_colours, around.at[k] / 2, 0);
 #else
-        vec4 texel = texelFetch(page_colours, at[k], 0);
+        vec4 texel = texelFetch(page_colours, around.at[k], 0);
+#endif
 #ifdef TINTED
-        texel.gb = texelFetch(page_tints, at[k] / 2, 0).rg;
+        texel.gb = texelFetch(page_tints, around.at[k] / 2, 0).rg;
 #endif
-#endif
-        sum += weight[k] * texel;
+        sum += around.weight[k] * texel;
     }
-#if defined TINTED && !defined COORDINATES
+#ifdef TINTED
     sum = first_colour + colour_axes * sum.rgb;
 #endif
     return sum;
