@@ -5,9 +5,8 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Cylinder, DepthImage
-from depthwalk.bake.texture_coordinates import ONE_CHART
 from depthwalk.parallel import batches
-from depthwalk.types import Array, Ints, Mask
+from depthwalk.types import Array
 
 DEPTH_PERIOD = 128.0  # texels, after which depths repeat
 _LENGTHS = 8  # of normals that are tried
@@ -45,41 +44,12 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     texels[solid, 4:] = np.round(colour * 65535)
     if solid.all():
         return texels
-    texels = texels.reshape(-1, 8).take(_nearest(solid), 0)
-    texels[~solid, 3] ^= 128  # half the period farther
-    return texels
-
-
-def image_coordinates(image: DepthImage) -> NDArray[np.uint16]:
-    """Return the texture coordinates of a depth image as a virtual texture stores them.
-
-    An empty texel gets those of the nearest texel with a surface.
-
-    Parameters
-    ----------
-    image
-        A depth image of (H, W) texels that has coordinates.
-
-    Returns
-    -------
-    numpy.ndarray
-        (H, W, 2) uint16, see `DepthImage.coordinates`.
-    """
-    assert image.coordinates is not None
-    solid = np.isfinite(image.depth)
-    if solid.all() or not solid.any():
-        return image.coordinates
-    codes = image.coordinates.reshape(-1, 2).take(_nearest(solid), 0)
-    codes[~solid, 1] &= 0xFFFF ^ ONE_CHART
-    return codes
-
-
-def _nearest(solid: Mask) -> Ints:
-    """Return the number (H, W), row by row, of the texel that is nearest to each, of those which are `solid` (H, W)."""
     from scipy.ndimage import distance_transform_edt
 
     row, column = distance_transform_edt(~solid, return_distances=False, return_indices=True)
-    return np.asarray(row * solid.shape[1] + column)
+    texels = texels.reshape(-1, 8).take(row * solid.shape[1] + column, 0)
+    texels[~solid, 3] ^= 128  # half the period farther
+    return texels
 
 
 def depth_code(depth: Array) -> NDArray[np.uint8]:

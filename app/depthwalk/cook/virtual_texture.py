@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.cook.colour_pca import few_components
+from depthwalk.cook.coordinate_fill import filled_coordinates
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.mask_packing import pack_masks
-from depthwalk.cook.texel_encoding import image_coordinates, image_texels
+from depthwalk.cook.texel_encoding import image_texels
 from depthwalk.cook.used_texels import SUB_TILE, tile_counts, used_sub_tiles
 from depthwalk.parallel import Map
 from depthwalk.types import Ints, Mask
@@ -170,7 +171,7 @@ def _textured(
         return {}
     cells = np.zeros((*shape, SUB_TILE, SUB_TILE, 2), np.uint16)
     finest = [
-        _MipTier(image_coordinates(image), image.depth.shape[1] if image.face is Face.SIDE else 0)
+        _MipTier(filled_coordinates(image), image.depth.shape[1] if image.face is Face.SIDE else 0)
         for image in baked.images
     ]
     for chart, (row, column) in zip(charts, places, strict=True):
