@@ -122,6 +122,11 @@ class BakeParams:
         """Return whether surfaces are sampled by six views, which see one surface per ray and make no box faces."""
         return self.method != "raycast"
 
+    @property
+    def keeps_coordinates(self) -> bool:
+        """Return whether texture coordinates are kept where they are worth it."""
+        return self.coordinates == "auto" and not self.by_six_views
+
 
 def bake_object(
     mesh: Mesh,
@@ -166,8 +171,7 @@ def bake_object(
     steps = usable_steps((side, side)) if max_stepped is None or side <= max_stepped else 1
     rivals: dict[Face, FaceLayers] = {}
     seen: dict[Face, FaceSamples] = {}
-    keeps = params.coordinates == "auto" and not params.by_six_views
-    textured = textured_faces(mesh, params.resolution) if keeps else None
+    textured = textured_faces(mesh, params.resolution) if params.keeps_coordinates else None
     if params.by_six_views:
         from depthwalk.bake.six_view import sample_six_views  # here: ray casting needs no OpenGL
 

@@ -2,9 +2,10 @@
 
 Of each object, one part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float,
 metres), N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key
-are in the header of every part. Where a model keeps its texture, images have a channel uv (uint; u in the low half, v in
-the high half, see `DepthImage.coordinates`), and a part `texture` has channels R G B (half, linear). The boundary strips of each face and level are two more parts, lists folded to 1024
-columns. Where a model has several objects, names say which one a part is of: `part1.side.0`, `part2.side.0`.
+are in the header of every part. Where a model keeps its texture, images have a channel uv (uint; u in the low half, v
+in the high half, see `DepthImage.coordinates`), and a part `texture` has channels R G B (half, linear). The boundary
+strips of each face and level are two more parts, lists folded to 1024 columns. Where a model has several objects, names
+say which one a part is of: `part1.side.0`, `part2.side.0`.
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
@@ -80,7 +81,11 @@ def write_baked(path: Path, model: BakedModel) -> None:
     channels = [lists for named in contents for lists in named.values()]
     check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
     version = TEXTURED_VERSION if any(baked.texture is not None for baked in model.parts) else FORMAT_VERSION
-    common = {ATTRIBUTE + "version": version, ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
+    common = {
+        ATTRIBUTE + "version": version,
+        ATTRIBUTE + "checksum": _checksum(channels),
+        "displayWindow": _window(channels[0]),
+    }
     parts = []
     for number, (baked, named) in enumerate(zip(model.parts, contents, strict=True), 1):
         prefix = f"part{number}." if len(contents) > 1 else ""

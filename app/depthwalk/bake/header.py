@@ -295,7 +295,7 @@ def is_texture(name: str) -> bool:
     return split_name(name)[1] == TEXTURE
 
 
-def channel_names(name: str, steps: int, textured: bool) -> tuple[str, ...]:
+def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, ...]:
     """Return the names of the channels of a part of a file.
 
     Parameters

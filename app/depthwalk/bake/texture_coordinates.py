@@ -8,6 +8,7 @@ seams between charts coordinates jump.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from depthwalk.geometry.triangles import face_normals
 from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.limits import MAX_DPCI_RESOLUTION
 from depthwalk.types import Mask
+
+T = TypeVar("T", bound=np.generic)
 
 STEPS = 1 << 16  # of a stored coordinate, from one repetition of the texture to the next
 HAS_COORDINATES = 1  # last bit of u
@@ -198,7 +201,7 @@ def are_worth_keeping(images: Sequence[DepthImage], texture: NDArray[np.uint8]) 
     return len(texels) > 0 and bool(texels.mean() >= _WORTH)
 
 
-def _at_corners(values: NDArray[np.generic], corners: tuple[NDArray[np.int64], ...]) -> NDArray[np.generic]:
+def _at_corners(values: NDArray[T], corners: tuple[NDArray[np.int64], ...]) -> NDArray[T]:
     """Return values (H, W, …) at the corners of cells, (4, cells, …): lower left, lower right, upper left and right."""
     i0, j0, i1, j1 = corners
     return np.stack([values[j0, i0], values[j0, i1], values[j1, i0], values[j1, i1]])

@@ -1,8 +1,10 @@
 """Continue texture coordinates a few texels beyond the edges of surfaces, as what is drawn there looks them up.
 
-Simplified triangles and boundary strips end beside the samples that they are made of, up to a few texels on. Colours and
-normals of the nearest sample do there, since they hardly change; coordinates go on at the rate at which they change.
+Simplified triangles and boundary strips end beside the samples that they are made of, up to a few texels on. Colours
+and normals of the nearest sample do there, since they hardly change; coordinates go on at the rate at which they do.
 """
+
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,8 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import DepthImage
 from depthwalk.bake.texture_coordinates import HAS_COORDINATES, ONE_CHART, STEPS
 from depthwalk.types import Array, Ints, Mask
+
+T = TypeVar("T", bound=np.generic)
 
 _FARTHEST = 4.0  # texels from a sample, up to which coordinates are continued
 
@@ -36,40 +40,38 @@ def filled_coordinates(image: DepthImage) -> NDArray[np.uint16]:
     if not empty.any() or not whole.any():
         return image.coordinates
     codes = image.coordinates.astype(np.int64)
-    known = whole | _before(whole, 0) | _before(whole, 1) | _before(_before(whole, 0), 1)  # corners of whole cells
-    distance, (row, column) = distance_transform_edt(~known, return_indices=True)
-    row, column = row[empty], column[empty]
-    offset = np.stack([empty.nonzero()[1] - column, empty.nonzero()[0] - row], -1)
-    near = distance[empty] <= _FARTHEST
+    distance, (row, column) = distance_transform_edt(~_of_cells(whole), return_indices=True)
+    row, column, near = row[empty], column[empty], distance[empty] <= _FARTHEST
+    offset = np.argwhere(empty)[:, ::-1] - np.stack([column, row], -1)
     slope = np.stack([_slopes(codes, whole, axis)[row, column] for axis in (1, 0)], -1)  # (n, u and v, along and up)
     continued = codes[row, column] + np.einsum("nij,nj->ni", slope, offset)
     filled = np.where(near[:, None], np.round(continued).astype(np.int64) & STEPS - 2, 0)
     filled[:, 0] |= near * HAS_COORDINATES
     codes[empty] = filled
-    # Charts are told apart by the whole cells that touch each other.
-    chart = label(whole, np.ones((3, 3)))[0]
-    of_texel = np.max([chart, _before(chart, 0), _before(chart, 1), _before(_before(chart, 0), 1)], axis=0)
-    of_texel[empty] = np.where(near, of_texel[row, column], 0)
-    corners = [of_texel, *(np.roll(of_texel, shift, (0, 1)) for shift in ((0, -1), (-1, 0), (-1, -1)))]
-    same = np.all([corner == of_texel for corner in corners], axis=0) & (of_texel > 0)
-    around = np.any([np.roll(empty, shift, (0, 1)) for shift in ((0, 0), (0, -1), (-1, 0), (-1, -1))], axis=0)
-    same[-1], same[:, -1] = False, False
-    codes[..., 1] |= (same & around) * ONE_CHART
+    chart = _of_cells(label(whole, np.ones((3, 3)))[0])  # whole cells that touch each other are of one chart
+    chart[empty] = np.where(near, chart[row, column], 0)
+    right, above, across = (np.roll(chart, shift, (0, 1)) for shift in ((0, -1), (-1, 0), (-1, -1)))
+    one = (chart > 0) & (right == chart) & (above == chart) & (across == chart)
+    one[-1], one[:, -1] = False, False
+    solid_cell = ~np.any([np.roll(empty, shift, (0, 1)) for shift in ((0, 0), (0, -1), (-1, 0), (-1, -1))], axis=0)
+    codes[..., 1] |= (one & ~solid_cell) * ONE_CHART
     return codes.astype(np.uint16)
 
 
-def _before(values: Ints | Mask, axis: int) -> NDArray[np.generic]:
-    """Return at each texel the value of the texel before it along an axis; the first gets the last one's."""
-    return np.roll(values, 1, axis)
+def _of_cells(values: NDArray[T]) -> NDArray[T]:
+    """Return for each texel the greatest of the values (H, W) of the four cells around it.
+
+    The cell of a texel lies between it and those to its right and above it.
+    """
+    return np.asarray(np.max([np.roll(values, shift, (0, 1)) for shift in ((0, 0), (0, 1), (1, 0), (1, 1))], axis=0))
 
 
 def _slopes(codes: Ints, whole: Mask, axis: int) -> Array:
     """Return by how much coordinates (H, W, 2) change from a texel to the next along an axis, at each texel.
 
-    It is a mean over the cells that are `whole` (H, W), which hold a texel and those above and to its right; 0 where
-    there are none.
+    It is a mean over the cells around it that are `whole` (H, W); 0 where there are none.
     """
-    step = (np.roll(codes, -1, axis) - codes + STEPS // 2) % STEPS - STEPS // 2
-    valid = (whole | _before(whole, 1 - axis))[..., None]
-    count = valid + _before(valid, axis).astype(int)
-    return np.where(valid, step, 0) / np.maximum(count, 1) + _before(np.where(valid, step, 0), axis) / np.maximum(count, 1)
+    known = (whole | np.roll(whole, 1, 1 - axis))[..., None]
+    step = np.where(known, (np.roll(codes, -1, axis) - codes + STEPS // 2) % STEPS - STEPS // 2, 0)
+    count = known.astype(int) + np.roll(known, 1, axis)
+    return np.asarray((step + np.roll(step, 1, axis)) / np.maximum(count, 1), np.float64)
