@@ -7,8 +7,11 @@ uniform sampler2D base_texture;
 // From the viewer to the point that is looked up, object frame, metres; how that changes by a pixel to the right, and upward.
 vec3 sight, sight_right, sight_up;
 
-const float FLATTEST = 0.08;            // cosine between a ray and the surface's normal, below which blur grows no more
-const float FINEST_END = 4.0;           // texels of an image that a pixel covers, from which on its stored colours serve
+// Cosine between a ray and the surface's normal, below which a pixel's step grows no more. Normals are smoother than facets:
+// of 0.02, 0.08, 0.15 and 0.25, this one gives pictures most like those of the mesh.
+const float FLATTEST = 0.08;
+// Texels of an image that a pixel covers, from which on the finest mip tier is not looked up; stored colours serve instead.
+const float FINEST_END = float(2 << MIP_TIER_LEVELS);
 
 vec2 coordinates_of(uvec2 code) { return vec2(code & ~1u) / float(COORDINATE_STEPS); }
 

@@ -25,6 +25,8 @@ from depthwalk.quality.views import SPHERE
 KEYS = [measure.key for measure in MEASURES]
 SMALL = ("--dpci-resolution", 32, "--layers", 1, "--resolution", "48,36")
 
+AS_EVER = {"axis": "y", "coordinates": "auto"}  # defaults of `dpci`
+
 
 def run(*arguments: int | Path | str) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
