@@ -27,6 +27,9 @@ T = TypeVar("T", bound=np.generic)
 STEPS = 1 << 16  # of a stored coordinate, from one repetition of the texture to the next
 HAS_COORDINATES = 1  # last bit of u
 ONE_CHART = 1  # last bit of v
+# Cosine between a ray and the surface's normal, below which a pixel's step along the surface grows no more. Normals are
+# smoother than facets: of 0.02, 0.08, 0.15 and 0.25, this one gives pictures most like those of the mesh.
+FLATTEST = 0.08
 _SIDES = 2  # of the texture, at most so many times that of a depth image
 _WORTH = 1.0  # texels of the texture in a texel of the images, on the mean, from which on coordinates are kept
 _WIDEST = 0.25  # of the texture, that four neighbouring texels may span

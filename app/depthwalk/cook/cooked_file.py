@@ -31,8 +31,10 @@ COOKED = Cache(suffix=".npz", content="cooked depth images")
 _LAYOUT = 2
 
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
-_OPTIONAL = "coordinates", "texture"  # fields of `VirtualTexture` that are not stored where they are empty
+_OF_TEXTURED = "coordinates", "texture", "colour_level"  # fields that are stored of objects with coordinates only
 _PICTURES = "normals", "texture"  # columns that are packed as pictures; colours are smaller as they are
+
+_NUMBERS = "first_rows", "last_mip_tier", "colour_level"  # fields of `VirtualTexture` that are no arrays
 
 _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that are needed before an object is drawn
 
@@ -254,8 +256,9 @@ def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) ->
 
 def _values(part: LodGeometry | VirtualTexture) -> dict[str, NDArray[Any]]:
     """Return the fields of geometry or texture, as arrays."""
-    values = {field.name: np.asarray(getattr(part, field.name)) for field in fields(part)}
-    return {name: value for name, value in values.items() if value.size or name not in _OPTIONAL}
+    without = () if isinstance(part, VirtualTexture) and part.has_coordinates else _OF_TEXTURED
+    names = (field.name for field in fields(part))
+    return {name: np.asarray(getattr(part, name)) for name in names if name not in without}
 
 
 def _loader(path: Path, number: int) -> Callable[[], tuple[LodGeometry, VirtualTexture]]:
@@ -272,7 +275,7 @@ def _read(path: Path, number: int, packed: bool = False) -> tuple[LodGeometry, V
         kind: {field.name: _column(kind, number, field.name) for field in fields(kind)}
         for kind in (LodGeometry, VirtualTexture)
     }
-    optional = [names[VirtualTexture][field] for field in _OPTIONAL]
+    optional = [names[VirtualTexture][field] for field in _OF_TEXTURED]
     needed = [name for columns in names.values() for name in columns.values() if name not in optional]
     stored = read_arrays(path, needed, optional)
     geometry, texture = (
@@ -283,5 +286,5 @@ def _read(path: Path, number: int, packed: bool = False) -> tuple[LodGeometry, V
         }
         for kind in (LodGeometry, VirtualTexture)
     )
-    first_rows, last_mip_tier = texture.pop("first_rows").tolist(), int(texture.pop("last_mip_tier"))
-    return LodGeometry(**geometry), VirtualTexture(**texture, first_rows=first_rows, last_mip_tier=last_mip_tier)
+    values: dict[str, Any] = texture | {name: texture[name].tolist() for name in _NUMBERS if name in texture}
+    return LodGeometry(**geometry), VirtualTexture(**values)

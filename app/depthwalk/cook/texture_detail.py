@@ -123,6 +123,7 @@ def at_detail(texture: VirtualTexture, detail: Detail) -> VirtualTexture:
         first_rows=[max(row - begin, 0) for row in texture.first_rows] if quarter else texture.first_rows,
         coordinates=texture.coordinates[:0, :0],  # a pixel covers several texels: their colours are fine enough
         texture=texture.texture[:0, :0],
+        colour_level=0,
     )
 
 

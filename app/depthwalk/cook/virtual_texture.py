@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, DepthImage, Face
+from depthwalk.bake.texture_coordinates import HAS_COORDINATES
 from depthwalk.cook.colour_pca import few_components
 from depthwalk.cook.coordinate_fill import filled_coordinates
 from depthwalk.cook.lod_geometry import LodGeometry
@@ -53,9 +54,12 @@ class VirtualTexture:
         The number of the coarsest mip tier that exists; 0 is the finest.
     coordinates
         (H, W, 2) uint16, a picture of `DepthImage.coordinates`, zero but for the finest mip tier; empty where the
-        object has no texture. Then its colours are looked up in `texture`, and `halved_colours` are enough.
+        object has no texture.
     texture
         (h, w, 3) uint8, the texture of the object, see `BakedObject.texture`; empty where it has none.
+    colour_level
+        The level of `colours` and `tints` from which on a GPU needs them while it has coordinates: 0, or `LEVELS` where
+        all texels have coordinates.
     """
 
     normals: NDArray[np.uint8]
@@ -67,6 +71,7 @@ class VirtualTexture:
     last_mip_tier: int
     coordinates: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, 0, 2), np.uint16))
     texture: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((0, 0, 3), np.uint8))
+    colour_level: int = 0
 
     @property
     def has_coordinates(self) -> bool:
@@ -76,10 +81,10 @@ class VirtualTexture:
     @property
     def bytes_with_mip_maps(self) -> int:
         """Return how many bytes the pictures take on the GPU, mip-maps included."""
-        size = self.normals.nbytes + self.tints.nbytes
-        size += self.colours.nbytes >> 2 if self.has_coordinates else self.colours.nbytes
-        texture = self.texture[..., 0].size * 16 // 3  # four bytes a texel, and a third more
-        return sum(size >> 2 * level for level in range(LEVELS + 1)) + self.coordinates.nbytes + texture
+        base = self.coordinates.nbytes + self.texture[..., 0].size * 16 // 3  # of four bytes a texel, and a third more
+        colours = self.colours.nbytes + self.tints.nbytes
+        levels = range(LEVELS + 1)
+        return base + sum((self.normals.nbytes + colours * (k >= self.colour_level)) >> 2 * k for k in levels)
 
 
 @dataclass(frozen=True)
@@ -180,7 +185,15 @@ def _textured(
             target = np.s_[row : row + stored.shape[0], column : column + stored.shape[1]]
             cells[target][stored] = _cells(finest[chart.image], chart.corner, stored.shape)[stored]
     coordinates = cells.swapaxes(1, 2).reshape(shape[0] * SUB_TILE, shape[1] * SUB_TILE, 2)
-    return {"coordinates": coordinates, "texture": baked.texture}
+    level = LEVELS if all(_all_have_coordinates(image) for image in baked.images) else 0
+    return {"coordinates": coordinates, "texture": baked.texture, "colour_level": level}
+
+
+def _all_have_coordinates(image: DepthImage) -> bool:
+    """Return whether every texel of `image` that is not empty has texture coordinates."""
+    if image.coordinates is None:
+        return False
+    return bool((np.isinf(image.depth) | (image.coordinates[..., 0] & HAS_COORDINATES > 0)).all())
 
 
 def _mip_tiers(texels: NDArray[np.uint16], face: Face) -> list[_MipTier]:

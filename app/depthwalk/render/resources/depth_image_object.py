@@ -23,7 +23,7 @@ from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
-from depthwalk.gpu.mip_maps import mip_maps
+from depthwalk.gpu.mip_maps import Texels, mip_maps
 from depthwalk.gpu.program import Program
 from depthwalk.scene.render_settings import LodParams
 
@@ -325,14 +325,12 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
         "PARTIAL": detail,
         "COORDINATES": pages.has_coordinates,
     }
-    colours, levels = pages.colours, LEVELS
-    if pages.has_coordinates and colours.size:
-        (colours,), levels = mip_maps(colours, 1), LEVELS - 1
+    left_out, tints_left_out = pages.colour_level, max(pages.colour_level - 1, 0)
     images, rows, columns, _ = pages.table.shape
     return SurfaceTexture(
         normals=_upload_picture(gl, pages.normals, LEVELS),
-        colours=_upload_picture(gl, colours, levels),
-        tints=_upload_picture(gl, pages.tints, LEVELS - 1),
+        colours=_upload_picture(gl, _at_level(pages.colours, left_out), LEVELS - left_out),
+        tints=_upload_picture(gl, _at_level(pages.tints, tints_left_out), LEVELS - 1 - tints_left_out),
         coordinates=_upload_coordinates(gl, pages.coordinates) if pages.has_coordinates else None,
         base=_upload_base(gl, pages.texture) if pages.has_coordinates else None,
         page_table=gl.number_array((columns, rows, images), 2, pages.table.tobytes(), "i2"),
@@ -344,6 +342,7 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
             "first_rows": pages.first_rows,
             "last_mip_tier": pages.last_mip_tier,
             "page_detail": int(detail),
+            "colour_level": pages.colour_level,
         },
         bytes=pages.table.nbytes + pages.bytes_with_mip_maps,
     )
@@ -354,6 +353,11 @@ def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], lev
     if not texels.size:
         texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
     return gl.mipmapped_texture(texels, levels)
+
+
+def _at_level(texels: Texels, level: int) -> Texels:
+    """Return the mip-map of a picture (H, W, k) of number `level`; 0 is the picture itself."""
+    return mip_maps(texels, level)[-1] if level and texels.size else texels
 
 
 def _upload_coordinates(gl: Scope, coordinates: NDArray[np.uint16]) -> moderngl.Texture:
