@@ -9,13 +9,17 @@ import pytest
 from numpy.typing import NDArray
 
 from depthwalk.bake.baker import BakeParams, bake_object
-from depthwalk.bake.images import BakedObject, Cylinder, Face
+from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
 from depthwalk.bake.texture_coordinates import HAS_COORDINATES, ONE_CHART, STEPS
+from depthwalk.cook.simplified_lods import build_simplified_lods
+from depthwalk.cook.texture_detail import Detail, at_detail
+from depthwalk.cook.virtual_texture import build_virtual_texture
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.reference.texture_coordinates import coordinates_at, step_within
 from depthwalk.render.renderer import read_pixels
+from depthwalk.render.resources.depth_image_object import upload_texture
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.types import Array
@@ -192,6 +196,36 @@ def test_pictures_are_as_sharp_as_the_texture(
     textured = bake(FINE, resolution=128, layers=1)
     assert psnr(*pictures(gl_device, FINE, textured, distance)) > least
     assert psnr(*pictures(gl_device, FINE, plain, distance)) < least - 6
+
+
+def test_what_is_uploaded_is_what_is_counted(gl_device: Device, plain: BakedObject) -> None:
+    textured = bake(FINE, resolution=128, layers=1)
+    partly = replace(textured, images=tuple(without_one(image) for image in textured.images))
+    for baked, level in ((plain, 0), (partly, 0), (textured, 2)):
+        pages = build_virtual_texture(baked, build_simplified_lods(baked))
+        assert pages.has_coordinates == (baked is not plain) and pages.colour_level == level
+        scope = gl_device.scope("test")
+        try:
+            uploaded = upload_texture(scope, pages, Detail.FULL)
+            with_mip_maps = [(uploaded.normals, 4), (uploaded.colours, 4)]
+            size = sum(k * t.width * t.height * (21 / 16 if t.width > 200 else 1) for t, k in with_mip_maps)
+            assert uploaded.colours.width == uploaded.normals.width >> level
+            if uploaded.coordinates is not None and uploaded.base is not None:
+                size += 4 * uploaded.coordinates.width * uploaded.coordinates.height
+                size += 4 * uploaded.base.width * uploaded.base.height * 4 / 3
+            assert uploaded.bytes - pages.table.nbytes == pytest.approx(size, rel=0.01)
+        finally:
+            scope.release()
+        coarser = at_detail(pages, Detail.HALF)
+        assert not coarser.has_coordinates and not coarser.texture.size and coarser.colour_level == 0
+
+
+def without_one(image: DepthImage) -> DepthImage:
+    """An image of which one texel has no coordinates, as where another material begins."""
+    assert image.coordinates is not None
+    coordinates = image.coordinates.copy()
+    coordinates[tuple(np.argwhere(np.isfinite(image.depth))[0])] = 0
+    return replace(image, coordinates=coordinates)
 
 
 def test_far_away_stored_colours_serve(gl_device: Device, plain: BakedObject) -> None:
