@@ -1,6 +1,7 @@
 // Looks colours up in an object's own texture, at coordinates that its depth images hold (`DepthImage.coordinates`), where
 // that is finer than a colour per texel. Twin: reference/texture_coordinates.py.
-#from depthwalk.bake.texture_coordinates import FLATTEST, HAS_COORDINATES, ONE_CHART, STEPS as COORDINATE_STEPS
+#from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART
+#from depthwalk.cook.virtual_texture import FLATTEST
 uniform usampler2D page_coordinates;    // u and v, with a mark in the last bit of each, where the pages have the texel
 uniform sampler2D base_texture;
 

@@ -7,11 +7,8 @@ import pytest
 
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.face_grid import FaceGrid
-from depthwalk.bake.images import BakedObject, Face
+from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, BakedObject, Face
 from depthwalk.bake.texture_coordinates import (
-    HAS_COORDINATES,
-    ONE_CHART,
-    STEPS,
     kept_coordinates,
     textured_faces,
 )
@@ -32,7 +29,7 @@ def places(baked: BakedObject, face: Face) -> tuple[Array, Array, Mask, Mask]:
     image = next(image for image in baked.images if image.face is face)
     assert image.coordinates is not None
     marks = image.coordinates & 1
-    coordinates = (image.coordinates & ~np.uint16(1)) / STEPS
+    coordinates = (image.coordinates & ~np.uint16(1)) / COORDINATE_STEPS
     points = FaceGrid.of(baked.cylinder, image).points(image.depth)
     return points, coordinates, marks[..., 0] == HAS_COORDINATES, marks[..., 1] == ONE_CHART
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from depthwalk.bake.images import DepthImage, Face
-from depthwalk.bake.texture_coordinates import HAS_COORDINATES, ONE_CHART, STEPS
+from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, DepthImage, Face
 from depthwalk.cook.coordinate_fill import filled_coordinates
 from depthwalk.types import Array, Mask
 
@@ -13,7 +12,9 @@ ROW, COLUMN = np.mgrid[:SIZE, :SIZE]
 
 def image_of(solid: Mask, u: Array, v: Array, chart: Array) -> DepthImage:
     """An image with these coordinates where it is solid; (SIZE, SIZE) each."""
-    codes = np.round(np.stack([u, v], -1) % 1.0 * STEPS).astype(np.int64).astype(np.uint16) & np.uint16(0xFFFE)
+    codes = np.round(np.stack([u, v], -1) % 1.0 * COORDINATE_STEPS).astype(np.int64).astype(np.uint16) & np.uint16(
+        0xFFFE
+    )
     codes[..., 0] |= np.uint16(HAS_COORDINATES)
     shown = np.where(solid, chart, -1)
     whole = (shown[:-1, :-1] >= 0) & (shown[1:, 1:] == shown[:-1, :-1])
@@ -39,8 +40,8 @@ def test_coordinates_go_on_for_a_few_texels() -> None:
     filled = filled_coordinates(image)
     np.testing.assert_array_equal(filled[solid, 0], image.coordinates[solid, 0])  # type: ignore[index]
     near = (COLUMN >= 10) & (COLUMN < 13)
-    off = ((filled[near] & 0xFFFE) / STEPS - np.stack([u, v], -1)[near] + 0.5) % 1.0 - 0.5
-    assert np.abs(off).max() < 4 * 2 / STEPS  # a step for each texel, and both ends are rounded
+    off = ((filled[near] & 0xFFFE) / COORDINATE_STEPS - np.stack([u, v], -1)[near] + 0.5) % 1.0 - 0.5
+    assert np.abs(off).max() < 4 * 2 / COORDINATE_STEPS  # a step for each texel, and both ends are rounded
     assert (filled[near][:, 0] & HAS_COORDINATES).all()
     inside = near & (COLUMN < 12) & (ROW < SIZE - 1)
     assert (filled[inside][:, 1] & ONE_CHART).all()
@@ -53,7 +54,7 @@ def test_charts_stay_apart() -> None:
     solid = left | (COLUMN >= 12)
     u = np.where(left, 0.01 * COLUMN, 0.8 + 0.01 * COLUMN)
     filled = filled_coordinates(image_of(solid, u, 0.01 * ROW, np.where(left, 0, 1)))
-    found = (filled[..., 0] & 0xFFFE) / STEPS
+    found = (filled[..., 0] & 0xFFFE) / COORDINATE_STEPS
     np.testing.assert_allclose(found[5, 8:14], [0.08, 0.09, 0.10, 0.91, 0.92, 0.93], atol=1e-4)
     whole = filled[5, :, 1] & ONE_CHART > 0
     assert whole.tolist() == [column not in (10, SIZE - 1) for column in range(SIZE)]

@@ -34,6 +34,9 @@ class Face(IntEnum):
 
 
 FACE_COUNT = len(Face)
+COORDINATE_STEPS = 1 << 16  # of a stored texture coordinate, from one repetition of the texture to the next
+HAS_COORDINATES = 1  # last bit of u
+ONE_CHART = 1  # last bit of v
 PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
 BOX_FACES = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
 INWARD = {  # the direction of depth on the planar faces: axis (0, 1, 2 for x, y, z) and sign

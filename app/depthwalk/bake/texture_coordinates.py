@@ -14,22 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.grid import grid_cells, whole_cells
-from depthwalk.bake.images import DepthImage, Face
+from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, DepthImage, Face
 from depthwalk.bake.raycast import Hits
 from depthwalk.colour import linear_from_srgb8, srgb8_from_linear
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.limits import MAX_DPCI_RESOLUTION
-from depthwalk.types import Mask
+from depthwalk.types import Ints, Mask
 
 T = TypeVar("T", bound=np.generic)
 
-STEPS = 1 << 16  # of a stored coordinate, from one repetition of the texture to the next
-HAS_COORDINATES = 1  # last bit of u
-ONE_CHART = 1  # last bit of v
-# Cosine between a ray and the surface's normal, below which a pixel's step along the surface grows no more. Normals are
-# smoother than facets: of 0.02, 0.08, 0.15 and 0.25, this one gives pictures most like those of the mesh.
-FLATTEST = 0.08
 _SIDES = 2  # of the texture, at most so many times that of a depth image
 _WORTH = 1.0  # texels of the texture in a texel of the images, on the mean, from which on coordinates are kept
 _WIDEST = 0.25  # of the texture, that four neighbouring texels may span
@@ -134,11 +128,11 @@ def with_coordinates(image: DepthImage, places: TexturePlaces) -> DepthImage:
     See `DepthImage.coordinates` for how they are stored.
     """
     uv, chart = places.coordinates[image.layer], places.chart[image.layer]
-    stored = np.round((uv - np.floor(uv)) * STEPS).astype(np.int64) & STEPS - 1
+    stored = np.round((uv - np.floor(uv)) * COORDINATE_STEPS).astype(np.int64) & COORDINATE_STEPS - 1
     corners = grid_cells((chart.shape[0], chart.shape[1]), image.face, 1)
     charts, around = _at_corners(chart, corners), _at_corners(stored, corners)
-    apart = np.abs((around - around[:1] + STEPS // 2) % STEPS - STEPS // 2).max((0, 2))
-    one = whole_cells(image, 0) & (charts == charts[:1]).all(0) & (charts[0] >= 0) & (apart < _WIDEST * STEPS)
+    apart = np.abs(_shortest(around - around[:1])).max((0, 2)) / COORDINATE_STEPS
+    one = whole_cells(image, 0) & (charts == charts[:1]).all(0) & (charts[0] >= 0) & (apart < _WIDEST)
     codes = (stored & ~1).astype(np.uint16)
     codes[..., 0] |= (chart >= 0).astype(np.uint16) * HAS_COORDINATES
     codes[chart < 0] = 0
@@ -196,12 +190,15 @@ def are_worth_keeping(images: Sequence[DepthImage], texture: NDArray[np.uint8]) 
         i, j, _, _ = corners
         shown = (image.coordinates[j, i, 1] & ONE_CHART > 0) & (image.owner[j, i] == image.face)
         lower_left, right, up = _at_corners(image.coordinates.astype(np.int64), corners)[:3, shown]
-        across, upward = (
-            ((end - lower_left + STEPS // 2) % STEPS - STEPS // 2) / STEPS * (width, height) for end in (right, up)
-        )
+        across, upward = (_shortest(end - lower_left) / COORDINATE_STEPS * (width, height) for end in (right, up))
         covered.append(np.abs(across[:, 0] * upward[:, 1] - across[:, 1] * upward[:, 0]))
     texels = np.concatenate(covered) if covered else np.zeros(0)
     return len(texels) > 0 and bool(texels.mean() >= _WORTH)
+
+
+def _shortest(difference: Ints) -> Ints:
+    """Return a `difference` of stored coordinates from −1/2 to 1/2 of the texture, which repeats."""
+    return (difference + COORDINATE_STEPS // 2) % COORDINATE_STEPS - COORDINATE_STEPS // 2
 
 
 def _at_corners(values: NDArray[T], corners: tuple[NDArray[np.int64], ...]) -> NDArray[T]:

@@ -9,8 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import DepthImage
-from depthwalk.bake.texture_coordinates import HAS_COORDINATES, ONE_CHART, STEPS
+from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, DepthImage
 from depthwalk.types import Array, Ints, Mask
 
 T = TypeVar("T", bound=np.generic)
@@ -45,7 +44,7 @@ def filled_coordinates(image: DepthImage) -> NDArray[np.uint16]:
     offset = np.argwhere(empty)[:, ::-1] - np.stack([column, row], -1)
     slope = np.stack([_slopes(codes, whole, axis)[row, column] for axis in (1, 0)], -1)  # (n, u and v, along and up)
     continued = codes[row, column] + np.einsum("nij,nj->ni", slope, offset)
-    filled = np.where(near[:, None], np.round(continued).astype(np.int64) & STEPS - 2, 0)
+    filled = np.where(near[:, None], np.round(continued).astype(np.int64) & COORDINATE_STEPS - 2, 0)
     filled[:, 0] |= near * HAS_COORDINATES
     codes[empty] = filled
     chart = _of_cells(label(whole, np.ones((3, 3)))[0])  # whole cells that touch each other are of one chart
@@ -72,6 +71,7 @@ def _slopes(codes: Ints, whole: Mask, axis: int) -> Array:
     It is a mean over the cells around it that are `whole` (H, W); 0 where there are none.
     """
     known = (whole | np.roll(whole, 1, 1 - axis))[..., None]
-    step = np.where(known, (np.roll(codes, -1, axis) - codes + STEPS // 2) % STEPS - STEPS // 2, 0)
+    difference = np.roll(codes, -1, axis) - codes + COORDINATE_STEPS // 2
+    step = np.where(known, difference % COORDINATE_STEPS - COORDINATE_STEPS // 2, 0)  # since the texture repeats
     count = known.astype(int) + np.roll(known, 1, axis)
     return np.asarray((step + np.roll(step, 1, axis)) / np.maximum(count, 1), np.float64)

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import Cylinder, Face, plane_axes
-from depthwalk.bake.texture_coordinates import FLATTEST, HAS_COORDINATES, ONE_CHART, STEPS
+from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, Cylinder, Face, plane_axes
+from depthwalk.cook.virtual_texture import FLATTEST
 from depthwalk.types import Array, Mask
 
 _CORNERS = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])  # columns and rows of four texels
@@ -101,7 +101,7 @@ def step_within(
 
 def _fetch(codes: NDArray[np.uint16], at: NDArray[np.integer]) -> NDArray[np.float64]:
     """Return the coordinates (n, 2) of the texels `at` (n, 2), columns and rows."""
-    return np.asarray((codes[at[:, 1], at[:, 0]] & ~np.uint16(1)) / STEPS)
+    return np.asarray((codes[at[:, 1], at[:, 0]] & ~np.uint16(1)) / COORDINATE_STEPS)
 
 
 def _marked(codes: NDArray[np.uint16], at: NDArray[np.integer], part: int, mark: int) -> Mask:

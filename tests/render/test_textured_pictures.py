@@ -9,8 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from depthwalk.bake.baker import BakeParams, bake_object
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
-from depthwalk.bake.texture_coordinates import HAS_COORDINATES, ONE_CHART, STEPS
+from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, BakedObject, Cylinder, DepthImage, Face
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.texture_detail import Detail, at_detail
 from depthwalk.cook.virtual_texture import build_virtual_texture
@@ -101,7 +100,8 @@ def random_codes() -> NDArray[np.uint16]:
     chart = np.where(columns < 6, 0, np.where(rows < 7, 1, 2))
     u = np.choose(chart, [0.97 + 0.011 * columns, 0.2 + 0.02 * rows, 0.6 - 0.01 * columns + 0.0005 * columns * rows])
     v = np.choose(chart, [0.3 + 0.01 * rows, 0.9 - 0.015 * columns, 0.1 + 0.013 * rows])
-    codes = (np.round(np.stack([u, v], -1) % 1.0 * STEPS).astype(np.int64) % STEPS & 0xFFFE).astype(np.uint16)
+    codes = np.round(np.stack([u, v], -1) % 1.0 * COORDINATE_STEPS).astype(np.int64).astype(np.uint16)
+    codes &= np.uint16(0xFFFE)
     codes[..., 0] |= np.uint16(HAS_COORDINATES)
     missing = (rows > 8) & (columns > 11)
     whole = np.zeros(chart.shape, bool)
