@@ -19,10 +19,11 @@ from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.header import inspect_header
-from depthwalk.bake.images import BakedObject, BoundaryStrip, Face
+from depthwalk.bake.images import BakedObject, BoundaryStrip, DepthImage, Face
+from depthwalk.bake.model import BakedModel
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
-from shapes import bake, box, checkers, globe, joined, model_of
+from shapes import bake, box, checkers, globe, joined, model_of, two_halves
 
 Channels = dict[str, NDArray[Any]]
 Parts = list[tuple[str, dict[str, Any], Channels]]
@@ -393,6 +394,26 @@ def test_texture_and_coordinates_are_read_as_they_were(tmp_path: Path, textured:
         assert before.coordinates is not None and after.coordinates is not None
         assert identical(before.coordinates, after.coordinates)
     assert read_header(path)["depthwalk.version"] == 11  # which earlier programs ask to bake again
+
+
+def test_every_part_of_a_model_has_its_texture(tmp_path: Path) -> None:
+    model = two_halves(globe(checkers(256, 16)), resolution=64)
+    plain = replace(model.parts[1], texture=None, images=tuple(map(without_coordinates, model.parts[1].images)))
+    for parts in (model.parts, (model.parts[0], plain)):
+        path = tmp_path / "halves.dpci.exr"
+        write_baked(path, BakedModel(parts=parts))
+        read = read_baked(path).parts
+        for before, after in zip(parts, read, strict=True):
+            assert (before.texture is None) == (after.texture is None)
+            assert before.texture is None or identical(before.texture, after.texture)
+            for one, other in zip(before.images, after.images, strict=True):
+                assert (one.coordinates is None and other.coordinates is None) or identical(
+                    one.coordinates, other.coordinates
+                )
+
+
+def without_coordinates(image: DepthImage) -> DepthImage:
+    return replace(image, coordinates=None)
 
 
 def test_all_colours_of_a_texture_survive(tmp_path: Path, textured: BakedObject) -> None:
