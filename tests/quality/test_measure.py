@@ -243,8 +243,12 @@ def test_the_report_marks_goals_and_holds_no_infinity() -> None:
     )
     other = json.loads(to_json(replace(report, models=(coarse,))))
     assert other["models"][0]["dpci"] == {
-        **{"resolution": 256, "layers": 3, "method": "raycast"},
-        **{"parts": 1, "axis": "x", "coordinates": "auto"},
+        "resolution": 256,
+        "layers": 3,
+        "method": "raycast",
+        "parts": 1,
+        "axis": "x",
+        "coordinates": "auto",
     }
     assert other["models"][0]["parts"] == 3
     assert "256², 3 layers, raycast in 3 parts" in costs_line(coarse) and "baked in 3.0 s within 250 MB" in costs_line(
