@@ -3,12 +3,14 @@
 import hashlib
 import pickle
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, NoReturn, TypedDict, TypeVar, Unpack, cast, overload
 
 import numpy as np
+from numpy.typing import NDArray
 from tools.make_models.model import Model, vertex_normals
 
 from depthwalk.assets.cooked import cooked_objects
@@ -273,3 +275,21 @@ def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
     params = ModelParams(resolution=resolution, layers=1, axis="x")
     return BakedModel(parts=tuple(bake_model(piece, params, "halves").parts[0] for piece in pieces))
+
+
+def globe(texture: NDArray[np.uint8], columns: int = 256, rows: int = 128, turns: float = 1.0) -> Mesh:
+    """A sphere of radius 1 that stands on the origin, white, wrapped `turns` times in a texture (h, w, 4), sRGB.
+
+    Its vertices are those of `sphere`: u rises with the angle about +Y from +z toward +x, v with the latitude.
+    """
+    mesh = sphere(1.0, columns, rows, colour=(255, 255, 255))
+    u, v = np.meshgrid(turns * np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
+    uv = np.stack([u, v], -1).reshape(-1, 2).astype(np.float32)
+    return replace(mesh, uv=uv, materials=(Material((1.0, 1.0, 1.0), texture=texture),))
+
+
+def checkers(size: int, square: int) -> NDArray[np.uint8]:
+    """A texture of two colours, (size, size, 4): checkers of so many texels a side."""
+    row, column = np.mgrid[:size, :size] // square
+    colours = np.array([(230, 60, 40, 255), (235, 235, 200, 255)], np.uint8)
+    return colours[(row + column) % 2]

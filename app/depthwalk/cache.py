@@ -208,7 +208,9 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False
         (np.savez_compressed if compressed else np.savez)(file, **arrays)
 
 
-def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDArray[Any]]:
+def read_arrays(
+    path: Path, names: Iterable[str] | None = None, optional: Iterable[str] = ()
+) -> dict[str, NDArray[Any]]:
     """Read arrays of a `.npz` file, each checked against its CRC-32 before it is parsed.
 
     `numpy.load` would not do: it parses bytes before they are checked, and checks members only if it reads all of them.
@@ -219,6 +221,8 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
         The file.
     names
         Which arrays to read; None for all.
+    optional
+        Which arrays to read besides if the file has them.
 
     Returns
     -------
@@ -235,7 +239,8 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
     with path.open("rb") as file:
         try:
             with zipfile.ZipFile(file) as archive:
-                wanted = [name.removesuffix(".npy") for name in archive.namelist()] if names is None else names
+                stored = [name.removesuffix(".npy") for name in archive.namelist()]
+                wanted = stored if names is None else [*names, *(name for name in optional if name in stored)]
                 return {name: _parsed(archive.read(f"{name}.npy")) for name in wanted}
         except OSError as error:
             if error.errno != errno.EINVAL:  # which a damaged archive causes by places outside the file

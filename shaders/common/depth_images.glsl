@@ -1,10 +1,13 @@
 // Looks up colour and normal of a depth-image object at a point of its surface, in the object frame (Liu, Liu and Wu 2007,
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
-// MESO: the object has meso-structure.
+// MESO: the object has meso-structure. COORDINATES: it has a texture, see texture_coordinates.glsl.
 #from depthwalk.cook.lod_geometry import EDGE, BORDER
 #from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 #include "common/meso.glsl"
 #include "common/virtual_texture.glsl"
+#ifdef COORDINATES
+#include "common/texture_coordinates.glsl"
+#endif
 uniform float texels[FACE_COUNT];                // per metre, on each face
 uniform float shininess;
 
@@ -21,12 +24,10 @@ float depth_off(float stored, float depth) {
 
 // Blends the four texels around a point, of those only that show its surface, which their depths tell: beside an edge others
 // show another surface, and this one continues in the layer before or behind, where it is looked for too.
-// uv: within the image; place: in texels of the pages; texel: the four around it, see `page_normal`; depth: of the point, texels.
-void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, out vec4 albedo, out vec3 normal) {
+// uv: within the image; texel: the four around it, see `page_normal`; depth: of the point, texels; around: the four texels, which
+// are replaced by those that show the surface. Returns its normal.
+vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
     const float SAME_SURFACE = 1.5;     // texels of depth
-    ivec2 low = ivec2(floor(place - 0.5));
-    vec2 f = place - 0.5 - vec2(low);
-    ivec2 places[4] = ivec2[4](low, low + ivec2(1, 0), low + ivec2(0, 1), low + ivec2(1, 1));
     vec4 off;
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
     if (any(greaterThan(off, vec4(SAME_SURFACE)))) {
@@ -35,14 +36,14 @@ void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, o
         for (int other = max(own - 1, first); other <= min(own + 1, last); ++other) {
             vec2 other_place;
             if (other == own || !page_stored(other, uv, other_place)) continue;
-            low = ivec2(floor(other_place - 0.5));
+            ivec2 low = ivec2(floor(other_place - 0.5));
             for (int k = 0; k < 4; ++k) {
                 ivec2 place = low + ivec2(k & 1, k >> 1);
                 vec4 found = texelFetch(page_normals, place, 0);
                 float found_off = depth_off(found.a, depth);
                 if (found_off < off[k]) {
                     off[k] = found_off;
-                    places[k] = place;
+                    around.at[k] = place;
                     texel[k] = found;
                 }
             }
@@ -52,18 +53,17 @@ void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, o
     vec4 far = off / SAME_SURFACE;
     far *= far;
     far *= far;
-    vec4 near = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    vec4 weight = (near + 1e-3) / (1.0 + far * far);
-    weight /= dot(weight, vec4(1.0));
-    normal = vec3(-1.0);
-    for (int k = 0; k < 4; ++k) normal += weight[k] * 2.0 * texel[k].xyz;
-    albedo = page_colour(places, weight);
+    around.weight = (around.weight + 1e-3) / (1.0 + far * far);
+    around.weight /= dot(around.weight, vec4(1.0));
+    vec3 normal = vec3(-1.0);
+    for (int k = 0; k < 4; ++k) normal += around.weight[k] * 2.0 * texel[k].xyz;
+    return normal;
 }
 
 // Returns the surface at a point. p: object frame, metres; image: the one that p was warped from, with its flags; footprint:
 // metres that a pixel covers.
 Surface surface_at(vec3 p, int image, float footprint) {
-    bool border = (image & (EDGE | BORDER)) != 0 && page_detail == 0;     // means of depths tell nothing
+    bool border = (image & (EDGE | BORDER)) != 0 && page_detail == 0;
     int face = face_of(image);
 #ifdef MESO
     float part = displaced_part(footprint);
@@ -75,22 +75,32 @@ Surface surface_at(vec3 p, int image, float footprint) {
     vec3 position = image_position(p, image);
     float covered = footprint * texels[face];
     float lod = max(log2(covered) - 1.0, 0.0);      // bilinear filtering averages over two texels already
+    border = border && lod == 0.0;                  // means of depths tell nothing
     if (face == FACE_SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
     vec4 albedo = page_colour(place);
+    Around around = texels_around(place.xy);
     vec3 normal;
-    if (covered < 1.0 || border && lod == 0.0) {
-        vec4 around[4];
-        normal = page_normal(place.xy, around);
+    if (covered < 1.0 || border) {
+        vec4 texel[4];
+        normal = page_normal(place.xy, texel);
         // Relief below a face has eased out at its borders, so the depth there is the stored one.
-        if (border) sample_border(image, position.xy, place.xy, around, position.z * texels[face], albedo, normal);
+        if (border) {
+            normal = sample_border(image, position.xy, texel, position.z * texels[face], around);
+            albedo = page_colour(around);
+        }
     } else {
         normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;
     }
     normal /= max(length(normal), 1e-6);
+    vec3 colour = albedo.rgb * albedo.rgb;
+#ifdef COORDINATES
+    vec2 right = step_within(p, face, normal, sight_right), up = step_within(p, face, normal, sight_up);
+    colour = painted(place.xy, around, colour, border, right * image_size, up * image_size, covered);
+#endif
 #ifdef MESO
     normal += straight_share(normal, straight.outward, wound.outward) * straight.gradient;
     normal = normalize(normal + dot(normal, wound.outward) * wound_gradient(p, wound));
 #endif
-    return Surface(albedo.rgb * albedo.rgb, albedo.a, normal);
+    return Surface(colour, albedo.a, normal);
 }

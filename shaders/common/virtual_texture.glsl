@@ -2,7 +2,7 @@
 // looked up is stored in one texture, the pages; `page_table` tells where. A tile is 2 × 2 sub-tiles of SUB_TILE × SUB_TILE
 // texels. A mip tier serves MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its side.
 // COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component. PARTIAL: texels of the
-// finest tier are left out.
+// finest tier are left out. COORDINATES: the object has a texture, and pages may lack the first levels of their colours.
 #from depthwalk.cook.used_texels import SUB_TILE
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
@@ -19,6 +19,12 @@ uniform int page_detail;                // of the finest tier: 1 every second te
 #else
 const int page_detail = 0;              // all is stored
 #endif
+#ifdef COORDINATES
+uniform int colour_level;               // of the pages that `page_colours` begins with
+#else
+const int colour_level = 0;
+#endif
+#define tint_level max(colour_level, 1)
 
 // From texels of an image to those of one of its mip tiers, counted from half a sub-tile before it on. From one tier to the
 // next it is t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel, FIXED, where it is.
@@ -59,28 +65,45 @@ bool page_stored(int image, vec2 uv, out vec2 place) {
 vec4 page_texel(sampler2D picture, vec3 place) {
     return textureLod(picture, place.xy / vec2(textureSize(picture, 0)), place.z);
 }
+
+// The same place in a picture that begins with a mip-map of the pages.
+vec3 at_level(vec3 place, int level) { return vec3(place.xy * exp2(-float(level)), max(place.z - float(level), 0.0)); }
+
 vec4 page_colour(vec3 place) {
 #if defined TINTED
-    vec3 tint = vec3(place.xy / 2.0, max(place.z - 1.0, 0.0));
-    float first = page_texel(page_colours, place).r;
-    return first_colour + colour_axes * vec3(first, page_texel(page_tints, tint).rg);
+    float first = page_texel(page_colours, at_level(place, colour_level)).r;
+    return first_colour + colour_axes * vec3(first, page_texel(page_tints, at_level(place, tint_level)).rg);
 #elif defined COLOURED
-    return page_texel(page_colours, place);
+    return page_texel(page_colours, at_level(place, colour_level));
 #else
     return first_colour;
 #endif
 }
 
-// The colour between four texels, by weights that sum up to 1.
-vec4 page_colour(ivec2 at[4], vec4 weight) {
+// Four texels of level 0 around a place, at (0,0) (1,0) (0,1) (1,1), and how much each of them counts: 1 in all.
+struct Around {
+    ivec2 at[4];
+    vec4 weight;
+};
+
+// For bilinear filtering.
+Around texels_around(vec2 place) {
+    ivec2 low = ivec2(floor(place - 0.5));
+    vec2 f = place - 0.5 - vec2(low), g = 1.0 - f;
+    ivec2 at[4] = ivec2[4](low, low + ivec2(1, 0), low + ivec2(0, 1), low + ivec2(1, 1));
+    return Around(at, vec4(g.x * g.y, f.x * g.y, g.x * f.y, f.x * f.y));
+}
+
+// The colour between four texels.
+vec4 page_colour(Around around) {
 #ifdef COLOURED
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 4; ++k) {
-        vec4 texel = texelFetch(page_colours, at[k], 0);
+        vec4 texel = texelFetch(page_colours, around.at[k] >> colour_level, 0);
 #ifdef TINTED
-        texel.gb = texelFetch(page_tints, at[k] / 2, 0).rg;
+        texel.gb = texelFetch(page_tints, around.at[k] >> tint_level, 0).rg;
 #endif
-        sum += weight[k] * texel;
+        sum += around.weight[k] * texel;
     }
 #ifdef TINTED
     sum = first_colour + colour_axes * sum.rgb;

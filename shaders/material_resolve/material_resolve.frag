@@ -42,6 +42,12 @@ void main() {
     vec4 rotation = object_texel(object_of(visibility), SURFACE_RECORD_ROTATION);
     vec3 from_viewer = ray * distance_of(visibility);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
+#ifdef COORDINATES
+    sight = point - viewer.xyz;
+    float reach = distance_of(visibility) / viewer.w;
+    sight_right = rotate_back(rotation, ray_from_screen[0]) * (reach * 2.0 / view_size.x);
+    sight_up = rotate_back(rotation, ray_from_screen[1]) * (reach * 2.0 / view_size.y);
+#endif
     vec3 view = normalize(point - viewer.xyz);
     Surface surface = seen_surface(point, image_of(visibility), length(from_viewer) * pixel_angle / viewer.w, view);
 #ifdef SHOW_TILES

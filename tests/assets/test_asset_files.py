@@ -5,12 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import shapes
 from depthwalk.assets.asset_files import (
     complaints_about,
     levels_key,
     mesh_key,
+    mesh_source,
     range_key,
     read_body,
     read_hashed,
@@ -55,6 +57,21 @@ def test_everything_that_a_bake_depends_on_is_in_its_key(spec: MeshAsset) -> Non
     write_ply(spec.mesh, shapes.sphere(2.0, columns=16, rows=8))
     others.append(mesh_key(spec, PARAMS))
     assert len({key, *others}) == 1 + len(others)
+
+
+def test_only_textured_meshes_have_keys_of_texture_coordinates(spec: MeshAsset, tmp_path: Path) -> None:
+    """So what was baked of other meshes before there were any is found on."""
+    never = replace(PARAMS, coordinates="never")
+    assert mesh_key(spec, PARAMS) == mesh_key(spec, never)
+    textured = replace(spec, texture=tmp_path / "t.png")
+    Image.new("RGB", (2, 2)).save(tmp_path / "t.png")
+    assert mesh_key(textured, PARAMS) != mesh_key(textured, never)
+    source = mesh_source(textured)
+    assert mesh_key(textured, PARAMS, source) == mesh_key(textured, PARAMS)
+    assert mesh_key(textured, never, source) == mesh_key(textured, never)
+    views = replace(PARAMS, method="six-view")
+    assert mesh_key(textured, views) == mesh_key(textured, replace(views, coordinates="never"))
+    assert levels_key(textured, source) == levels_key(textured, source_hash(spec.mesh, textured.texture))
 
 
 def test_the_name_of_an_asset_is_not(spec: MeshAsset) -> None:

@@ -25,6 +25,8 @@ from depthwalk.quality.views import SPHERE
 KEYS = [measure.key for measure in MEASURES]
 SMALL = ("--dpci-resolution", 32, "--layers", 1, "--resolution", "48,36")
 
+AS_EVER = {"axis": "y", "coordinates": "auto"}  # defaults of `dpci`
+
 
 def run(*arguments: int | Path | str) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
@@ -52,7 +54,14 @@ def test_json_is_as_documented(gl_device: Device, ball: Path, tmp_path: Path) ->
         *("cost_goals", "summary", "close_summary"),
         *("views", "close", "candidate", "warnings", "recommendation"),
     ]
-    assert model["dpci"] == {"resolution": 32, "layers": 1, "method": "raycast", "parts": 1, "axis": "y"}
+    assert model["dpci"] == {
+        "resolution": 32,
+        "layers": 1,
+        "method": "raycast",
+        "parts": 1,
+        "axis": "y",
+        "coordinates": "auto",
+    }
     assert model["parts"] == 1
     assert model["name"] == model["mesh"] == str(ball) and model["bytes_disk"] > 0 and model["bytes_gpu"] > 0
     assert len(model["views"]) == 42 and len(model["close"]) == 8
@@ -115,8 +124,22 @@ def test_a_scene_brings_its_meshes_and_their_settings(
     assert result.exit_code == 0, result.stderr
     ball, tall = json.loads(out.read_text())["models"]
     assert (ball["name"], tall["name"]) == (f"{tiny_scene}: ball", f"{tiny_scene}: tall")
-    assert ball["dpci"] == {"resolution": 64, "layers": 1, "method": "raycast", "parts": 1, "axis": "y"}
-    assert tall["dpci"] == {"resolution": 32, "layers": 2, "method": "raycast", "parts": 1, "axis": "y"}
+    assert ball["dpci"] == {
+        "resolution": 64,
+        "layers": 1,
+        "method": "raycast",
+        "parts": 1,
+        "axis": "y",
+        "coordinates": "auto",
+    }
+    assert tall["dpci"] == {
+        "resolution": 32,
+        "layers": 2,
+        "method": "raycast",
+        "parts": 1,
+        "axis": "y",
+        "coordinates": "auto",
+    }
     assert tall["candidate"]["texel"] == pytest.approx(1.5 * 2 * ball["candidate"]["texel"], rel=0.01)
     assert "overall, 2 models" in result.stdout and result.stdout.count(f"{tiny_scene}: tall") >= 2
 

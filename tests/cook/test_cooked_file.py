@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, cook_object
-from depthwalk.cook.cooked_file import find_cooked, keep_cooked
-from shapes import bake, box, sphere
+from depthwalk.cook.cooked_file import find_cooked, keep_cooked, read_cooked, write_cooked
+from shapes import bake, box, checkers, globe, sphere
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +55,29 @@ def test_a_damaged_file_is_none(made: tuple[CookedObject, ...], folder: Path) ->
     (path,) = folder.rglob("*.npz")
     path.write_bytes(b"PK\x03\x04")
     assert find_cooked("abc", CookOptions()) is None
+
+
+def test_texture_coordinates_are_stored_only_where_there_are_any(folder: Path) -> None:
+    textured = cook_object(bake(globe(checkers(256, 16)), 64, 1), CookOptions())
+    plain = cook_object(bake(box(1, 1, 1), 16, 1), CookOptions())
+    keep_cooked("abc", CookOptions(), (textured, plain))
+    (path,) = folder.rglob("*.npz")
+    columns = {
+        name for name in np.load(path).files if name.rpartition(".")[2] in ("coordinates", "texture", "colour_level")
+    }
+    assert columns == {f"0.VirtualTexture.{name}" for name in ("coordinates", "texture", "colour_level")}
+    found = find_cooked("abc", CookOptions())
+    assert found is not None
+    for before, after in zip((textured, plain), found, strict=True):
+        for name, value in vars(before.load()[1]).items():
+            np.testing.assert_array_equal(value, getattr(after.load()[1], name), err_msg=name)
+            assert type(value) is type(getattr(after.load()[1], name)), name
+    assert [cooked.load()[1].has_coordinates for cooked in found] == [True, False]
+
+
+def test_files_of_their_own_hold_them_too(tmp_path: Path) -> None:
+    textured = cook_object(bake(globe(checkers(256, 16)), 64, 1), CookOptions())
+    write_cooked(tmp_path / "globe.dpci.npz", "abc", (textured,))
+    (read,) = read_cooked(tmp_path / "globe.dpci.npz")
+    for name, value in vars(textured.load()[1]).items():
+        np.testing.assert_array_equal(value, getattr(read.load()[1], name), err_msg=name)

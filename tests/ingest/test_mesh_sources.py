@@ -8,7 +8,7 @@ from PIL import Image
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.ingest.sources import Sources, source_files, source_hash
+from depthwalk.ingest.sources import Sources, names_texture, source_files, source_hash
 
 
 def test_obj_libraries_and_textures(tmp_path: Path) -> None:
@@ -37,6 +37,25 @@ def test_ply_texture_and_missing_mesh(tmp_path: Path) -> None:
     assert [p.name for p in source_files(tmp_path / "a.ply")] == ["a.ply", "p.png"]
     with pytest.raises(InputError, match=r"gone\.stl: no such file$"):
         source_files(tmp_path / "gone.stl")
+
+
+def test_what_may_be_textured(tmp_path: Path) -> None:
+    (tmp_path / "one.mtl").write_text("newmtl m\nmap_Kd p.png\n")
+    (tmp_path / "two.mtl").write_text("newmtl m\nKd 1 0 0\n")
+    contents = {
+        "plain.obj": "v 0 0 0\n",
+        "painted.obj": "mtllib two.mtl\nv 0 0 0\n",
+        "textured.obj": "mtllib one.mtl\nv 0 0 0\n",
+        "plain.gltf": "{}",
+        "textured.gltf": json.dumps({"images": [{"bufferView": 0}]}),
+        "plain.ply": "ply\nend_header\n",
+        "textured.ply": "ply\ncomment TextureFile p.png\nend_header\n",
+        "any.stl": "solid\n",
+    }
+    for name, text in contents.items():
+        (tmp_path / name).write_text(text)
+        assert names_texture(tmp_path / name) == name.startswith("textured"), name
+        assert names_texture(tmp_path / name, tmp_path / "t.png")
 
 
 def test_hash_follows_contents_not_names(tmp_path: Path) -> None:

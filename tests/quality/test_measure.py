@@ -242,7 +242,14 @@ def test_the_report_marks_goals_and_holds_no_infinity() -> None:
         costs=Costs(bake_seconds=3.0, bake_peak_bytes=250_000_000, bytes_disk=0, bytes_gpu=0),
     )
     other = json.loads(to_json(replace(report, models=(coarse,))))
-    assert other["models"][0]["dpci"] == {"resolution": 256, "layers": 3, "method": "raycast", "parts": 1, "axis": "x"}
+    assert other["models"][0]["dpci"] == {
+        "resolution": 256,
+        "layers": 3,
+        "method": "raycast",
+        "parts": 1,
+        "axis": "x",
+        "coordinates": "auto",
+    }
     assert other["models"][0]["parts"] == 3
     assert "256², 3 layers, raycast in 3 parts" in costs_line(coarse) and "baked in 3.0 s within 250 MB" in costs_line(
         coarse

@@ -37,6 +37,7 @@ def bake_mesh(
     parts: int | Literal["auto"] = 1,
     axis: Axis = "y",
     method: Literal["raycast", "six-view", "paper"] = "raycast",
+    coordinates: Literal["auto", "never"] = "auto",
     texture: PathLike | None = None,
     up: Up = "y",
     height: float | None = None,
@@ -66,6 +67,9 @@ def bake_mesh(
     method
         How surfaces are sampled: by rays, or by the six views of the paper; "paper": by six views, and with nothing
         that the paper does not have.
+    coordinates
+        Whether texels hold texture coordinates, so that textures stay sharp; "auto": where the texture is finer than
+        the depth images.
     texture
         Path of a picture that replaces the textures of the mesh file; None keeps these.
     up
@@ -97,7 +101,9 @@ def bake_mesh(
     file = sidecar(spec.mesh) if out is None else Path(out)
     if not file.name.endswith((".exr", COOKED_SUFFIX)):
         raise InputError(f"{file}: must end in {SUFFIX} or {COOKED_SUFFIX}")
-    params = ModelParams(resolution=resolution, layers=layers, parts=parts, axis=axis, method=method)
+    params = ModelParams(
+        resolution=resolution, layers=layers, parts=parts, axis=axis, method=method, coordinates=coordinates
+    )
 
     def stage(number: int, name: str) -> None:
         if progress is not None:

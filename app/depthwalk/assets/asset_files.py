@@ -18,10 +18,11 @@ from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_panorama, load_range_image
-from depthwalk.ingest.sources import Sources, source_hash
+from depthwalk.ingest.sources import Sources, names_texture, source_hash
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from depthwalk.scene.schema import DpciParams, MesoParams
 
+_TEXTURED = "+textured"
 _MAX_READINGS = 3  # of a range image that changes while it is read
 
 
@@ -48,6 +49,31 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
     return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, sources=sources)
 
 
+def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
+    """Return a text that tells the sources of mesh assets apart.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+    sources
+        Reads files and keeps their bytes; None reads them from the disk.
+
+    Returns
+    -------
+    str
+        The SHA-256 in hex that `source_hash` makes of the asset's files, and a mark where they name a texture.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be read.
+    """
+    sources = sources or Sources()
+    mark = _TEXTURED if names_texture(spec.mesh, spec.texture, sources) else ""
+    return source_hash(spec.mesh, spec.texture, sources) + mark
+
+
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
     """Read the mesh of an asset, and hash the same bytes, so that the hash is right though a file may be replaced.
 
@@ -59,7 +85,7 @@ def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
     Returns
     -------
     tuple
-        The mesh, asset frame, metres, and the SHA-256 in hex that `source_hash` makes of its files.
+        The mesh, asset frame, metres, and what `mesh_source` returns for its files.
 
     Raises
     ------
@@ -68,7 +94,7 @@ def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
     """
     sources = Sources()
     mesh = read_mesh(spec, sources)
-    return mesh, source_hash(spec.mesh, spec.texture, sources)
+    return mesh, mesh_source(spec, sources)
 
 
 def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
@@ -167,7 +193,12 @@ def complaints_about(file: Path) -> Iterator[None]:
 def model_params(dpci: DpciParams) -> ModelParams:
     """Return the parameters of a bake that the key `dpci` of a scene file asks for."""
     return ModelParams(
-        resolution=dpci.resolution, layers=dpci.layers, method=dpci.method, parts=dpci.parts, axis=dpci.axis
+        resolution=dpci.resolution,
+        layers=dpci.layers,
+        method=dpci.method,
+        parts=dpci.parts,
+        axis=dpci.axis,
+        coordinates=dpci.coordinates,
     )
 
 
@@ -181,7 +212,7 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
     params
         How it is baked.
     source
-        The hash, by `source_hash`, of the bytes that the mesh is read from; None hashes what its files hold now.
+        What `mesh_source` returns for the bytes that the mesh is read from; None asks it about what its files hold now.
 
     Returns
     -------
@@ -196,13 +227,17 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
     # Defaults are left out: files that were baked before there was a choice keep their keys.
     default = ModelParams()
     chosen = {name: getattr(params, name) for name in ("method", "parts", "axis")}
+    chosen = {name: value for name, value in chosen.items() if value != getattr(default, name)}
+    source = source or mesh_source(spec)
+    if source.endswith(_TEXTURED) and params.keeps_coordinates:  # of other meshes nothing is baked but what ever was
+        chosen["coordinates"] = params.coordinates
     return bake_key(
-        source or source_hash(spec.mesh, spec.texture),
+        source.removesuffix(_TEXTURED),
         up=spec.up,
         height=spec.height,
         resolution=params.resolution,
         layers=params.layers,
-        **{name: value for name, value in chosen.items() if value != getattr(default, name)},
+        **chosen,
     )
 
 
@@ -214,14 +249,15 @@ def levels_key(spec: MeshAsset, source: str) -> str:
     spec
         The asset.
     source
-        The hash, by `source_hash`, of the bytes that the mesh was read from.
+        What `mesh_source` returns for the bytes that the mesh was read from.
 
     Returns
     -------
     str
         64 hex digits.
     """
-    return bake_key(source, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
+    digest = source.removesuffix(_TEXTURED)
+    return bake_key(digest, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
 
 
 def range_key(spec: DepthImageAsset) -> str:

@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from depthwalk.assets.asset_files import levels_key, mesh_key, read_body
+from depthwalk.assets.asset_files import levels_key, mesh_key, mesh_source, read_body
 from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
@@ -29,7 +29,7 @@ from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, staging_folder
 from depthwalk.ingest.formats import is_cooked_file
-from depthwalk.ingest.sources import Sources, source_hash
+from depthwalk.ingest.sources import Sources
 from depthwalk.parallel import default_workers
 from depthwalk.scene.scene import MeshAsset
 
@@ -173,7 +173,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     clock = _Stopwatch(stage)
     clock.start("read")
     sources = Sources()
-    source = source_hash(job.spec.mesh, job.spec.texture, sources)
+    source = mesh_source(job.spec, sources)
     key = mesh_key(job.spec, job.params, source)
     check_folder(job.out)
     if job.force:

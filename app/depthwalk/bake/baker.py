@@ -29,6 +29,7 @@ from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_lay
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.bake.surface import mean_shininess
+from depthwalk.bake.texture_coordinates import TexturedFaces, are_worth_keeping, textured_faces, with_coordinates
 from depthwalk.bake.trim import trim
 from depthwalk.bake.visibility import is_crowded, peel_exposed, prune_hidden
 from depthwalk.errors import InputError
@@ -40,6 +41,7 @@ from depthwalk.types import Mask
 Progress = Callable[[str], None]
 Method = Literal["raycast", "six-view", "paper"]
 Layers = int | Literal["auto"]
+Coordinates = Literal["auto", "never"]
 _LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a box face must sample better than others, to be worth the trouble
 _BATCH = 1 << 15  # samples at a time
 _VOXEL = 4  # texels, edge of the voxels over which it is averaged how much of the sky samples see
@@ -92,6 +94,9 @@ class BakeParams:
         beyond the paper.
     refinements
         What is done beyond the paper, by other methods than `paper`.
+    coordinates
+        Whether to keep the mesh's texture, and for each texel its texture coordinates; auto: where the texture is finer
+        than the images. Only rays find them.
 
     Raises
     ------
@@ -103,6 +108,7 @@ class BakeParams:
     layers: Layers = 3
     method: Method = "raycast"
     refinements: Refinements = EVERYTHING
+    coordinates: Coordinates = "auto"
 
     def __post_init__(self) -> None:
         """Check that the method can make the layers."""
@@ -115,6 +121,11 @@ class BakeParams:
     def by_six_views(self) -> bool:
         """Return whether surfaces are sampled by six views, which see one surface per ray and make no box faces."""
         return self.method != "raycast"
+
+    @property
+    def keeps_coordinates(self) -> bool:
+        """Return whether texture coordinates are kept where they are worth it."""
+        return self.coordinates == "auto" and not self.by_six_views
 
 
 def bake_object(
@@ -160,6 +171,7 @@ def bake_object(
     steps = usable_steps((side, side)) if max_stepped is None or side <= max_stepped else 1
     rivals: dict[Face, FaceLayers] = {}
     seen: dict[Face, FaceSamples] = {}
+    textured = textured_faces(mesh, params.resolution) if params.keeps_coordinates else None
     if params.by_six_views:
         from depthwalk.bake.six_view import sample_six_views  # here: ray casting needs no OpenGL
 
@@ -169,7 +181,7 @@ def bake_object(
         for face in tuple(seen) or (Face if refinements.box_faces else PAPER_FACES):
             progress(face.name.lower())
             if face not in seen:
-                seen[face] = cast_face(mesh, caster, grids[face], params, rivals, parallel_map)
+                seen[face] = cast_face(mesh, caster, grids[face], params, rivals, parallel_map, textured)
             layers = connect_face(caster, grids[face], seen[face], steps, refinements, parallel_map)
             if layers:
                 rivals[face] = face_layers(grids[face], layers)
@@ -182,6 +194,8 @@ def bake_object(
             trace_boundary_strips(caster, grids, seen, images, parallel_map) if refinements.boundary_strips else []
         )
         images, borders = trim(images, borders, parallel_map)
+    if textured is not None and not are_worth_keeping(images, textured.texture):
+        images, textured = [replace(image, coordinates=None) for image in images], None
     return BakedObject(
         cylinder=cylinder,
         images=tuple(images),
@@ -189,6 +203,7 @@ def bake_object(
         shininess=mean_shininess(mesh),
         steps=steps,
         key=key,
+        texture=None if textured is None else textured.texture,
     )
 
 
@@ -246,6 +261,7 @@ def cast_face(
     params: BakeParams,
     rivals: Rivals | None = None,
     parallel_map: Map = map,
+    textured: TexturedFaces | None = None,
 ) -> FaceSamples:
     """Sample the surfaces that the rays of one face meet, except those that cannot be seen from outside.
 
@@ -261,6 +277,8 @@ def cast_face(
         The faces that were sampled before; None for none. A box face leaves out what these hold well enough.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
+    textured
+        The texture in which the samples' places are looked up; None for none.
 
     Returns
     -------
@@ -286,7 +304,7 @@ def cast_face(
         worth[found] = np.concatenate(list(parallel_map(worth_it, batches(len(layer), _BATCH))))
         found &= _spread(worth.reshape(-1, *grid.shape)).reshape(found.shape)
     hits = prune_hidden(caster, rays, hits, grid.shape, found, parallel_map)
-    return face_samples(mesh, hits, grid.shape, parallel_map)
+    return face_samples(mesh, hits, grid.shape, parallel_map, textured)
 
 
 def _spread(worth: Mask) -> Mask:
@@ -334,7 +352,7 @@ def connect_face(
         return []
     cells = connect(caster, grid, depth, steps, refinements.discontinuity_cut, refinements.across_layers, parallel_map)
     owner = np.full(grid.shape, grid.face, np.uint8)
-    return [
+    images = [
         DepthImage(
             face=grid.face,
             layer=layer,
@@ -346,6 +364,7 @@ def connect_face(
         )
         for layer in range(len(depth))
     ]
+    return images if seen.places is None else [with_coordinates(image, seen.places) for image in images]
 
 
 def trace_boundary_strips(

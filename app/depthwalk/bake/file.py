@@ -2,8 +2,10 @@
 
 Of each object, one part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float,
 metres), N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key
-are in the header of every part. The boundary strips of each face and level are two more parts, lists folded to 1024
-columns. Where a model has several objects, names say which one a part is of: `part1.side.0`, `part2.side.0`.
+are in the header of every part. Where a model keeps its texture, images have a channel uv (uint; u in the low half, v
+in the high half, see `DepthImage.coordinates`), and a part `texture` has channels R G B (half, linear). The boundary
+strips of each face and level are two more parts, lists folded to 1024 columns. Where a model has several objects, names
+say which one a part is of: `part1.side.0`, `part2.side.0`.
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
@@ -23,10 +25,14 @@ from depthwalk.bake.grid import grid_cells
 from depthwalk.bake.header import (
     ATTRIBUTE,
     CHANNELS,
+    COORDINATES,
     FORMAT_VERSION,
     GEOMETRY,
     LISTS,
     PLACEMENT,
+    TEXTURE,
+    TEXTURE_CHANNELS,
+    TEXTURED_VERSION,
     Header,
     channel_type,
     check_entries,
@@ -34,10 +40,12 @@ from depthwalk.bake.header import (
     first_line,
     inspect_header,
     is_list,
+    is_texture,
     split_name,
 )
 from depthwalk.bake.images import BakedObject, BoundaryStrip, DepthImage, Face
 from depthwalk.bake.model import BakedModel
+from depthwalk.colour import linear_from_srgb8, srgb8_from_linear
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import BAKED_SUFFIX
 from depthwalk.pictures import save_exr
@@ -72,7 +80,12 @@ def write_baked(path: Path, model: BakedModel) -> None:
     contents = [_contents(baked) for baked in model.parts]
     channels = [lists for named in contents for lists in named.values()]
     check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
-    common = {ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
+    version = TEXTURED_VERSION if any(baked.texture is not None for baked in model.parts) else FORMAT_VERSION
+    common = {
+        ATTRIBUTE + "version": version,
+        ATTRIBUTE + "checksum": _checksum(channels),
+        "displayWindow": _window(channels[0]),
+    }
     parts = []
     for number, (baked, named) in enumerate(zip(model.parts, contents, strict=True), 1):
         prefix = f"part{number}." if len(contents) > 1 else ""
@@ -149,12 +162,16 @@ def _contents(baked: BakedObject) -> dict[str, Channels]:
     for border in baked.boundary_strips:
         for kind, lists in _border_lists(border, _samples(baked.images, border.face)).items():
             contents[f"{kind}.{border.face.name.lower()}.{border.level}"] = lists
+    if baked.texture is not None:
+        linear = linear_from_srgb8(baked.texture[::-1]).astype(np.float16)  # from which the 8 bits come back the same
+        contents[TEXTURE] = dict(zip(TEXTURE_CHANNELS, np.ascontiguousarray(np.moveaxis(linear, -1, 0)), strict=True))
     return contents
 
 
 def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
     """Build the object whose parts are `stored`; raises ValueError where they do not fit each other."""
-    images = [_image(name, channels, header.steps) for name, channels in stored.items() if not is_list(name)]
+    kinds = [name for name in stored if not is_list(name) and not is_texture(name)]
+    images = [_image(name, stored[name], header.steps) for name in kinds]
     _check_cells(images)
     borders = [
         _border(name, stored, _samples(images, Face[name.split(".")[1].upper()]))
@@ -171,6 +188,7 @@ def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
         key=header.key,
         position=header.position,
         rotation=header.rotation,
+        texture=_texture(stored[TEXTURE]) if TEXTURE in stored else None,
     )
 
 
@@ -200,7 +218,7 @@ def _header(baked: BakedObject) -> dict[str, Any]:
 
     values: dict[str, Any] = {name: np.float32(getattr(baked.cylinder, name)) for name in GEOMETRY}
     values |= {name: np.float32(v) for name, v in zip(PLACEMENT, (*baked.position, *baked.rotation), strict=True)}
-    values |= {"version": FORMAT_VERSION, "steps": baked.steps, "key": baked.key}
+    values |= {"steps": baked.steps, "key": baked.key}
     values["shininess"] = np.float32(baked.shininess)
     header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
@@ -220,6 +238,9 @@ def _channels(image: DepthImage) -> Channels:
     planes = [*np.moveaxis(image.albedo.astype(np.float16), -1, 0), image.depth]
     planes += [*np.moveaxis(image.normal.astype(np.float16), -1, 0), image.owner.astype(np.uint32)]
     named = dict(zip(CHANNELS, planes, strict=True)) | _packed_cells(image)
+    if image.coordinates is not None:
+        u, v = np.moveaxis(image.coordinates.astype(np.uint32), -1, 0)
+        named[COORDINATES] = u | v << 16
     return {name: np.ascontiguousarray(plane[::-1]) for name, plane in named.items()}
 
 
@@ -337,4 +358,18 @@ def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
         albedo=np.stack([plane[k] for k in ("R", "G", "B", "specular")], -1).astype(np.float32),
         cells=_unpacked_cells(face, plane, steps),
         owner=np.ascontiguousarray(plane["owner"], np.uint8),
+        coordinates=_coordinates(plane[COORDINATES]) if COORDINATES in plane else None,
     )
+
+
+def _coordinates(packed: NDArray[np.uint32]) -> NDArray[np.uint16]:
+    """Return `DepthImage.coordinates` of the pixels (H, W) of their channel."""
+    return np.stack([packed & 0xFFFF, packed >> 16], -1).astype(np.uint16)
+
+
+def _texture(channels: Channels) -> NDArray[np.uint8]:
+    """Return `BakedObject.texture` of the channels of its part. Raises ValueError for values that are no colours."""
+    linear = np.stack([channels[name][::-1] for name in TEXTURE_CHANNELS], -1)
+    if not ((linear >= 0) & (linear <= 1)).all():
+        raise ValueError("the texture holds values that are no colours")
+    return srgb8_from_linear(linear)

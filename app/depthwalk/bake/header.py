@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +16,14 @@ from depthwalk.bake.images import Cylinder, Face
 from depthwalk.errors import InputError
 
 FORMAT_VERSION = 10
+TEXTURED_VERSION = 11  # of files in which an object has a texture, and its images texture coordinates
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
+TEXTURE = "texture"  # name of the part that holds the texture
+COORDINATES = "uv"  # channel of texture coordinates
+TEXTURE_CHANNELS = ("R", "G", "B")
 CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
 _LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": ("a", "b", "c", "used")}
 _FACES = "|".join(face.name.lower() for face in Face)
@@ -87,18 +91,22 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     if not parts or ATTRIBUTE + "version" not in parts[0]:
         raise InputError(f"{path}: an OpenEXR file, but not one of baked depth images")
     version = parts[0][ATTRIBUTE + "version"]
-    if type(version) is not int or version != FORMAT_VERSION:
+    if type(version) is not int or version not in (FORMAT_VERSION, TEXTURED_VERSION):
         raise InputError(f"{path}: baked by another version of depthwalk; bake it again")
     try:
         headers = _headers(parts)
-        sizes = {part["name"]: _size(part, headers[split_name(part["name"])[0]].steps) for part in parts}
+        textured = _textured(part["name"] for part in parts)
+        sizes = {}
+        for part in parts:
+            number, _ = split_name(part["name"])
+            sizes[part["name"]] = _size(part, headers[number].steps, number in textured)
         if len(sizes) < len(parts):
             raise ValueError("two parts have the same name")
         for number in range(len(headers)):
             _check_names({rest: size for name, size in sizes.items() for n, rest in [split_name(name)] if n == number})
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
-    _check_sizes(path, sizes, headers)
+    _check_sizes(path, sizes, headers, textured)
     return parts[0], headers
 
 
@@ -195,16 +203,16 @@ def _parsed(part: dict[str, Any]) -> Header:
     )
 
 
-def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
+def _size(part: dict[str, Any], steps: int, textured: bool) -> tuple[int, int]:
     """Return width and height of a part of the layout that `write_baked` gives it; raises ValueError for any other."""
     import OpenEXR
 
     name = part["name"]
     match = _NAME.fullmatch(split_name(name)[1])
-    if match is None or (match[1] and int(match[3]) >= steps):
+    if not is_texture(name) and (match is None or (match[1] and int(match[3]) >= steps)):
         raise ValueError(f"unknown part {name!r:.40}")
     channels = sorted((channel.name, channel.xSampling, channel.ySampling) for channel in part["channels"])
-    if channels != sorted((channel, 1, 1) for channel in channel_names(name, steps)):
+    if channels != sorted((channel, 1, 1) for channel in channel_names(name, steps, textured)):
         raise ValueError(f"part {name} has other channels than it should")
     (left, top), (right, bottom) = (map(int, corner) for corner in part["dataWindow"])
     layout = (part["type"], part["compression"], left, top)
@@ -215,7 +223,7 @@ def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
 
 def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
     """Raise ValueError unless layers count from 0, images are of one size and lists come in pairs for a face."""
-    images = [name for name in sizes if not is_list(name)]
+    images = [name for name in sizes if not is_list(name) and not is_texture(name)]
     faces = [name.split(".")[0] for name in images]
     if not images or set(images) != {f"{face}.{layer}" for face in faces for layer in range(faces.count(face))}:
         raise ValueError("layers are missing")
@@ -226,7 +234,14 @@ def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
         raise ValueError("a boundary strip without its triangles or its face")
 
 
-def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...]) -> None:
+def _textured(names: Iterable[str]) -> frozenset[int]:
+    """Return the numbers of the objects that have a texture, from the `names` of all parts."""
+    return frozenset(split_name(name)[0] for name in names if is_texture(name))
+
+
+def _check_sizes(
+    path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...], textured: frozenset[int]
+) -> None:
     """Raise InputError where decoding would take more memory than any file of ours, or than this one can fill.
 
     With a limit on the side, `_NAME` limits all images of an object together: its faces, eight layers.
@@ -237,7 +252,8 @@ def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[H
     check_entries(path, sum(width * height for name, (width, height) in sizes.items() if is_list(name)))
 
     def channels(name: str) -> tuple[str, ...]:
-        return channel_names(name, headers[split_name(name)[0]].steps)
+        number, _ = split_name(name)
+        return channel_names(name, headers[number].steps, number in textured)
 
     decoded = sum(
         width * height * sum(np.dtype(channel_type(channel)).itemsize for channel in channels(name))
@@ -274,16 +290,39 @@ def is_list(name: str) -> bool:
     return split_name(name)[1].startswith(LISTS)
 
 
-def channel_names(name: str, steps: int) -> tuple[str, ...]:
-    """Return the names of the channels of the part called `name`, of an object whose images have `steps` grids."""
+def is_texture(name: str) -> bool:
+    """Return whether the part called `name` holds the texture of an object."""
+    return split_name(name)[1] == TEXTURE
+
+
+def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, ...]:
+    """Return the names of the channels of a part of a file.
+
+    Parameters
+    ----------
+    name
+        The name of the part.
+    steps
+        How many grids the images of its object have.
+    textured
+        Whether its object has a texture.
+
+    Returns
+    -------
+    tuple
+        The names, in no particular order.
+    """
+    if is_texture(name):
+        return TEXTURE_CHANNELS
     if is_list(name):
         return _LIST_CHANNELS[split_name(name)[1].split(".")[0]]
-    return (*CHANNELS, *(f"cells.{pair}" for pair in range((steps + 1) // 2)))
+    cells = (f"cells.{pair}" for pair in range((steps + 1) // 2))
+    return (*CHANNELS, *cells, *((COORDINATES,) if textured else ()))
 
 
 def channel_type(channel: str) -> type[np.generic]:
     """Return the NumPy type of the pixels of the channel called `channel`, the same in all parts that have it."""
-    if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c"):
+    if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c", COORDINATES):
         return np.uint32
     return np.float32 if channel == "Z" else np.float16
 

@@ -34,6 +34,9 @@ class Face(IntEnum):
 
 
 FACE_COUNT = len(Face)
+COORDINATE_STEPS = 1 << 16  # of a stored texture coordinate, from one repetition of the texture to the next
+HAS_COORDINATES = 1  # last bit of u
+ONE_CHART = 1  # last bit of v
 PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
 BOX_FACES = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
 INWARD = {  # the direction of depth on the planar faces: axis (0, 1, 2 for x, y, z) and sign
@@ -124,6 +127,11 @@ class DepthImage:
         owns their corners.
     owner
         (H, W) uint8, the `Face` that samples this surface best.
+    coordinates
+        (H, W, 2) uint16, where each texel lies in the object's texture: u and v modulo 1, in steps of 2^−16 but for
+        their last bits. The last bit of u says that the texel has coordinates; that of v, that they may be interpolated
+        between this texel and those to its right, above it and both, since all four show one surface and one chart.
+        None where the object has no texture.
     """
 
     face: Face
@@ -133,6 +141,7 @@ class DepthImage:
     albedo: NDArray[np.float32]
     cells: tuple[NDArray[np.uint16], ...]
     owner: NDArray[np.uint8]
+    coordinates: NDArray[np.uint16] | None = None
 
     @property
     def name(self) -> str:
@@ -188,6 +197,8 @@ class BakedObject:
     position, rotation
         The cylinder's place in the asset's frame, metres and a unit quaternion (x, y, z, w): asset point = position +
         rotate(rotation, object point).
+    texture
+        (h, w, 3) uint8, sRGB, row 0 at v = 0, for the coordinates of the images; None where they have none.
     meso
         Relief that is laid over the images when they are drawn, None for none. Baking and files know nothing of it.
     """
@@ -200,6 +211,7 @@ class BakedObject:
     key: str
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    texture: NDArray[np.uint8] | None = None
     meso: Meso | None = None
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.boundary_strip import Samples
 from depthwalk.bake.raycast import Hits
 from depthwalk.bake.surface import surface_at
+from depthwalk.bake.texture_coordinates import TexturedFaces, TexturePlaces, texture_places
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.parallel import Map
 
@@ -24,14 +25,23 @@ class FaceSamples:
         (L, H, W, 3) float32, unit, object frame, for shading; zero where empty.
     albedo
         (L, H, W, 4) float32, linear RGB and specular strength; zero where empty.
+    places
+        Where the samples lie in the mesh's texture; None where that is not kept.
     """
 
     samples: Samples
     normal: NDArray[np.float32]
     albedo: NDArray[np.float32]
+    places: TexturePlaces | None = None
 
 
-def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: Map = map) -> FaceSamples:
+def face_samples(
+    mesh: Mesh,
+    hits: Hits,
+    shape: tuple[int, int],
+    parallel_map: Map = map,
+    textured: TexturedFaces | None = None,
+) -> FaceSamples:
     """Return the samples of a face, given what the ray of each of its texels hit.
 
     Parameters
@@ -44,6 +54,8 @@ def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: M
         Height H and width W of the face's images, texels.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
+    textured
+        The texture in which the samples' places are looked up; None for none.
 
     Returns
     -------
@@ -57,4 +69,9 @@ def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: M
         facing=hits.normal.reshape(*layers, 3),
         flipped=hits.flipped.reshape(layers),
     )
-    return FaceSamples(samples=samples, normal=normal.reshape(*layers, 3), albedo=albedo.reshape(*layers, 4))
+    return FaceSamples(
+        samples=samples,
+        normal=normal.reshape(*layers, 3),
+        albedo=albedo.reshape(*layers, 4),
+        places=None if textured is None else texture_places(mesh, textured, hits, shape),
+    )

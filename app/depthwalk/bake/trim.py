@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.grid import layer_triangles, triangle_places
 from depthwalk.bake.images import BoundaryStrip, DepthImage, Face
+from depthwalk.bake.texture_coordinates import kept_coordinates
 from depthwalk.parallel import Map
 
 
@@ -108,4 +109,5 @@ def _only(image: DepthImage, used: NDArray[np.bool_]) -> DepthImage:
         normal=np.where(used[..., None], image.normal, np.float32(0)),
         albedo=np.where(used[..., None], image.albedo, np.float32(0)),
         owner=np.where(used, image.owner, np.uint8(image.face)),
+        coordinates=None if image.coordinates is None else kept_coordinates(image.coordinates, used, image.face),
     )

@@ -7,6 +7,7 @@ import typer
 
 from depthwalk.commands.options import (
     Axis,
+    Coordinates,
     Height,
     Layers,
     Method,
@@ -57,6 +58,7 @@ def main(
     ] = Method.RAYCAST,
     parts: Parts = None,
     axis: Axis = None,
+    coordinates: Coordinates = None,
     up: Annotated[UpAxis, typer.Option(help="The axis that points upward in the files.")] = UpAxis.Y,
     height: Height = None,
     texture: Texture = None,
@@ -92,6 +94,7 @@ def main(
             method=method.value,
             parts=chosen[1] or 1,
             axis=chosen[2] or "y",
+            coordinates="auto" if coordinates is None else coordinates.value,
         )
     except InputError as error:
         raise InputError(f"--{error}") from None

@@ -8,6 +8,7 @@ import typer
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     Axis,
+    Coordinates,
     Height,
     HtmlReport,
     JsonReport,
@@ -65,6 +66,7 @@ def main(
     ] = None,
     parts: Parts = None,
     axis: Axis = None,
+    coordinates: Coordinates = None,
     up: Annotated[
         UpAxis | None, typer.Option(help="The axis that points upward in the meshes.", show_default="y")
     ] = None,
@@ -102,6 +104,7 @@ def main(
         method=method.value if method else None,
         parts=parse_parts(parts),
         axis=parse_axis(axis),
+        coordinates=coordinates.value if coordinates else None,
         texture=texture,
         up=up and up.value,
         height=height,

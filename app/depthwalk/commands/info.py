@@ -195,6 +195,9 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
         ),
     )
     yield f"{prefix}grids", f"steps 1 to {1 << (baked.steps - 1)}"
+    if baked.texture is not None:
+        rows, columns = baked.texture.shape[:2]
+        yield f"{prefix}texture", f"{columns} × {rows}, with texture coordinates in each texel"
     for image in baked.images:
         height, width = image.depth.shape
         covered = np.isfinite(image.depth)

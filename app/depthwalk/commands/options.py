@@ -40,6 +40,13 @@ class Method(StrEnum):
     PAPER = "paper"
 
 
+class CoordinatesName(StrEnum):
+    """Name when texels get texture coordinates, which the option --coordinates chooses from."""
+
+    AUTO = "auto"
+    NEVER = "never"
+
+
 class UpAxis(StrEnum):
     """Name the axes of a mesh file that may point upward."""
 
@@ -125,6 +132,15 @@ Axis = Annotated[
         metavar="x|y|z|X,Y,Z|auto",
         help="Axis of the cylinder; auto: the one whose images sample the mesh best.",
         show_default="y, or as the scene says",
+    ),
+]
+Coordinates = Annotated[
+    CoordinatesName | None,
+    typer.Option(
+        "--coordinates",
+        help="Whether texels hold texture coordinates, so that textures stay sharp; auto: where a texture is finer "
+        "than the depth images.",
+        show_default="auto, or as the scene says",
     ),
 ]
 Height = Annotated[float | None, typer.Option("--height", metavar="M", help="Scale each mesh to this height, metres.")]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from depthwalk.bake.axis import Axis
-from depthwalk.bake.baker import Layers, Method
+from depthwalk.bake.baker import Coordinates, Layers, Method
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.errors import InputError
@@ -45,7 +45,7 @@ class Choices:
 
     Attributes
     ----------
-    resolution, layers, method, parts, axis
+    resolution, layers, method, parts, axis, coordinates
         Parameters of every bake, as in `ModelParams`; they replace those of a scene.
     texture, up, height
         How meshes are read that no scene describes: the file of their texture, the axis that points upward, and the
@@ -57,6 +57,7 @@ class Choices:
     method: Method | None = None
     parts: int | Literal["auto"] | None = None
     axis: Axis | None = None
+    coordinates: Coordinates | None = None
     texture: Path | None = None
     up: str | None = None
     height: float | None = None
@@ -124,6 +125,7 @@ def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
             method=method,
             parts=choices.parts or dpci.parts,
             axis=choices.axis or dpci.axis,
+            coordinates=choices.coordinates or dpci.coordinates,
         )
     except InputError as error:  # the scene was checked before: it is the options that do not fit
         raise InputError(f"--{error}") from None

@@ -31,7 +31,10 @@ COOKED = Cache(suffix=".npz", content="cooked depth images")
 _LAYOUT = 2
 
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
-_PICTURES = ("normals",)  # columns that are packed as pictures; colours are smaller as they are
+_OF_TEXTURED = "coordinates", "texture", "colour_level"  # fields that are stored of objects with coordinates only
+_PICTURES = "normals", "texture"  # columns that are packed as pictures; colours are smaller as they are
+
+_NUMBERS = "first_rows", "last_mip_tier", "colour_level"  # fields of `VirtualTexture` that are no arrays
 
 _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that are needed before an object is drawn
 
@@ -253,8 +256,9 @@ def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) ->
 
 def _values(part: LodGeometry | VirtualTexture) -> dict[str, NDArray[Any]]:
     """Return the fields of geometry or texture, as arrays."""
-    values = {field.name: getattr(part, field.name) for field in fields(part)}
-    return {name: np.asarray(value) for name, value in values.items()}
+    without = () if isinstance(part, VirtualTexture) and part.has_coordinates else _OF_TEXTURED
+    names = (field.name for field in fields(part))
+    return {name: np.asarray(getattr(part, name)) for name in names if name not in without}
 
 
 def _loader(path: Path, number: int) -> Callable[[], tuple[LodGeometry, VirtualTexture]]:
@@ -271,10 +275,16 @@ def _read(path: Path, number: int, packed: bool = False) -> tuple[LodGeometry, V
         kind: {field.name: _column(kind, number, field.name) for field in fields(kind)}
         for kind in (LodGeometry, VirtualTexture)
     }
-    stored = read_arrays(path, [name for columns in names.values() for name in columns.values()])
+    optional = [names[VirtualTexture][field] for field in _OF_TEXTURED]
+    needed = [name for columns in names.values() for name in columns.values() if name not in optional]
+    stored = read_arrays(path, needed, optional)
     geometry, texture = (
-        {field: _unpacked(field, stored[name]) if packed else stored[name] for field, name in names[kind].items()}
+        {
+            field: _unpacked(field, stored[name]) if packed else stored[name]
+            for field, name in names[kind].items()
+            if name in stored
+        }
         for kind in (LodGeometry, VirtualTexture)
     )
-    first_rows, last_mip_tier = texture.pop("first_rows").tolist(), int(texture.pop("last_mip_tier"))
-    return LodGeometry(**geometry), VirtualTexture(**texture, first_rows=first_rows, last_mip_tier=last_mip_tier)
+    values: dict[str, Any] = texture | {name: texture[name].tolist() for name in _NUMBERS if name in texture}
+    return LodGeometry(**geometry), VirtualTexture(**values)

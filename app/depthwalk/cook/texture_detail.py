@@ -121,6 +121,9 @@ def at_detail(texture: VirtualTexture, detail: Detail) -> VirtualTexture:
         tints=picture(texture.tints, SUB_TILE // 2) if texture.tints.size else texture.tints,
         table=table[:, begin:, : -(-width_left // TILE)].copy() if quarter else table,
         first_rows=[max(row - begin, 0) for row in texture.first_rows] if quarter else texture.first_rows,
+        coordinates=texture.coordinates[:0, :0],  # a pixel covers several texels: their colours are fine enough
+        texture=texture.texture[:0, :0],
+        colour_level=0,
     )
 
 

@@ -140,6 +140,43 @@ def source_hash(path: Path, texture: Path | None = None, sources: Sources | None
     return whole.hexdigest()
 
 
+def names_texture(path: Path, texture: Path | None = None, sources: Sources | None = None) -> bool:
+    """Return whether a mesh may be textured, without decoding any geometry.
+
+    Parameters
+    ----------
+    path
+        The mesh file.
+    texture
+        A picture that replaces the file's own textures; None keeps these.
+    sources
+        Reads files and keeps their bytes; None reads them from the disk.
+
+    Returns
+    -------
+    bool
+        Whether there is a `texture`, or the file names a texture or holds one.
+
+    Raises
+    ------
+    InputError
+        Where `path` is missing or its header damaged.
+    """
+    if texture is not None:
+        return True
+    sources = sources or Sources()
+    data = sources.read(path)
+    match path.suffix.lower():
+        case ".obj":
+            return bool(_textures_of(material_libraries(data, path.parent, sources), sources))
+        case ".gltf" | ".glb":
+            return bool(gltf.read_header(data, path).get("images"))
+        case ".ply":
+            return bool(_arguments(data[: data.find(b"end_header")], rb"comment[ \t]+TextureFile"))
+        case _:
+            return False
+
+
 def read_bytes(path: Path) -> bytes:
     """Return the contents of the file `path`.
 

@@ -40,6 +40,7 @@ Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
 GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
 RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
 BakeMethod = Literal["raycast", "six-view", "paper"]
+Coordinates = Literal["auto", "never"]
 
 
 def _auto_or_up_to(most: int) -> BeforeValidator:
@@ -111,6 +112,11 @@ class DpciParams(FileParams):
     axis: Axis = param(
         "y",
         "Axis of the cylinder, or of each part's: x, y, z, a direction [x, y, z], or auto: the one that samples best",
+    )
+    coordinates: Coordinates = param(
+        "auto",
+        "Texture coordinates in each texel, so that a textured mesh is as sharp as its texture; auto: where the "
+        "texture is finer than the depth images; never: a colour in each texel only, which takes less memory",
     )
     meso: MesoParams | None = param(None, "Relief added when the depth images are drawn; needs no new bake")
 

@@ -19,8 +19,11 @@ from depthwalk.gpu.state import ALWAYS
 from depthwalk.params import Params
 from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.resources.depth_image_object import SURFACE_UNITS
 
-_SUN_MAPS, _TILE_LIGHT = 7, 8  # texture units
+_SURFACE = 2  # first texture unit of an object's textures
+_SUN_MAPS = _SURFACE + SURFACE_UNITS  # texture unit
+_TILE_LIGHT = _SUN_MAPS + 1
 _PART = 0.6  # of the picture, which the rectangles of assets may cover in one part of the pass
 
 
@@ -99,7 +102,7 @@ class MaterialResolvePass(Pass[Params]):
             self._bind(frame)
             asset = frame.assets.depth_object(number)
             program = self._programs[*asset.surface_defines, *defines]
-            asset.use_surface(program, 2, frame.common.lod)
+            asset.use_surface(program, _SURFACE, frame.common.lod)
             program.set(**uniforms, low=tuple(low), high=tuple(high))
             with self.gl.state(into=target, depth_test=depth_test, depth_write=False):
                 for depth in asset_depths:

@@ -61,7 +61,9 @@ class WarpPass(Pass[WarpParams]):
         light_defines, light = _light(frame)
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
-            defines = (*asset.surface_defines, *light_defines) if frame.common.lit_tiles else asset.defines
+            # Lit texels have the colour of the texel that they show, also where an own texture would be finer.
+            surface = tuple(name for name in asset.surface_defines if name != "COORDINATES")
+            defines = (*surface, *light_defines) if frame.common.lit_tiles else asset.defines
             program = self._programs[defines]
             asset.use_geometry(program, 0, frame.common.lod)
             if frame.common.lit_tiles:

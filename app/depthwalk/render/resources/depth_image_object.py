@@ -23,12 +23,16 @@ from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
+from depthwalk.gpu.mip_maps import Texels, mip_maps
 from depthwalk.gpu.program import Program
 from depthwalk.scene.render_settings import LodParams
 
 # Texels by which boundary strips are set back: they guess how a surface goes on, and give way to samples of it. Of 0,
 # 0.5, 1 and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.
 _SETBACK = 0.5
+
+
+SURFACE_UNITS = 7  # texture units that looking up a surface takes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +47,10 @@ class SurfaceTexture:
         The colours of the virtual texture, tile by tile; one component where `tints` has the others.
     tints
         The other components of the colours, for 2 × 2 texels each.
+    coordinates
+        Where the texels lie in the object's own texture; None where it has none, or they are left out.
+    base
+        The object's own texture; None where `coordinates` is.
     page_table
         The table that says where a tile lies in these pictures, one layer per depth image.
     detail
@@ -58,6 +66,8 @@ class SurfaceTexture:
     normals: moderngl.Texture
     colours: moderngl.Texture
     tints: moderngl.Texture
+    coordinates: moderngl.Texture | None
+    base: moderngl.Texture | None
     page_table: moderngl.TextureArray
     detail: Detail
     defines: tuple[str, ...]
@@ -67,7 +77,8 @@ class SurfaceTexture:
     @property
     def owned(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
         """Return all GL objects of this texture, so that they are freed when it gives way to another."""
-        return self.normals, self.colours, self.tints, self.page_table
+        textured = (texture for texture in (self.coordinates, self.base) if texture is not None)
+        return self.normals, self.colours, self.tints, self.page_table, *textured
 
 
 @dataclass(kw_only=True)
@@ -216,7 +227,7 @@ class DepthObject:
         program.set(meso_relief=unit, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
-        """Bind textures to five texture units, and set the uniforms that looking up a surface needs.
+        """Bind textures to at most `SURFACE_UNITS` texture units, and set the uniforms that looking up a surface needs.
 
         Parameters
         ----------
@@ -235,6 +246,8 @@ class DepthObject:
             "page_table": texture.page_table,
             "meso_relief": self.meso,
         }
+        if texture.coordinates is not None and texture.base is not None:
+            images |= {"page_coordinates": texture.coordinates, "base_texture": texture.base}
         for unit, (name, image) in enumerate(images.items(), first_unit):
             image.use(unit)
             program.set(**{name: unit})
@@ -306,12 +319,20 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
     SurfaceTexture
         The texture on the GPU.
     """
-    variants = {"COLOURED": pages.colours.size, "TINTED": pages.tints.size, "PARTIAL": detail}
+    variants = {
+        "COLOURED": pages.colours.size,
+        "TINTED": pages.tints.size,
+        "PARTIAL": detail,
+        "COORDINATES": pages.has_coordinates,
+    }
+    left_out, tints_left_out = pages.colour_level, max(pages.colour_level - 1, 0)
     images, rows, columns, _ = pages.table.shape
     return SurfaceTexture(
         normals=_upload_picture(gl, pages.normals, LEVELS),
-        colours=_upload_picture(gl, pages.colours, LEVELS),
-        tints=_upload_picture(gl, pages.tints, LEVELS - 1),
+        colours=_upload_picture(gl, _at_level(pages.colours, left_out), LEVELS - left_out),
+        tints=_upload_picture(gl, _at_level(pages.tints, tints_left_out), LEVELS - 1 - tints_left_out),
+        coordinates=_upload_coordinates(gl, pages.coordinates) if pages.has_coordinates else None,
+        base=_upload_base(gl, pages.texture) if pages.has_coordinates else None,
         page_table=gl.number_array((columns, rows, images), 2, pages.table.tobytes(), "i2"),
         detail=detail,
         defines=tuple(name for name, is_needed in variants.items() if is_needed),
@@ -321,6 +342,7 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
             "first_rows": pages.first_rows,
             "last_mip_tier": pages.last_mip_tier,
             "page_detail": int(detail),
+            "colour_level": pages.colour_level,
         },
         bytes=pages.table.nbytes + pages.bytes_with_mip_maps,
     )
@@ -331,6 +353,22 @@ def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], lev
     if not texels.size:
         texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
     return gl.mipmapped_texture(texels, levels)
+
+
+def _at_level(texels: Texels, level: int) -> Texels:
+    """Return the mip-map of a picture (H, W, k) of number `level`; 0 is the picture itself."""
+    return mip_maps(texels, level)[-1] if level and texels.size else texels
+
+
+def _upload_coordinates(gl: Scope, coordinates: NDArray[np.uint16]) -> moderngl.Texture:
+    """Upload a picture of texture coordinates, (H, W, 2), without mip-maps."""
+    return gl.texture((coordinates.shape[1], coordinates.shape[0]), 2, "u2", coordinates.tobytes())
+
+
+def _upload_base(gl: Scope, texture: NDArray[np.uint8]) -> moderngl.Texture:
+    """Upload a texture (h, w, 3), sRGB, in the format in which meshes have theirs, so that both are filtered alike."""
+    opaque = np.full((*texture.shape[:2], 1), 255, np.uint8)
+    return gl.srgb_texture((texture.shape[1], texture.shape[0]), np.concatenate([texture, opaque], -1).tobytes())
 
 
 def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:
