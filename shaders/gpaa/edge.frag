@@ -11,6 +11,7 @@ flat in vec4 ends;
 flat in float silhouette;           // 1, or 0 for a crease between faces that are both seen
 layout(location = 0) out vec4 lit;
 
+const float INFINITELY = 1e30;      // far: the sky is behind what ends at the far plane, too
 const float MAX_SLOPE = 8.0;        // faces that meet at a crease may be this many times as deep as wide
 
 // The part of a unit square beyond a line that passes `away` ≥ 0 above its middle and rises by 0 ≤ `spread` ≤ 1 over it.
@@ -32,7 +33,9 @@ void main() {
 
     bool inside = (ends.z - ends.x) * from.y > (ends.w - ends.y) * from.x;
     float at = distance_of(gl_FragCoord.z), farthest = behind(at, SURFACE_GAP);
-    float near = distance_at(inside ? here : neighbour), far = distance_at(inside ? neighbour : here);
+    float near = distance_at(inside ? here : neighbour);
+    float other = texelFetch(depth_texture, inside ? neighbour : here, 0).r;
+    float far = other == 1.0 ? INFINITELY : distance_of(other);
     bool step = near <= farthest && farthest < far;
     bool level = max(near, far) <= behind(at, MAX_SLOPE) && at <= behind(min(near, far), MAX_SLOPE);
     bool crease = level && dot(normal_at(here), normal_at(neighbour)) < least_fold;

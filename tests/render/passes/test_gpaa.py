@@ -175,3 +175,19 @@ def test_a_kept_image_ends_where_its_texels_end(studio: Studio) -> None:
             inverse = (seen[:, 1] & ~np.uint32(15)).view(np.float32)
             assert np.isfinite(inverse).all() and inverse.max() < 1 / 4.1
     assert kept > 500
+
+
+@pytest.mark.parametrize("samples", [1, 2])
+def test_the_horizon_is_smooth(studio: Studio, samples: int) -> None:
+    """The ground's far side covers a row of pixels by as much as it does, also where it is at the far plane."""
+    library = ShapeLibrary([box(0.2, 0.2, 0.2)], [None])
+    white, scene_size = {"height": 0.0, "half_size": 30.0, "colour": (1, 1, 1)}, (64, 48)
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH, ground=white)
+    scene.render.aa, scene.render.gpaa.samples = "gpaa-edge", samples
+    for up in np.linspace(1.0, 2.6, 9).tolist():
+        camera = Camera((0, up, 5), (0, up, 0), 0.7)
+        alpha = studio.picture(scene, library, camera, scene_size, transparent=True)[..., 3]
+        below = up / 35 / np.tan(0.35) * scene_size[1] / 2  # of the middle of the picture, pixels
+        row = int(scene_size[1] / 2 + below)
+        assert alpha[row, 5] == pytest.approx(1 - below % 1, abs=0.03)
+        assert (alpha[: row - 1, 5] == 0).all() and (alpha[row + 1 :, 5] == 1).all()

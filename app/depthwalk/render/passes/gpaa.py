@@ -10,17 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.adjacency import EdgeAdjacency, Shape, build_adjacency
-from depthwalk.gpu.device import Scope
+from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.render.antialiasing.silhouette_lines import LINE_RECORD, silhouette_lines
 from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.view.view import View
+from depthwalk.scene.environment import GroundParams
 from depthwalk.scene.render_settings import GpaaParams
 
 
 class GpaaPass(Pass[GpaaParams]):
-    """Anti-alias the silhouettes and creases of all that is drawn as triangles."""
+    """Anti-alias the silhouettes and creases of all that is drawn as triangles, and the sides of the ground."""
 
     name = "gpaa"
     reads = ("surface", "depth", "lit")
@@ -37,7 +40,8 @@ class GpaaPass(Pass[GpaaParams]):
 
         The `params` do not matter.
         """
-        return frame.common.aa.geometric and len(frame.plan.mesh.batches) + len(frame.plan.dmesh.batches) > 0
+        polygons = frame.plan.mesh.batches or frame.plan.dmesh.batches or _ground(frame) is not None
+        return frame.common.aa.geometric and bool(polygons)
 
     def draw(self, frame: Frame, params: GpaaParams) -> None:
         """Blend pixels of `lit` along the silhouettes and creases in `frame` that `params` ask for."""
@@ -52,7 +56,7 @@ class GpaaPass(Pass[GpaaParams]):
         self._edge.set(least_fold=least_fold)
         self._lines.upload(lines)
         self._lines.bind(self._edge.array, 0)
-        with self.gl.state(into=targets.lit):
+        with self.gl.state(into=targets.lit, direct=(DEPTH_CLAMP,)):  # the ground may end at the far plane
             self._edge.rectangles(len(lines))
 
     def _silhouettes(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
@@ -71,6 +75,8 @@ class GpaaPass(Pass[GpaaParams]):
             lines.append(
                 silhouette_lines(edges, frame.view, placed, np.pi, solid=True)
             )  # smooth: no creases but at cuts
+        if (ground := _ground(frame)) is not None:
+            lines.append(_ground_lines(frame.view, ground))
         return np.concatenate(lines)
 
     def _edges_of(self, batch: DrawBatch, shape: Callable[[], Shape]) -> EdgeAdjacency:
@@ -83,3 +89,17 @@ class GpaaPass(Pass[GpaaParams]):
     def forget_assets(self) -> None:
         """Drop the edges of meshes and depth images."""
         self._edges.clear()
+
+
+def _ground(frame: Frame) -> GroundParams | None:
+    """Return the ground whose sides are smoothed; `gpaa`, as in the paper, draws the edges of objects alone."""
+    return frame.environment.ground if frame.common.aa.mode == "gpaa-edge" else None
+
+
+def _ground_lines(view: View, ground: GroundParams) -> NDArray[np.void]:
+    """Return the LINE_RECORDs of the four sides of the ground, its horizon; see shaders/ground/ground.vert."""
+    side = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]]) * ground.half_size
+    placed = np.zeros(1, PLACED_RECORD)
+    placed["origin"] = np.array([0.0, ground.height, 0.0]) - view.position
+    placed["rotation"], placed["scale"] = (0, 0, 0, 1), 1
+    return silhouette_lines(build_adjacency(side, np.array([[0, 2, 1], [0, 3, 2]])), view, placed, np.pi, solid=False)
