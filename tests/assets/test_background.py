@@ -169,7 +169,7 @@ def test_baking_waits_until_it_may_begin(
     assert not library.is_cooked(0, OPTIONS)
     assert wait_until(library, lambda: not library.is_searching) == []
     library.poll()
-    assert library._pool is None and not library.is_cooked(0, OPTIONS) and not library.is_searching
+    assert not library._making and not library.is_cooked(0, OPTIONS) and not library.is_searching
     library.baking_waits = False
     wait_until(library, lambda: library.progress is not None)
 

@@ -79,9 +79,7 @@ def clustered_surface(
     if features is not None:
         quadric += _feature_quadric(corners, features, area)
         quadric /= 2
-    return ClusteredSurface(
-        point=point, triangles=triangles, quadric=np.ascontiguousarray(quadric.T), weight=weight
-    )
+    return ClusteredSurface(point=point, triangles=triangles, quadric=np.ascontiguousarray(quadric.T), weight=weight)
 
 
 def squared_distances(quadric: Array, point: Array) -> Array:
@@ -134,9 +132,7 @@ def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
     return np.stack([(a * x + b * y + c * z) / determinant for a, b, c in rows], -1)
 
 
-def _quadrics(
-    point: Array, corners: Ints, normal: Array, area: Array, boundary: tuple[Ints, Ints, Array]
-) -> Array:
+def _quadrics(point: Array, corners: Ints, normal: Array, area: Array, boundary: tuple[Ints, Ints, Array]) -> Array:
     """Return the quadric (10, n) of each vertex, from its triangles and its boundary edges.
 
     corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: what `open_edges` returns.
@@ -159,8 +155,10 @@ def _feature_quadric(corners: Ints, features: SharpFeatures, area: Array) -> Arr
     own, quadric = np.zeros((2, len(_PAIRS[0]), count))
     _add_planes(own, (np.arange(count),), features.normal, features.point, np.ones(count))
     for column, values in zip(quadric, own, strict=True):
-        a, b, c = (values.take(corner) for corner in corners)  # `mean` along so short an axis takes several times as long
-        mean = (a + b + c) / 3 * area
+        a, b, c = (
+            values.take(corner) for corner in corners
+        )  # `mean` along so short an axis takes several times as long
+        mean = (a + b + c) / 3 * area  # `mean` along so short an axis takes several times as long
         for corner in corners:
             column += np.bincount(corner, mean, count)
     return quadric

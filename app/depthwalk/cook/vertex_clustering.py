@@ -34,7 +34,9 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
     """
     first, number = _groups(_voxel_keys(point - point.min(0), voxel_size), rank)
     facing = vertex_directions(point, triangles)
-    first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing.take(first, 0).take(number, 0)) < 0), rank)
+    first, number = _groups(
+        2 * number + (np.einsum("ij,ij->i", facing, facing.take(first, 0).take(number, 0)) < 0), rank
+    )
     used, triangles = drop_unused(distinct_triangles(number[triangles]), len(first))
     return point[first[used]].astype(np.float64), triangles
 

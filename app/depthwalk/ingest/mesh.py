@@ -84,6 +84,13 @@ class Mesh:
         """Return the lowest and the highest corner, (3,) float32 each, metres, of the axis-aligned bounding box."""
         return self.positions.min(axis=0), self.positions.max(axis=0)
 
+    @property
+    def nbytes(self) -> int:
+        """Return how many bytes its arrays and textures take."""
+        arrays = self.positions, self.normals, self.colours, self.uv, self.faces
+        textures = (material.texture for material in self.materials if material.texture is not None)
+        return sum(array.nbytes for array in (*arrays, *textures))
+
 
 @dataclass(frozen=True)
 class MeshLevel:
