@@ -149,7 +149,7 @@ def _small_boxes(
     small = np.flatnonzero(~large)
     first = np.searchsorted([image.face for image in baked.images], face.take(small))
     yield first + (code.take(small) & 7), low.take(small, 0), high.take(small, 0)
-    return large
+    return np.asarray(large)
 
 
 def _quarters(points: Array) -> Array:

@@ -87,9 +87,8 @@ class Mesh:
     @property
     def nbytes(self) -> int:
         """Return how many bytes its arrays and textures take."""
-        arrays = self.positions, self.normals, self.colours, self.uv, self.faces
-        textures = (material.texture for material in self.materials if material.texture is not None)
-        return sum(array.nbytes for array in (*arrays, *textures))
+        bytes_of = [part.nbytes for part in (self.positions, self.normals, self.colours, self.uv, self.faces)]
+        return sum(bytes_of) + sum(each.texture.nbytes for each in self.materials if each.texture is not None)
 
 
 @dataclass(frozen=True)
