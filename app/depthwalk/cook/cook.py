@@ -28,9 +28,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.cook.cases import PIECES
-from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import LodGeometry
-from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.virtual_texture import VirtualTexture, build_mip_tiers, build_virtual_texture
 from depthwalk.geometry.support_function import support_values
 from depthwalk.parallel import Map, begin, thread_map
@@ -196,6 +194,9 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
 
 def _build_geometry(baked: BakedObject, options: CookOptions, parallel: Map) -> LodGeometry:
     """Return grids where they are asked for, or the images are small and not of foliage; else simplified levels."""
+    from depthwalk.cook.grid_lods import build_grid_lods  # here: whoever draws what others have cooked needs neither
+    from depthwalk.cook.simplified_lods import build_simplified_lods
+
     height, width = baked.images[0].depth.shape
     if options.stepped or max(height, width) <= GRID_TEXELS:
         grids = build_grid_lods(baked, options.paper_cases, parallel=parallel)
