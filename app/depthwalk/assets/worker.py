@@ -20,7 +20,8 @@ _IMPORTS = (  # of baking and cooking, with what their functions import when the
     "scipy.ndimage",
     "scipy.spatial.transform",
 )
-_NICENESS_OF_IMPORTS = 19  # the first picture comes first
+# The first picture comes first; but where others keep all cores busy, work must not wait long for the imports.
+_NICENESS_OF_IMPORTS = 5
 
 _reports: Any = None  # in a worker process: the queue into which it says what it does
 
