@@ -10,7 +10,7 @@ import pytest
 
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.parallel import batches, default_workers, thread_map
+from depthwalk.parallel import batches, begin, default_workers, thread_map
 from shapes import box, joined, sphere
 
 
@@ -82,3 +82,25 @@ def test_each_ray_reaches_its_own_distance() -> None:
     origin, direction = (np.array([[0, 0, z]] * 3, np.float32) for z in (3, -1))
     hits = caster.peel(origin, direction, 1, np.array([2.4, 2.6, np.inf]))
     np.testing.assert_allclose(hits.distance[0], [np.inf, 2.5, 2.5])
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_work_that_is_begun_may_use_the_map(workers: int) -> None:
+    calls: list[int] = []
+
+    def work() -> list[int]:
+        calls.append(1)
+        return list(parallel_map(abs, [-1, -2]))
+
+    with thread_map(workers) as parallel_map:
+        result = begin(work, parallel_map)
+        assert result() == result() == [1, 2]
+    assert calls == [1]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_goes_wrong_in_work_that_was_begun_reaches_who_asks(workers: int) -> None:
+    with thread_map(workers) as parallel_map:
+        result = begin(lambda: 1 // 0, parallel_map)
+        with pytest.raises(ZeroDivisionError):
+            result()

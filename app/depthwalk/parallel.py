@@ -1,9 +1,11 @@
 """Work in several threads: NumPy, SciPy and embreex let go of Python's lock while they compute."""
 
 import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import cache
 from typing import Protocol, TypeVar
 
 _MAX_WORKERS = 4  # more threads would mostly wait for the lock, and each holds intermediate arrays of its own
@@ -42,6 +44,37 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
         return
     with ThreadPoolExecutor(workers, "bake") as pool:
         yield pool.map
+
+
+def begin(function: Callable[[], T], parallel_map: Map) -> Callable[[], T]:
+    """Begin a piece of work in a thread of its own, where work is done in several; return what waits for its result.
+
+    Unlike functions that are called through a map, this one may use the map.
+
+    Parameters
+    ----------
+    function
+        The work.
+    parallel_map
+        What `thread_map` yields, or `map`, with which the work is done by whoever first asks for its result.
+
+    Returns
+    -------
+    Callable
+        Returns what `function` returns, or raises what it raises.
+    """
+    if parallel_map is map:
+        return cache(function)
+    with_result: Future[T] = Future()
+
+    def work() -> None:
+        try:
+            with_result.set_result(function())
+        except BaseException as error:
+            with_result.set_exception(error)
+
+    threading.Thread(target=work, name="bake beside", daemon=True).start()
+    return with_result.result
 
 
 def default_workers(processes: int = 1) -> int:

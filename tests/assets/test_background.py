@@ -4,11 +4,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, cast
 
 import pytest
 
+from depthwalk.assets import worker
 from depthwalk.assets.background import BackgroundLibrary, Progress
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.cook.cook import CookOptions, ReadAhead
@@ -169,9 +171,43 @@ def test_baking_waits_until_it_may_begin(
     assert not library.is_cooked(0, OPTIONS)
     assert wait_until(library, lambda: not library.is_searching) == []
     library.poll()
-    assert library._pool is None and not library.is_cooked(0, OPTIONS) and not library.is_searching
+    assert not library._making and not library.is_cooked(0, OPTIONS) and not library.is_searching
     library.baking_waits = False
     wait_until(library, lambda: library.progress is not None)
+
+
+@pytest.mark.slow
+def test_a_mesh_that_was_read_is_handed_to_who_bakes_it(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    empty_cache(monkeypatch, tmp_path / "cache")
+    library = BackgroundLibrary(load_scene(tiny_scene).assets, processes=0)
+    threads = count_readings(monkeypatch)
+    assert library.mesh(0) is not None and len(threads) == 1
+    wait_until(library, lambda: library.is_cooked(0, OPTIONS))
+    library.close()
+    assert len(threads) == 1
+
+
+def test_the_process_that_will_bake_is_started_at_once_and_ends_with_the_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
+) -> None:
+    empty_cache(monkeypatch, tmp_path / "cache")
+    library.baking_waits = True
+    library.is_cooked(0, OPTIONS)
+    wait_until(library, lambda: isinstance(library._pool, ProcessPoolExecutor) and bool(library._pool._processes))
+    assert isinstance(library._pool, ProcessPoolExecutor)
+    (process,) = (library._pool._processes or {}).values()
+    library.close()
+    process.join(60)
+    assert process.exitcode is not None
+    library._begin_pool()  # as the thread that searches may do late
+    assert library._pool is None
+
+
+@pytest.mark.parametrize("name", worker._IMPORTS)
+def test_what_is_imported_ahead_exists(name: str) -> None:
+    assert find_spec(name) is not None
 
 
 def test_what_was_read_ahead_is_handed_over_once() -> None:

@@ -14,7 +14,7 @@ from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.placement import cylinder_around, place_along, smallest_circle
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bake.sampling import probe, sampled_footprints
+from depthwalk.bake.sampling import footprints_by_layers, probe, sampled_footprints
 from depthwalk.errors import InputError
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.geometry.triangles import spread_directions
@@ -102,6 +102,9 @@ def test_footprints_end_where_the_layers_do(layers: int) -> None:
     flat = np.abs(probes.normal[:, 1]) > 0.9
     assert np.isfinite(found[flat]).mean() == pytest.approx(layers / 5, abs=0.02)
     assert np.isfinite(found[~flat]).all()
+    cylinder = cylinder_around(placement, mesh.positions)
+    at_once = footprints_by_layers(caster, probes, placement, cylinder, params, range(1, 6))  # with the same rays
+    np.testing.assert_array_equal(at_once[layers - 1], found)
 
 
 def choose(mesh: Mesh, **params: Any) -> tuple[float, float, float]:

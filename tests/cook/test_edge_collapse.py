@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.cook.edge_collapse import collapse_edges
+from depthwalk.cook.edge_collapse import _cheapest, _collapse_once, _Known, collapse_edges
 from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.vertex_clustering import cluster_vertices
 from depthwalk.ingest.mesh import Mesh
@@ -71,3 +71,18 @@ def test_copies_that_overlap_become_one_surface() -> None:
     kept, left = cluster_vertices(twice, np.concatenate([triangles, triangles + len(point)]), rank, CELL)
     assert len(left) == len(triangles)
     assert (kept[:, 2] == 0).all()  # those of the lower rank
+
+
+def test_what_a_round_knows_of_cheap_edges_is_what_looking_at_all_of_them_tells(ball: ClusteredSurface) -> None:
+    random, surface, known = np.random.default_rng(0), ball, _Known(np.ones(len(ball.point), bool), None)
+    for _ in range(4):
+        surface, known = _collapse_once(surface, known, 0.1, random, map)
+        assert known.cheap is not None and len(known.cheap.start) and not known.new.all()
+        unknown = _Known(np.ones(len(surface.point), bool), None)
+        for kept, anew in zip(
+            _cheapest(surface, known, 0.1, np.random.default_rng(1), map),
+            _cheapest(surface, unknown, 0.1, np.random.default_rng(1), map),
+            strict=True,
+        ):
+            for column in "start", "end", "target", "quadric", "weight", "cost":
+                np.testing.assert_array_equal(getattr(kept, column), getattr(anew, column))

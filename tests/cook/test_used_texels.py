@@ -1,11 +1,13 @@
 """Which sub-tiles triangles touch: all of them, and little else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.grid_lods import build_grid_lods
-from depthwalk.cook.lod_geometry import FACE_SHIFT, LodGeometry
+from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS, LodGeometry
 from depthwalk.cook.used_texels import SUB_TILE, TILE, tile_counts, used_sub_tiles
 from shapes import bake, box, joined, sphere
 
@@ -62,3 +64,24 @@ def test_empty_parts_of_images_are_not_used(baked: BakedObject, grids: LodGeomet
 def test_more_levels_use_more(baked: BakedObject, grids: LodGeometry) -> None:
     fine, both = used_sub_tiles(baked, grids, [1, 3])
     assert (both >= fine).all()
+
+
+@pytest.mark.parametrize("past", [0, PAST_AXIS])
+def test_triangles_are_looked_up_in_their_own_image_whatever_their_vertices_carry(
+    baked: BakedObject, grids: LodGeometry, past: int
+) -> None:
+    """As those of simplified levels are: the last vertex alone says which image it is."""
+    first, last = grids.indices[:3].astype(np.int64), grids.indices[2]
+    one = replace(
+        grids,
+        indices=grids.indices[:3],
+        first=np.zeros_like(grids.first[:1]),
+        count=np.eye(1, grids.count.shape[1], dtype=np.int64) * 3,
+    )
+    vertices = grids.vertices.copy()
+    vertices[last, 3] = (Face.SIDE << FACE_SHIFT) + past
+    found = []
+    for others in (Face.SIDE << FACE_SHIFT) + past, Face.TOP << FACE_SHIFT, Face.SIDE << FACE_SHIFT:
+        vertices[first[:2], 3] = others
+        found.append(used_sub_tiles(baked, replace(one, vertices=vertices.copy()), [1])[0])
+    assert found[0].any() and (found[0] == found[1]).all() and (found[0] == found[2]).all()

@@ -11,6 +11,7 @@ from depthwalk.geometry.indexed_triangles import (
     drop_unused,
     normals_and_areas,
     open_edges,
+    opposite_edges,
     vertex_directions,
 )
 
@@ -63,3 +64,16 @@ def test_triangles_with_any_of_some_vertices(vertices: Sequence[int], expected: 
 def test_unused_vertices_are_dropped() -> None:
     used, triangles = drop_unused(np.array([[7, 3, 5]]), 9)
     assert used.tolist() == [3, 5, 7] and triangles.tolist() == [[2, 0, 1]]
+
+
+@pytest.mark.parametrize("vertices", [4, 12, 40])
+def test_opposite_edges_run_between_the_same_vertices(vertices: int) -> None:
+    """Also where several triangles share an edge: of these it is the first."""
+    triangles = distinct_triangles(np.random.default_rng(2).integers(0, vertices, (60, 3)))
+    directed = [(a, b) for row in triangles.tolist() for a, b in zip(row, row[1:] + row[:1], strict=True)]
+    expected = [directed.index((b, a)) if (b, a) in directed else -1 for a, b in directed]
+    assert opposite_edges(triangles).tolist() == expected
+
+
+def test_nothing_has_no_opposite_edges() -> None:
+    assert opposite_edges(np.zeros((0, 3), np.int64)).shape == (0,)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.geometry.spatial_order import cell_members, kd_tree_order, morton_codes, within_runs
+from depthwalk.geometry.spatial_order import cell_members, kd_tree_order, morton_codes, stable_order, within_runs
 from depthwalk.types import Array, Rows
 
 
@@ -37,3 +37,11 @@ def test_morton_codes_rise_from_corner_to_corner_octant_by_octant() -> None:
 
 def test_no_points_have_no_codes() -> None:
     assert len(morton_codes(np.zeros((0, 3)))) == 0
+
+
+@pytest.mark.parametrize("most", [3, 1000, 2**62])
+@pytest.mark.parametrize("count", [0, 1, 5000])
+def test_whole_numbers_are_ordered_and_equal_ones_stay(count: int, most: int) -> None:
+    """Also numbers beside which no place fits into 64 bits."""
+    key = np.random.default_rng(0).integers(0, most, count)
+    np.testing.assert_array_equal(stable_order(key), np.argsort(key, kind="stable"))

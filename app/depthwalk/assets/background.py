@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from depthwalk.assets.batch_bake import report_stage, set_up_worker, terminate
 from depthwalk.assets.demand import asked_for, cook_options, nearest_first
 from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.worker import report_stage, set_up_ahead, terminate
 from depthwalk.cook.cook import AheadReader, CookedObject, CookOptions, Preloaded
 from depthwalk.cook.cooked_file import find_cooked, read_cooked, write_cooked
 from depthwalk.errors import InputError
@@ -38,6 +38,7 @@ from depthwalk.scene.scene import Asset, Scene
 log = logging.getLogger(__name__)
 
 _NICENESS = 2  # of the processes that bake: frames come first, but not by so much that it never ends
+_MOST_HANDED_OVER = 64e6  # bytes of a mesh: copying more would make a frame wait, and such files are read quickly
 _MOST_HELD = 16  # preloaded objects, of some 10 MB each
 # What part of an asset's time has passed where a stage begins, measured on busts of 100,000 triangles.
 _PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
@@ -123,6 +124,8 @@ class BackgroundLibrary(SceneLibrary):
         self._failed: set[_Request] = set()
         self._finder: ThreadPoolExecutor | None = None
         self._pool: Executor | None = None
+        self._pool_lock = threading.Lock()
+        self._closed = False
         self._pools_broken = 0
         self._reports: Any = None
         self._spill: str | None = None  # a folder for what the cache cannot keep
@@ -277,6 +280,8 @@ class BackgroundLibrary(SceneLibrary):
 
     def close(self) -> None:
         """Stop all work, and remove the files that were written outside the cache."""
+        with self._pool_lock:
+            self._closed = True  # a thread may be about to start a process
         self.cancel()
         if self._finder is not None:
             self._finder.shutdown(wait=False, cancel_futures=True)
@@ -298,7 +303,8 @@ class BackgroundLibrary(SceneLibrary):
         """Return what the cache, or the asset's own file, has of an asset; None where it must be baked or cooked.
 
         What no cache may keep is cooked here: another process could not hand it over. Of what is found, `threads` then
-        read the arrays, since the first picture needs most of them; of what is missing, the first mesh.
+        read the arrays, since the first picture needs most of them; of what is missing, the first mesh, and the process
+        that will bake it imports what it needs.
         """
         if self.is_shipped_cooked(asset):
             return super().cooked(asset, options)
@@ -308,6 +314,7 @@ class BackgroundLibrary(SceneLibrary):
         found = find_cooked(key, options)
         if found is not None:
             return self._read_ahead(found)
+        self._begin_pool()
         self._read_mesh_ahead(threads, asset)
         return None
 
@@ -352,23 +359,31 @@ class BackgroundLibrary(SceneLibrary):
 
     def _submit(self, request: _Request) -> None:
         asset, options = request
-        if self._pool is None:
-            self._begin_pool()
+        self._begin_pool()
         assert self._pool is not None
         if self._spill is None:
             self._spill = tempfile.mkdtemp(prefix="depthwalk-")
         out = str(Path(self._spill) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{COOKED_SUFFIX}")
         in_process = isinstance(self._pool, ProcessPoolExecutor)
         report = partial(report_stage, asset) if in_process else partial(_put, self._reports, asset)
-        self._making[request] = self._pool.submit(_make, self._assets[asset], options, out, report)
+        read = self._meshes.get(asset)
+        if read is not None and read[0].nbytes > _MOST_HANDED_OVER:
+            read = None
+        self._making[request] = self._pool.submit(_make, self._assets[asset], read, options, out, report)
 
     def _begin_pool(self) -> None:
-        if self._processes == 0:
-            self._reports, self._pool = queue.Queue(), ThreadPoolExecutor(1, "bake")
-            return
-        context = multiprocessing.get_context("spawn")
-        self._reports = context.Queue()
-        self._pool = ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, _set_up, (self._reports,))
+        """Start what bakes, unless it is there; a process begins to import. Threads may call this, too."""
+        with self._pool_lock:
+            if self._pool is not None or self._closed:
+                return
+            if self._processes == 0:
+                self._reports, self._pool = queue.Queue(), ThreadPoolExecutor(1, "bake")
+                return
+            context = multiprocessing.get_context("spawn")
+            self._reports = context.Queue()
+            set_up = set_up_ahead, (self._reports, _NICENESS)
+            self._pool = ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, *set_up)
+            self._pool.submit(os.getpid)  # processes are started when there is something to do
 
     def _take_reports(self) -> None:
         with contextlib.suppress(queue.Empty, OSError, EOFError):
@@ -415,13 +430,14 @@ class BackgroundLibrary(SceneLibrary):
         log.warning("%s", complaint)
 
     def _end_pool(self) -> None:
-        if self._pool is None:
-            return
-        if isinstance(self._pool, ProcessPoolExecutor):
-            terminate(self._pool)
-            self._reports.close()
-        self._pool.shutdown(wait=False, cancel_futures=True)  # a thread ends with what it is doing
-        self._pool = self._reports = None
+        with self._pool_lock:
+            if self._pool is None:
+                return
+            if isinstance(self._pool, ProcessPoolExecutor):
+                terminate(self._pool)
+                self._reports.close()
+            self._pool.shutdown(wait=False, cancel_futures=True)  # a thread ends with what it is doing
+            self._pool = self._reports = None
 
 
 def _put(reports: "queue.Queue[tuple[int, str]]", asset: int, stage: str) -> None:
@@ -429,20 +445,17 @@ def _put(reports: "queue.Queue[tuple[int, str]]", asset: int, stage: str) -> Non
     reports.put((asset, stage))
 
 
-def _set_up(reports: Any) -> None:
-    """Prepare a worker process, which tells its parent of its stages by the queue `reports`."""
-    set_up_worker(reports)
-    with contextlib.suppress(OSError, AttributeError):
-        os.nice(_NICENESS)
-
-
-def _make(spec: Asset, options: CookOptions, out: str, report: Callable[[str], None]) -> str | None:
+def _make(
+    spec: Asset, read: tuple[Mesh, str] | None, options: CookOptions, out: str, report: Callable[[str], None]
+) -> str | None:
     """Bake and cook an asset into the cache; where that cannot keep it, into the file `out`, which is returned.
 
     Parameters
     ----------
     spec
         The asset.
+    read
+        Its mesh, and the hash of the bytes that it was read from; None where it is still to be read.
     options
         How it is cooked.
     out
@@ -451,6 +464,8 @@ def _make(spec: Asset, options: CookOptions, out: str, report: Callable[[str], N
         Called with the name of each stage.
     """
     library = SceneLibrary((spec,), lambda name, stage: report(stage))
+    if read is not None:
+        library.take_mesh(0, *read)
     objects = library.cooked(0, options)
     if find_cooked(library.key(0), options) is not None:
         return None

@@ -9,17 +9,15 @@ import multiprocessing
 import os
 import queue
 import shutil
-import signal
-import threading
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from depthwalk.assets.asset_files import levels_key, mesh_key, mesh_source, read_body
+from depthwalk.assets.worker import report_stage, set_up_worker, terminate
 from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
@@ -310,42 +308,6 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
         reports.close()
 
 
-def terminate(pool: ProcessPoolExecutor) -> None:
-    """End the processes of `pool`, whatever they are doing; the standard library has no public way to do so."""
-    for process in list((pool._processes or {}).values()):
-        process.terminate()
-
-
-_reports: Any = None  # in a worker process: the queue into which it says what it does
-
-
-def set_up_worker(reports: Any) -> None:
-    """Prepare a worker process: it leaves Ctrl-C to its parent, and ends with it.
-
-    Parameters
-    ----------
-    reports
-        The queue, of `multiprocessing`, into which `report_stage` puts what this process does.
-    """
-    global _reports
-    _reports = reports
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """End this process when its parent has ended: nobody else ends the workers of a parent that was killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
 def _work(number: int, job: Job, staged: Path, workers: int) -> Baked | Kept:
     """Do one job in a worker process."""
     return bake_job(job, staged, partial(report_stage, number), workers)
-
-
-def report_stage(number: int, stage: str) -> None:
-    """Tell the parent of this worker process that the stage called `stage` of the job numbered `number` begins."""
-    _reports.put((number, stage))

@@ -336,6 +336,10 @@ class SceneLibrary:
                 self._levels[asset] = ()
         return self._levels[asset]
 
+    def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:
+        """Keep `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""
+        self._meshes[asset] = mesh, source
+
     def forget_mesh(self, asset: int) -> None:
         """Free the memory of the mesh and the levels of the asset numbered `asset`, until they are asked for again."""
         self._meshes.pop(asset, None)

@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from depthwalk.bake.baker import BakeParams
+from depthwalk.bake.baker import BakeParams, peeled_layers
 from depthwalk.bake.images import Cylinder
 from depthwalk.bake.placement import Placement, extent
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bake.sampling import Probes, sampled_footprints, squared_texels
+from depthwalk.bake.sampling import Probes, footprints_by_layers, squared_texels
 from depthwalk.limits import MAX_DPCI_LAYERS
 
 _LEAST_GAIN = 0.1  # texels², of the mean over the surface, that all deeper layers together must bring
@@ -60,9 +60,11 @@ def measure_depth(
     """
     texel = extent(cylinder) / params.resolution
     weights = probes.weight if probes.weight.any() else None  # nothing is seen of a solid turned inside out
+    numbers = range(1, MAX_DPCI_LAYERS + 1)
+    peeled = [peeled_layers(replace(params, layers=layers), caster) for layers in numbers]
+    found = footprints_by_layers(caster, probes, placement, cylinder, params, peeled)
     depths = []
-    for layers in range(1, MAX_DPCI_LAYERS + 1):
-        footprint = sampled_footprints(caster, probes, placement, cylinder, replace(params, layers=layers))
+    for layers, footprint in zip(numbers, found, strict=True):
         values = np.isinf(footprint), squared_texels(footprint, texel)
         missing, squared = np.average(values, axis=1, weights=weights).tolist()
         depths.append(Depth(layers=layers, missing=missing, footprint=squared))

@@ -13,7 +13,7 @@ from depthwalk.bake.division import divide, part_faces
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.placement import Placement, cylinder_around, extent, place_along
-from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.raycast import RayCaster, is_open
 from depthwalk.bake.sampling import probe
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh, Part
@@ -136,6 +136,7 @@ def _bake_placed(
 
     texel: side of a texel, metres; None for the resolution asked for. two_sided: see `RayCaster`.
     """
+    two_sided = is_open(mesh) if two_sided is None else two_sided
     placement = place_along(_direction(mesh, params, progress, two_sided), mesh.positions)
     if texel is not None:
         texels = extent(cylinder_around(placement, mesh.positions)) / texel

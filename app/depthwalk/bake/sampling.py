@@ -1,5 +1,6 @@
 """Predict how well depth images would sample a surface, by points that are spread over it, before any image is made."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,6 +109,34 @@ def sampled_footprints(
     numpy.ndarray
         (n,) metres: the least footprint with which a face would hold each probe; +inf where no face would.
     """
+    count = peeled_layers(params, caster)
+    (footprint,) = footprints_by_layers(caster, probes, placement, cylinder, params, [count], part)
+    return footprint
+
+
+def footprints_by_layers(
+    caster: RayCaster,
+    probes: Probes,
+    placement: Placement,
+    cylinder: Cylinder,
+    params: BakeParams,
+    layers: Sequence[int],
+    part: NDArray[np.bool_] | None = None,
+) -> list[NDArray[np.float64]]:
+    """Measure what `sampled_footprints` does for several numbers of surfaces along each ray, with the same rays.
+
+    Parameters
+    ----------
+    caster, probes, placement, cylinder, params, part
+        See `sampled_footprints`; the `layers` of `params` are ignored.
+    layers
+        How many surfaces along each ray become layers, as `peeled_layers` returns it.
+
+    Returns
+    -------
+    list
+        For each of `layers`, (n,) metres.
+    """
     point, normal = placement.into_object(probes.point), placement.turned_into_object(probes.normal)
     faces = [face for face in Face if face not in BOX_FACES or not params.by_six_views]  # which makes no box faces
     side = params.resolution
@@ -118,17 +147,20 @@ def sampled_footprints(
     origin = np.stack([seen.origin for seen in seen_from])[number, which]
     direction = np.stack([seen.direction for seen in seen_from])[number, which]
     depth = np.linalg.norm(point[which] - origin, axis=1)
-    wanted = peeled_layers(params, caster)
     hits = caster.peel(
         placement.into_asset(origin),
         placement.rotation.apply(direction).astype(np.float32),
-        wanted if part is None else MAX_DPCI_LAYERS,
+        max(layers) if part is None else MAX_DPCI_LAYERS,
         max(grid.max_depth for grid in grids),
     )
     same = np.abs(hits.distance - depth) < _SAME * cylinder.radius
-    held = (same & _within(hits, wanted, part)).any(0)
-    size[number[~held], which[~held]] = np.inf
-    return np.asarray(size.min(0))
+    found = []
+    for count in layers:
+        held = (same & _within(hits, count, part)).any(0)
+        seen = size.copy()
+        seen[number[~held], which[~held]] = np.inf
+        found.append(seen.min(0))
+    return found
 
 
 def squared_texels(footprint: Array, texel: float) -> NDArray[np.float64]:

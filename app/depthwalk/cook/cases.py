@@ -29,6 +29,7 @@ fountain, rock_boulder), for 400 viewers each, 3 to 12 radii away and up to twic
 """
 
 from enum import IntEnum
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,8 +151,13 @@ def piece_horizons(corners: Array, piece: Rows) -> Array:
         (PIECES, 4) metres: the least `edge · point` over the triangles of a piece; +inf where it has none.
     """
     horizon = np.full((PIECES, 4), np.inf)
-    for number in np.unique(piece).tolist():
-        horizon[number] = (corners[piece == number].reshape(-1, 3) @ CONE_EDGES[number].T).min(0)
+    if (piece[1:] < piece[:-1]).any():
+        order = np.argsort(piece, kind="stable")
+        corners, piece = corners.take(order, 0), piece.take(order)
+    ends = np.searchsorted(piece, _PIECE_NUMBERS, "right").tolist()
+    for number, (first, end) in enumerate(pairwise([0, *ends])):
+        if first < end:
+            horizon[number] = (corners[first:end].reshape(-1, 3) @ CONE_EDGES[number].T).min(0)
     return horizon
 
 

@@ -28,12 +28,10 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.cook.cases import PIECES
-from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import LodGeometry
-from depthwalk.cook.simplified_lods import build_simplified_lods
-from depthwalk.cook.virtual_texture import VirtualTexture, build_virtual_texture
+from depthwalk.cook.virtual_texture import VirtualTexture, build_mip_tiers, build_virtual_texture
 from depthwalk.geometry.support_function import support_values
-from depthwalk.parallel import Map, thread_map
+from depthwalk.parallel import Map, begin, thread_map
 from depthwalk.types import Array, Ints
 
 # Part of the names of cached files: raise it with every change of what `cook_object` yields. A test compares the code
@@ -178,8 +176,9 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
         The object, whose geometry and texture are in memory.
     """
     with thread_map() as parallel:
+        mip_tiers = begin(lambda: build_mip_tiers(baked), parallel)  # where one step of geometry waits for another
         geometry = _build_geometry(baked, options, parallel)
-        texture = build_virtual_texture(baked, geometry, parallel)
+        texture = build_virtual_texture(baked, geometry, parallel, mip_tiers())
     relief = 0.0 if baked.meso is None else baked.meso.height
     return CookedObject(
         outline=replace(baked, images=tuple(map(_bare, baked.images)), boundary_strips=()),
@@ -195,6 +194,9 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
 
 def _build_geometry(baked: BakedObject, options: CookOptions, parallel: Map) -> LodGeometry:
     """Return grids where they are asked for, or the images are small and not of foliage; else simplified levels."""
+    from depthwalk.cook.grid_lods import build_grid_lods  # here: whoever draws what others have cooked needs neither
+    from depthwalk.cook.simplified_lods import build_simplified_lods
+
     height, width = baked.images[0].depth.shape
     if options.stepped or max(height, width) <= GRID_TEXELS:
         grids = build_grid_lods(baked, options.paper_cases, parallel=parallel)

@@ -5,7 +5,7 @@ asks nothing of a surface. It works in rounds over arrays: each collapses all ed
 their ends.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from depthwalk.geometry.indexed_triangles import (
     normals_and_areas,
 )
 from depthwalk.geometry.soa import StructOfArrays
+from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints, Mask
@@ -29,17 +30,6 @@ _SHORT = 1e-4  # part of an edge's length that counts as an error: where all is 
 _LEAST = 1e-200  # metres⁴: costs are never 0, so that chance makes all of them differ
 _TURN = 0.2  # cosine: triangles that turn further than that have flipped
 _BATCH = 1 << 15  # edges or triangles at a time: with fewer, threads wait for each other more than for memory
-
-
-@dataclass(frozen=True)
-class _Live:
-    """Hold where edges may have become cheap since all were looked at.
-
-    new: (n,) bool, vertices that the last round made; ends: (n,) bool, ends of edges that were cheap already.
-    """
-
-    new: Mask
-    ends: Mask
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +46,18 @@ class _Edges(StructOfArrays):
     quadric: Array
     weight: Array
     cost: Array
+
+
+@dataclass(frozen=True)
+class _Known:
+    """Hold what one round leaves to the next.
+
+    new: (n,) bool, vertices that the round made: edges at them have not been looked at; cheap: the edges elsewhere that
+    may be collapsed, in the order of their ends.
+    """
+
+    new: Mask
+    cheap: _Edges | None
 
 
 def collapse_edges(surface: ClusteredSurface, tolerance: float, parallel: Map = map) -> ClusteredSurface:
@@ -79,46 +81,58 @@ def collapse_edges(surface: ClusteredSurface, tolerance: float, parallel: Map = 
         The simplified surface.
     """
     random = np.random.default_rng(0)
-    live = _Live(*np.ones((2, len(surface.point)), bool))
+    known = _Known(np.ones(len(surface.point), bool), None)
     for _ in range(_MAX_ROUNDS):
         before = len(surface.point)
-        surface, live = _collapse_once(surface, live, tolerance, random, parallel)
+        surface, known = _collapse_once(surface, known, tolerance, random, parallel)
         if before - len(surface.point) <= _MIN_SHARE * before:
             break
     return surface
 
 
 def _collapse_once(
-    surface: ClusteredSurface, live: _Live, tolerance: float, random: np.random.Generator, parallel: Map
-) -> tuple[ClusteredSurface, _Live]:
-    """Do one round; return the surface that is left, and where the next round is to look."""
-    cheap, chosen = _cheapest(surface, live, tolerance, random, parallel)
+    surface: ClusteredSurface, known: _Known, tolerance: float, random: np.random.Generator, parallel: Map
+) -> tuple[ClusteredSurface, _Known]:
+    """Do one round; return the surface that is left, and what is known of it."""
+    cheap, chosen = _cheapest(surface, known, tolerance, random, parallel)
     start, end = chosen.start, chosen.end
     moved, number = surface.point.copy(), np.arange(len(surface.point))
     moved[start], moved[end], number[end] = chosen.target, chosen.target, start
-    flipped = _flipped(surface, moved, tolerance, parallel)
-    undone = flipped[start] | flipped[end]
+    flipped = _flipped(surface, moved, np.concatenate([start, end]), tolerance, parallel)
+    undone = flipped.take(start) | flipped.take(end)
     number[end[undone]] = end[undone]
-    for side in start, end:
-        moved[side[undone]] = surface.point[side[undone]]
-    kept = ~undone
+    for side in start[undone], end[undone]:
+        moved[side] = surface.point.take(side, 0)
+    kept = np.flatnonzero(~undone)
     quadric, weight = surface.quadric.copy(), surface.weight.copy()
-    quadric[start[kept]], weight[start[kept]] = chosen.quadric[kept], chosen.weight[kept]
-    new, ends = np.zeros((2, len(moved)), bool)
+    quadric[start[kept]], weight[start[kept]] = chosen.quadric.take(kept, 0), chosen.weight[kept]
+    new = np.zeros(len(moved), bool)
     new[start[kept]] = True
-    ends[number[np.concatenate([cheap.start, cheap.end])]] = True
     # Only where a vertex is new can a triangle have become another's copy.
-    triangles = number[surface.triangles]
+    triangles = number.take(surface.triangles)
     touched = any_corner(new, triangles)
-    triangles = np.concatenate([triangles[~touched], distinct_triangles(triangles[touched])])
+    unchanged = triangles.take(np.flatnonzero(~touched), 0)
+    triangles = np.concatenate([unchanged, distinct_triangles(triangles.take(np.flatnonzero(touched), 0))])
     left, triangles = drop_unused(triangles, len(moved))
-    simplified = ClusteredSurface(point=moved[left], triangles=triangles, quadric=quadric[left], weight=weight[left])
-    return simplified, _Live(new[left], ends[left])
+    simplified = ClusteredSurface(
+        point=moved.take(left, 0), triangles=triangles, quadric=quadric.take(left, 0), weight=weight.take(left)
+    )
+    gone = new | (number != np.arange(len(number)))
+    cheap = cheap.take(np.flatnonzero(~(gone.take(cheap.start) | gone.take(cheap.end))))
+    renumbered = np.full(len(moved), -1)
+    renumbered[left] = np.arange(len(left))
+    cheap = replace(cheap, start=renumbered.take(cheap.start), end=renumbered.take(cheap.end))
+    return simplified, _Known(new.take(left), cheap)
 
 
-def _flipped(surface: ClusteredSurface, moved: Array, tolerance: float, parallel: Map) -> Mask:
-    """Return the vertices (n,) of triangles that flip where vertices are moved; moved: (n, 3), metres."""
-    triangles = surface.triangles[any_corner((moved != surface.point).any(1), surface.triangles)]
+def _flipped(surface: ClusteredSurface, moved: Array, changed: Ints, tolerance: float, parallel: Map) -> Mask:
+    """Return the vertices (n,) of triangles that flip where vertices are moved.
+
+    moved: (n, 3), where they are then, metres; changed: (m,) the vertices that are moved.
+    """
+    elsewhere = np.zeros(len(moved), bool)
+    elsewhere[changed] = True
+    triangles = surface.triangles.take(np.flatnonzero(any_corner(elsewhere, surface.triangles)), 0)
 
     def flipped_of(batch: slice) -> Ints:
         normal, area = normals_and_areas(moved, triangles[batch])
@@ -133,27 +147,30 @@ def _flipped(surface: ClusteredSurface, moved: Array, tolerance: float, parallel
 
 
 def _cheapest(
-    surface: ClusteredSurface, live: _Live, tolerance: float, random: np.random.Generator, parallel: Map
+    surface: ClusteredSurface, known: _Known, tolerance: float, random: np.random.Generator, parallel: Map
 ) -> tuple[_Edges, _Edges]:
     """Return all edges that may be collapsed, and those of them that are the cheapest at both of their ends."""
-    edges = _cheap_edges(surface, *_live_ends(surface.triangles, live), tolerance, parallel)
-    length = lengths(surface.point[edges.start] - surface.point[edges.end])
+    edges = _cheap_edges(surface, *_new_edges(surface.triangles, known.new), tolerance, parallel)
+    if known.cheap is not None and len(known.cheap.start):
+        edges = _Edges.joined([edges, known.cheap])
+        edges = edges.take(stable_order(edges.start << KEY_BITS | edges.end))
+    length = lengths(surface.point.take(edges.start, 0) - surface.point.take(edges.end, 0))
     # A little by chance, so that edges whose collapse was undone do not come first in every round.
     cost = (edges.cost + _SHORT * edges.weight * length**2 + _LEAST) * random.uniform(1, 1.3, len(length))
     least = np.full(len(surface.point), np.inf)
     for end in edges.start, edges.end:
         np.minimum.at(least, end, cost)
-    return edges, edges.take((least.take(edges.start) == cost) & (least.take(edges.end) == cost))
+    cheapest = (least.take(edges.start) == cost) & (least.take(edges.end) == cost)
+    return edges, edges.take(np.flatnonzero(cheapest))
 
 
-def _live_ends(triangles: Ints, live: _Live) -> tuple[Ints, Ints]:
-    """Return both ends (m,) of all edges of triangles (t, 3) that may have become cheap, or were, each once."""
-    new_bit = 2
-    corners = triangles.T.copy()
-    marks = (live.ends + np.uint8(new_bit) * live.new).take(corners)
+def _new_edges(triangles: Ints, new: Mask) -> tuple[Ints, Ints]:
+    """Return both ends (m,) of all edges of triangles (t, 3) that have an end in `new` (n,), each edge once."""
+    corners = np.ascontiguousarray(triangles.T)
+    marks = new.take(corners)
     keys = []
     for one, other in (0, 1), (1, 2), (2, 0):
-        chosen = np.flatnonzero((marks[one] | marks[other] >= new_bit) | (marks[one] & marks[other] > 0))
+        chosen = np.flatnonzero(marks[one] | marks[other])
         start, end = corners[one].take(chosen), corners[other].take(chosen)
         keys.append(np.minimum(start, end) << KEY_BITS | np.maximum(start, end))
     key = np.sort(np.concatenate(keys))

@@ -45,7 +45,9 @@ class ClusteredSurface:
         return float(normals_and_areas(self.point, self.triangles)[1].sum())
 
 
-def clustered_surface(point: Array, triangles: Ints, features: SharpFeatures | None = None) -> ClusteredSurface:
+def clustered_surface(
+    point: Array, triangles: Ints, features: SharpFeatures | None = None, opposite: Ints | None = None
+) -> ClusteredSurface:
     """Return a surface whose vertices stand for the planes of their own triangles only, as before any simplification.
 
     Along the boundary, planes perpendicular to the surface keep it in place.
@@ -60,16 +62,24 @@ def clustered_surface(point: Array, triangles: Ints, features: SharpFeatures | N
         One plane for each of the n vertices, so that ridges stay sharp, which the triangles' own planes cut off. The
         planes of a triangle's corners then count one half; its own plane and those along the boundary count the other.
         None for no such planes.
+    opposite
+        (3 t,) what `opposite_edges` returns of the triangles, where that is known.
 
     Returns
     -------
     ClusteredSurface
         The surface.
     """
-    quadric, weight = _quadrics(point, triangles)
+    normal, area = normals_and_areas(point, triangles)
+    corners = np.ascontiguousarray(triangles.T)
+    weight = np.zeros(len(point))
+    for corner in corners:
+        weight += np.bincount(corner, area, len(point))
+    quadric = _quadrics(point, corners, normal, area, open_edges(point, triangles, normal, opposite))
     if features is not None:
-        quadric = (quadric + _feature_quadric(triangles, features, normals_and_areas(point, triangles)[1])) / 2
-    return ClusteredSurface(point=point, triangles=triangles, quadric=quadric, weight=weight)
+        quadric += _feature_quadric(corners, features, area)
+        quadric /= 2
+    return ClusteredSurface(point=point, triangles=triangles, quadric=np.ascontiguousarray(quadric.T), weight=weight)
 
 
 def squared_distances(quadric: Array, point: Array) -> Array:
@@ -122,44 +132,45 @@ def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
     return np.stack([(a * x + b * y + c * z) / determinant for a, b, c in rows], -1)
 
 
-def _quadrics(point: Array, triangles: Ints) -> tuple[Array, Array]:
-    """Return quadric (n, 10) and weight (n,) of each vertex, from its triangles and its boundary edges."""
-    normal, area = normals_and_areas(point, triangles)
-    count = len(point)
-    quadric, weight = np.zeros((count, len(_PAIRS[0]))), np.zeros(count)
-    _add_planes(quadric, triangles.T, normal, point[triangles[:, 0]], area)
-    for corner in triangles.T:
-        weight += np.bincount(corner, area, count)
-    start, end, outward = open_edges(point, triangles, normal)
+def _quadrics(point: Array, corners: Ints, normal: Array, area: Array, boundary: tuple[Ints, Ints, Array]) -> Array:
+    """Return the quadric (10, n) of each vertex, from its triangles and its boundary edges.
+
+    corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: what `open_edges` returns.
+    """
+    quadric = np.zeros((len(_PAIRS[0]), len(point)))
+    _add_planes(quadric, corners, normal, point.take(corners[0], 0), area)
+    start, end, outward = boundary
     length = lengths(outward)
     upright = outward / np.maximum(length, 1e-30)[:, None]
-    _add_planes(quadric, (start, end), upright, point[start], length**2)
-    return quadric, weight
+    _add_planes(quadric, (start, end), upright, point.take(start, 0), length**2)
+    return quadric
 
 
-def _feature_quadric(triangles: Ints, features: SharpFeatures, area: Array) -> Array:
-    """Return the quadrics (n, 10) of vertices, from the planes of all corners of their triangles.
+def _feature_quadric(corners: Ints, features: SharpFeatures, area: Array) -> Array:
+    """Return the quadrics (10, n) of vertices, from the planes of all corners of their triangles.
 
-    triangles: (t, 3); features: n planes; area: (t,), metres².
+    corners: (3, t), of the triangles; features: n planes; area: (t,), metres².
     """
     count = len(features.point)
-    own, quadric = np.zeros((2, count, len(_PAIRS[0])))
+    own, quadric = np.zeros((2, len(_PAIRS[0]), count))
     _add_planes(own, (np.arange(count),), features.normal, features.point, np.ones(count))
-    for column, values in zip(quadric.T, own.T, strict=True):
-        a, b, c = values[triangles.T]  # `mean` along so short an axis takes several times as long
-        mean = (a + b + c) / 3 * area
-        for corner in triangles.T:
+    for column, values in zip(quadric, own, strict=True):
+        a, b, c = (
+            values.take(corner) for corner in corners
+        )  # `mean` along so short an axis takes several times as long
+        mean = (a + b + c) / 3 * area  # `mean` along so short an axis takes several times as long
+        for corner in corners:
             column += np.bincount(corner, mean, count)
     return quadric
 
 
 def _add_planes(quadric: Array, vertices: Iterable[Ints], normal: Array, point: Array, weight: Array) -> None:
-    """Add m planes to the quadrics (n, 10) of vertices.
+    """Add m planes to the quadrics (10, n) of vertices.
 
     vertices: several lists (m,) of vertices; normal, point: (m, 3), of the planes; weight: (m,).
     """
-    plane = *normal.T, -np.einsum("ij,ij->i", normal, point)
-    for column, one, other in zip(quadric.T, *_PAIRS, strict=True):
+    plane = *np.ascontiguousarray(normal.T), -np.einsum("ij,ij->i", normal, point)
+    for column, one, other in zip(quadric, *_PAIRS, strict=True):
         values = plane[one] * plane[other] * weight
         for vertex in vertices:
-            column += np.bincount(vertex, values, len(quadric))
+            column += np.bincount(vertex, values, quadric.shape[1])

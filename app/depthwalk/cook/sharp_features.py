@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from depthwalk.geometry.triangles import face_normals
+from depthwalk.geometry.indexed_triangles import normals_and_areas, opposite_edges
 from depthwalk.types import Array, Ints
 
 
@@ -30,7 +30,7 @@ class SharpFeatures:
     normal: Array
 
 
-def find_sharp_features(point: Array, triangles: Ints) -> SharpFeatures:
+def find_sharp_features(point: Array, triangles: Ints, opposite: Ints | None = None) -> SharpFeatures:
     """Fit a plane to each sample that keeps ridges sharp: the plane of the flattest triangle around the sample.
 
     The flattest triangle is the one that is turned least against its neighbours across its edges.
@@ -41,30 +41,28 @@ def find_sharp_features(point: Array, triangles: Ints) -> SharpFeatures:
         (n, 3) positions of the samples, metres.
     triangles
         (t, 3) rows of `point`, in which every sample has a triangle.
+    opposite
+        (3 t,) what `opposite_edges` returns of the triangles, where that is known.
 
     Returns
     -------
     SharpFeatures
         n planes.
     """
-    normal = face_normals(point[triangles])[0]
-    roughest_first = np.argsort(_roughness(triangles, normal), kind="stable")[::-1]
+    normal, _ = normals_and_areas(point, triangles)
+    roughness = _roughness(normal, opposite_edges(triangles) if opposite is None else opposite)
+    roughest_first = np.argsort(roughness, kind="stable")[::-1]
     flattest = np.zeros(len(point), np.int64)
-    flattest[triangles[roughest_first]] = roughest_first[:, None]  # the last written stays
-    return SharpFeatures(point, normal[flattest])
+    flattest[triangles.take(roughest_first, 0)] = roughest_first[:, None]  # the last written stays
+    return SharpFeatures(point, normal.take(flattest, 0))
 
 
-def _roughness(triangles: Ints, normal: Array) -> Array:
-    """Return the sums (t,) of 1 − cosine between the normals (t, 3) of triangles (t, 3) and their neighbours'.
+def _roughness(normal: Array, opposite: Ints) -> Array:
+    """Return the sums (t,) of 1 − cosine between the normals (t, 3) of triangles and their neighbours'.
 
-    Edges without a neighbour add nothing.
+    opposite: (3 t,), see `opposite_edges`; edges without a neighbour add nothing.
     """
-    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    count = int(triangles.max()) + 1
-    key, back = start * count + end, end * count + start
-    rising = np.argsort(back)
-    across = rising[np.searchsorted(back, key, sorter=rising).clip(max=len(back) - 1)]
-    edge = np.arange(len(key))
-    other = np.where(back[across] == key, across, edge)
-    cosine = np.einsum("ij,ij->i", normal[edge // 3], normal[other // 3])
-    return np.asarray((1 - cosine).reshape(-1, 3).sum(1))
+    edge = np.arange(len(opposite))
+    across = normal.take(np.where(opposite < 0, edge, opposite) // 3, 0).reshape(-1, 3, 3)
+    a, b, c = (1 - np.einsum("ij,ij->i", normal, across[:, side]) for side in range(3))
+    return np.asarray(a + b + c)

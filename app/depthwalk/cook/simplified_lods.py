@@ -23,10 +23,10 @@ from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.sharp_features import find_sharp_features
 from depthwalk.cook.vertex_clustering import cluster_vertices
 from depthwalk.cook.view_selection import select_views
-from depthwalk.geometry.indexed_triangles import vertex_directions
+from depthwalk.geometry.indexed_triangles import opposite_edges, vertex_directions
 from depthwalk.geometry.triangles import face_normals, sample_triangles
 from depthwalk.geometry.vectors import lengths
-from depthwalk.parallel import Map
+from depthwalk.parallel import Map, begin
 from depthwalk.types import Array, Ints
 
 # Tolerances and sizes are in texels, which are pixels where an object is as large as its images.
@@ -124,40 +124,56 @@ def _surfaces(
     def clustered(voxel: float) -> tuple[Array, Ints]:
         return cluster_vertices(point, triangles, rank, voxel * texel)
 
-    fine_cluster, coarse_cluster = parallel(clustered, (_FINE_VOXEL, _COARSE_VOXEL))
-    fine = _fine_surface(*fine_cluster)
+    def coarse_levels(bulged: bool) -> list[tuple[ClusteredSurface, float]]:
+        return _coarse_levels(_coarse_surface(*clustered(_COARSE_VOXEL), bulged), texel, parallel)
+
+    coarse_beside = begin(lambda: coarse_levels(bulged=True), parallel)
+    fine = _fine_surface(*clustered(_FINE_VOXEL), parallel)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
     # Leaves that became one are on no arc.
-    coarse = _coarse_surface(*coarse_cluster, bulged=not foliage)
-    coarse = collapse_edges(coarse, _COARSE_TOLERANCE * texel, parallel)
+    coarse = coarse_levels(bulged=False) if foliage else coarse_beside()
+    coarsest, _ = coarse[0]
     between = (_BETWEEN,) if foliage else ()
     for tolerance in sorted(_FINE_TOLERANCES + between + _FOLIAGE_TOLERANCES):
         if tolerance > _FINE_TOLERANCES[0]:
             fine = collapse_edges(fine, tolerance * texel, parallel)
         # Leaves of a texel's size vanish from the one as their edges collapse, and hold together in the other.
-        if tolerance > _FINE_TOLERANCES[0] and fine.area <= _MIN_AREA * coarse.area:
+        if tolerance > _FINE_TOLERANCES[0] and fine.area <= _MIN_AREA * coarsest.area:
             break
-        if tolerance in _FOLIAGE_TOLERANCES and len(coarse.triangles) > _MAX_SHARE * len(fine.triangles):
+        if tolerance in _FOLIAGE_TOLERANCES and len(coarsest.triangles) > _MAX_SHARE * len(fine.triangles):
             break
         before = len(fine.triangles)
         yield fine, tolerance * texel
-    for level in range(_COARSE_LEVELS):
-        if len(coarse.triangles) < _MIN_TRIANGLES:
+    for surface, tolerance in coarse:
+        if len(surface.triangles) < _MIN_TRIANGLES:
             return
+        if len(surface.triangles) <= _MAX_SHARE * before:
+            before = len(surface.triangles)
+            yield surface, tolerance
+
+
+def _coarse_levels(coarse: ClusteredSurface, texel: float, parallel: Map) -> list[tuple[ClusteredSurface, float]]:
+    """Return a surface at ever larger tolerances, metres, down to the first that has too few triangles for a level."""
+    levels: list[tuple[ClusteredSurface, float]] = []
+    for level in range(_COARSE_LEVELS):
         tolerance = _COARSE_TOLERANCE * _GROWTH**level * texel
-        if len(coarse.triangles) <= _MAX_SHARE * before:
-            before = len(coarse.triangles)
-            yield coarse, tolerance
-        coarse = collapse_edges(coarse, _GROWTH * tolerance, parallel)
+        coarse = collapse_edges(coarse, tolerance, parallel)
+        levels.append((coarse, tolerance))
+        if len(coarse.triangles) < _MIN_TRIANGLES:
+            break
+    return levels
 
 
-def _fine_surface(point: Array, triangles: Ints) -> ClusteredSurface:
+def _fine_surface(point: Array, triangles: Ints, parallel: Map) -> ClusteredSurface:
     """Return a finely clustered surface, bulged, and drawn into the ridges between samples.
 
-    After coarse clustering samples are too far apart to tell ridges. Parameters are what `cluster_vertices` returns.
+    After coarse clustering samples are too far apart to tell ridges. point, triangles: what `cluster_vertices` returns.
     """
-    return clustered_surface(_bulged(point, triangles), triangles, find_sharp_features(point, triangles))
+    bulged = begin(lambda: _bulged(point, triangles), parallel)
+    opposite = opposite_edges(triangles)
+    features = find_sharp_features(point, triangles, opposite)
+    return clustered_surface(bulged(), triangles, features, opposite)
 
 
 def _coarse_surface(point: Array, triangles: Ints, bulged: bool = True) -> ClusteredSurface:
@@ -176,15 +192,16 @@ def _bulged(point: Array, triangles: Ints) -> Array:
     """
     facing = vertex_directions(point, triangles)
     normal = facing / np.maximum(lengths(facing), 1e-30)[:, None]
-    height, edges = np.zeros((2, len(point)))
-    corners, normals = ([vectors.take(corner, 0) for corner in triangles.T] for vectors in (point, normal))
+    height = np.zeros(len(point))
+    corners = np.ascontiguousarray(triangles.T)
+    places, normals = ([vectors.take(corner, 0) for corner in corners] for vectors in (point, normal))
     for start, end in (0, 1), (1, 2), (2, 0):
         smooth = np.einsum("ij,ij->i", normals[start], normals[end]) > _SMOOTH
-        turn = np.einsum("ij,ij->i", corners[end] - corners[start], normals[end] - normals[start])
+        turn = np.einsum("ij,ij->i", places[end] - places[start], normals[end] - normals[start])
         above = np.where(smooth, turn / 8, 0)
-        for vertex in triangles[:, start], triangles[:, end]:
+        for vertex in corners[start], corners[end]:
             height += np.bincount(vertex, above, len(point))
-            edges += np.bincount(vertex, minlength=len(point))
+    edges = 2 * np.bincount(corners.ravel(), minlength=len(point))  # two of each triangle meet in its corner
     return np.asarray(point + (height / np.maximum(edges, 1))[:, None] * normal)
 
 

@@ -4,7 +4,8 @@ An image is divided into sub-tiles of 4 × 4 texels. A sub-tile is used where a 
 on it. Most texels of most images are not: they are empty, or another image shows the surface better.
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
@@ -20,6 +21,7 @@ SUB_TILE = 4  # texels
 TILE = 2 * SUB_TILE  # texels: has an entry of the virtual texture's table
 _SLACK = 0.25  # texels around a triangle: surface points of pixels may lie beside it; 3 changed no picture of an ogre
 _BATCH = 1 << 15  # triangles at a time: with fewer, threads wait for each other more than for memory
+_FACE_BITS = 7 << FACE_SHIFT | PAST_AXIS  # of an image's number with flags: what decides where a point is looked up
 _HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never fits into a few sub-tiles of the side
 
 
@@ -43,13 +45,13 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int], pa
     """
     rows, columns = (2 * size for size in tile_counts(baked.images[0].depth.shape))
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)
-    positions, covered, done = grids.positions, [], 0
+    vertices = _project_vertices(baked, grids, parallel)
+    covered, done = [], 0
     for ends in [int((grids.first + grids.count)[:count].max()) for count in levels]:
         corners = grids.triangles(done, ends - done)
 
         def boxes(batch: slice, corners: Ints = corners) -> list[tuple[Ints, Ints, Ints]]:
-            looked_into = grids.vertices[corners[batch, 2], 3].astype(np.int64)
-            return list(_boxes(baked, looked_into, positions[corners[batch]]))
+            return list(_boxes(baked, vertices, corners[batch]))
 
         found = chain.from_iterable(parallel(boxes, batches(len(corners), _BATCH)))
         _count(counts, *map(np.concatenate, zip(*found, strict=True)))
@@ -64,7 +66,41 @@ def tile_counts(shape: tuple[int, ...]) -> tuple[int, int]:
     return -(-shape[0] // TILE), -(-shape[1] // TILE)
 
 
-def _boxes(baked: BakedObject, code: Ints, points: Array) -> Iterator[tuple[Ints, Ints, Ints]]:
+@dataclass(frozen=True, kw_only=True)
+class _Vertices:
+    """Hold the V vertices of all levels, and where the faces of their own images show them.
+
+    code: (V,) image with flags; point: (V, 3), metres; texel: (V, 2), column and row, texels.
+    """
+
+    code: Ints
+    point: Array
+    texel: Array
+
+    def looked_up(self, baked: BakedObject, corners: Ints) -> Array:
+        """Return column and row (t, 3, 2), texels, at the corners (t, 3) of triangles, in the triangles' images.
+
+        Nearly all of a triangle's vertices carry its image; the others are looked up anew.
+        """
+        texel = self.texel.take(corners, 0)
+        faces = (self.code & _FACE_BITS).take(corners)
+        triangle, corner = (faces != faces[:, 2:]).nonzero()
+        texel[triangle, corner] = _texels_at(baked, faces[triangle, 2], self.point.take(corners[triangle, corner], 0))
+        return texel
+
+
+def _project_vertices(baked: BakedObject, grids: LodGeometry, parallel: Map) -> _Vertices:
+    """Return the vertices of `grids`, each looked up once for all of its triangles."""
+    code, point = grids.vertices[:, 3].astype(np.int64), grids.positions
+
+    def texels(batch: slice) -> Array:
+        return _texels_at(baked, code[batch], point[batch])
+
+    found = parallel(texels, batches(len(point), _BATCH))
+    return _Vertices(code=code, point=point, texel=np.concatenate(list(found)))
+
+
+def _boxes(baked: BakedObject, vertices: _Vertices, corners: Ints) -> Iterator[tuple[Ints, Ints, Ints]]:
     """Yield boxes of at most 2 × 2 sub-tiles around all parts of triangles.
 
     Larger triangles are halved until their parts fit. Across the seam of the side, columns go on counting.
@@ -73,30 +109,47 @@ def _boxes(baked: BakedObject, code: Ints, points: Array) -> Iterator[tuple[Ints
     ----------
     baked
         The object.
-    code
-        (t,) the image that each triangle looks into, with flags.
-    points
-        (t, 3, 3) the triangles, metres.
+    vertices
+        Its vertices.
+    corners
+        (t, 3) the triangles, rows of `vertices`; the last corner says which image they look into.
 
     Yields
     ------
     tuple
         Number of the image (n,), lowest and highest column and row (n, 2) of sub-tiles.
     """
-    width = baked.images[0].depth.shape[1]
-    for halving in range(_HALVINGS + 1):
-        image, texel, wraps = _looked_up(baked, code, points)
-        # Some corners are at one end of the image, some at the other: those go a turn further.
-        u = texel[..., 0].T
-        across = wraps & (u.max(0) - u.min(0) > width / 2)
-        texel[..., 0] += width * (across & (u < width / 2)).T
-        a, b, c = texel.swapaxes(0, 1)  # `min` along so short an axis takes several times as long
-        lowest, highest = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        low = np.floor((lowest - _SLACK) / SUB_TILE).astype(np.int64)
-        high = np.floor((highest + _SLACK) / SUB_TILE).astype(np.int64)
-        large = ((high[:, 0] - low[:, 0] > 1) | (high[:, 1] - low[:, 1] > 1)) & (halving < _HALVINGS)
-        yield image[~large], low[~large], high[~large]
+    code, texel = vertices.code.take(corners[:, 2]), vertices.looked_up(baked, corners)
+    large = yield from _small_boxes(baked, code, texel, _HALVINGS > 0)
+    code, points = np.repeat(code[large], 4), _quarters(vertices.point.take(corners[large], 0))
+    for halving in range(1, _HALVINGS + 1):
+        texel = _texels_at(baked, np.repeat(code, 3), points.reshape(-1, 3)).reshape(-1, 3, 2)
+        large = yield from _small_boxes(baked, code, texel, halving < _HALVINGS)
         code, points = np.repeat(code[large], 4), _quarters(points[large])
+
+
+def _small_boxes(
+    baked: BakedObject, code: Ints, texel: Array, may_be_halved: bool
+) -> Generator[tuple[Ints, Ints, Ints], None, Mask]:
+    """Yield the boxes of triangles that fit into 2 × 2 sub-tiles; return which (t,) are larger and `may_be_halved`.
+
+    code: (t,) the image that each triangle looks into, with flags; texel: (t, 3, 2) column and row at its corners,
+    which are changed where it lies across the seam.
+    """
+    face, width = code >> FACE_SHIFT & 7, baked.images[0].depth.shape[1]
+    # Some corners are at one end of the image, some at the other: those go a turn further.
+    u = np.ascontiguousarray(texel[..., 0].T)
+    across = (face == Face.SIDE) & (u.max(0) - u.min(0) > width / 2)
+    texel[..., 0] += width * (across & (u < width / 2)).T
+    a, b, c = texel.swapaxes(0, 1)  # `min` along so short an axis takes several times as long
+    lowest, highest = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    low = np.floor((lowest - _SLACK) / SUB_TILE).astype(np.int64)
+    high = np.floor((highest + _SLACK) / SUB_TILE).astype(np.int64)
+    large = ((high[:, 0] - low[:, 0] > 1) | (high[:, 1] - low[:, 1] > 1)) & may_be_halved
+    small = np.flatnonzero(~large)
+    first = np.searchsorted([image.face for image in baked.images], face.take(small))
+    yield first + (code.take(small) & 7), low.take(small, 0), high.take(small, 0)
+    return np.asarray(large)
 
 
 def _quarters(points: Array) -> Array:
@@ -120,19 +173,22 @@ def _count(counts: NDArray[np.int32], image: Ints, low: Ints, high: Ints) -> Non
         counts += step * np.bincount(place, minlength=counts.size).reshape(counts.shape)
 
 
-def _looked_up(baked: BakedObject, code: Ints, points: Array) -> tuple[Ints, Array, Mask]:
-    """Return where triangles find their colours.
+def _texels_at(baked: BakedObject, code: Ints, point: Array) -> Array:
+    """Return where points find their colours: column and row (n, 2), texels.
 
-    code: (t,) their images, with flags; points: (t, 3, 3), metres. Returns the number of the image (t,), column and row
-    at each corner (t, 3, 2), texels, and whether the image wraps (t,).
+    code: (n,) the images that they look into, with flags; point: (n, 3), metres.
     """
     height, width = baked.images[0].depth.shape
-    face, layer, past = code >> FACE_SHIFT & 7, code & 7, code & PAST_AXIS > 0
-    texel = np.empty((len(points), 3, 2))
+    face, past = code >> FACE_SHIFT & 7, code & PAST_AXIS > 0
+    texel = np.empty((len(point), 2))
     for looked_into in Face:
         chosen = np.flatnonzero(face == looked_into)
-        turned = np.where(past[chosen, None, None], points[chosen] * (-1, 1, -1), points[chosen])  # half a turn
+        if not len(chosen):
+            continue
+        there = point.take(chosen, 0)
+        if looked_into is Face.SIDE:  # half a turn
+            there[past.take(chosen)] *= (-1, 1, -1)
         grid = FaceGrid(cylinder=baked.cylinder, face=looked_into, height=height, width=width)
-        u, v = grid.position_of(turned.reshape(-1, 3))
-        texel[chosen] = (np.stack([u, v], -1) * (width, height)).reshape(-1, 3, 2)
-    return np.searchsorted([image.face for image in baked.images], face) + layer, texel, face == Face.SIDE
+        u, v = grid.position_of(there)
+        texel[chosen] = np.stack([u * width, v * height], -1)
+    return texel

@@ -6,7 +6,8 @@ collapse, which follows edges, could not join them.
 
 import numpy as np
 
-from depthwalk.geometry.indexed_triangles import KEY_BITS, distinct_triangles, drop_unused, vertex_directions
+from depthwalk.geometry.indexed_triangles import distinct_triangles, drop_unused, vertex_directions
+from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.types import Array, Ints
 
 
@@ -33,15 +34,17 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
     """
     first, number = _groups(_voxel_keys(point - point.min(0), voxel_size), rank)
     facing = vertex_directions(point, triangles)
-    first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), rank)
+    first, number = _groups(
+        2 * number + (np.einsum("ij,ij->i", facing, facing.take(first, 0).take(number, 0)) < 0), rank
+    )
     used, triangles = drop_unused(distinct_triangles(number[triangles]), len(first))
     return point[first[used]].astype(np.float64), triangles
 
 
 def _voxel_keys(point: Array, voxel_size: float) -> Ints:
     """Return numbers (n,) of the voxels that hold points (n, 3); none of their coordinates is negative."""
-    x, y, z = np.floor(point / voxel_size).astype(np.int64).T
-    return np.asarray((x << 2 * KEY_BITS) + (y << KEY_BITS) + z)
+    x, y, z = np.ascontiguousarray(np.floor(point / voxel_size).astype(np.int64).T)
+    return np.asarray((x * (y.max(initial=0) + 1) + y) * (z.max(initial=0) + 1) + z)
 
 
 def _groups(key: Ints, rank: Ints) -> tuple[Ints, Ints]:
@@ -49,8 +52,8 @@ def _groups(key: Ints, rank: Ints) -> tuple[Ints, Ints]:
 
     key: (n,), equal within a group; rank: (n,).
     """
-    order = np.lexsort((rank, key))
-    begins = np.diff(key[order], prepend=-1) > 0
+    order = stable_order(key * (rank.max(initial=0) + 1) + rank)
+    begins = np.diff(key.take(order), prepend=-1) > 0
     number = np.empty(len(key), np.int64)
     number[order] = np.cumsum(begins) - 1
     return order[begins], number

@@ -49,16 +49,13 @@ class _View(NamedTuple):
     """Hold where a face is looked up, for t triangles at p points (probes) of each.
 
     texel: (t, p), number in the image; facing: (t, p), cosines between the rays there and the triangle's normal; askew:
-    (t, p), cost of meeting it at a slant; before: (t, p), how far the rays begin before the triangle's plane, metres;
-    origin, inward: (t, p, 3), the rays through the texels' centres.
+    (t, p), cost of meeting it at a slant; before: (t, p), how far the rays begin before the triangle's plane, metres.
     """
 
     texel: NDArray[Any]
     facing: Array
     askew: Array
     before: Array
-    origin: Array
-    inward: Array
 
     def at(self, rows: Ints) -> "_View":
         """Return what is held of some triangles."""
@@ -211,7 +208,8 @@ def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple
     at = view.texel * len(look.code) + layer[:, None]
     depth = look.depth.take(at)
     solid = np.isfinite(depth)
-    away = view.origin + np.where(solid, depth, 0)[..., None] * view.inward - triangles.probes
+    origin, inward = (rays.reshape(-1, 3).take(view.texel, 0) for rays in look.grid.rays)
+    away = origin + np.where(solid, depth, 0)[..., None] * inward - triangles.probes
     off = np.abs(np.einsum("tpi,ti->tp", away, triangles.normal)) / triangles.scale[:, None]
     cosine = np.einsum("tpi,ti->tp", look.normal.reshape(-1, 3).take(at, 0), triangles.normal)
     same_side = np.where(np.abs(view.facing) > _EDGE_ON, view.facing, cosine) > 0
@@ -227,11 +225,14 @@ def _look_up(look: _Look, triangles: _Triangles) -> _View:
     texels = look.grid.texel_at(*look.grid.position_of(turned.reshape(-1, 3)))
     row, column = (axis.reshape(turned.shape[:2]) for axis in texels)
     texel = row * look.grid.width + column
-    origin, inward = (rays.reshape(-1, 3).take(texel, 0) for rays in look.grid.rays)
-    facing = -np.einsum("tpi,ti->tp", inward, triangles.normal)
+    origin, inward = (rays.reshape(-1, 3) for rays in look.grid.rays)
+    if look.grid.face is Face.SIDE:
+        facing = -np.einsum("tpi,ti->tp", inward.take(texel, 0), triangles.normal)
+    else:  # all rays are parallel
+        facing = np.repeat(triangles.normal @ -inward[:1].T, texel.shape[1], axis=1)
     askew = _ASKEW * (1 - facing)
-    before = np.einsum("tpi,ti->tp", origin - triangles.probes, triangles.normal)
-    return _View(texel, facing, askew, before, origin, inward)
+    before = np.einsum("tpi,ti->tp", origin.take(texel, 0) - triangles.probes, triangles.normal)
+    return _View(texel, facing, askew, before)
 
 
 def _beside_edges(image: DepthImage) -> Mask:

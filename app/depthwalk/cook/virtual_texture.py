@@ -91,10 +91,15 @@ class VirtualTexture:
 
 
 @dataclass(frozen=True)
-class _MipTier:
+class MipTier:
     """Hold one mip tier of an image.
 
-    texels: (h, w, 8) uint16, see `image_texels`; period: columns after which it repeats, 0 where it does not.
+    Attributes
+    ----------
+    texels
+        (h, w, 8) uint16, see `image_texels`.
+    period
+        Columns after which the tier repeats, 0 where it does not.
     """
 
     texels: NDArray[np.uint16]
@@ -120,7 +125,14 @@ class _Chart:
         return padded[1:, 1:] | padded[:-1, 1:] | padded[1:, :-1] | padded[:-1, :-1]
 
 
-def build_virtual_texture(baked: BakedObject, grids: LodGeometry, parallel: Map = map) -> VirtualTexture:
+def build_mip_tiers(baked: BakedObject) -> list[list[MipTier]]:
+    """Return the mip tiers of each image of an object, the finest first: all texels, used or not."""
+    return [_mip_tiers(image_texels(baked.cylinder, image), image.face) for image in baked.images]
+
+
+def build_virtual_texture(
+    baked: BakedObject, grids: LodGeometry, parallel: Map = map, mip_tiers: list[list[MipTier]] | None = None
+) -> VirtualTexture:
     """Pack the texels that triangles look up into a virtual texture.
 
     Parameters
@@ -131,17 +143,15 @@ def build_virtual_texture(baked: BakedObject, grids: LodGeometry, parallel: Map 
         The triangles that look into the images.
     parallel
         `map`, or what `thread_map` yields to work in several threads.
+    mip_tiers
+        What `build_mip_tiers` returns of the object, where that is known.
 
     Returns
     -------
     VirtualTexture
         The texture of all images.
     """
-
-    def mip_tiers(image: DepthImage) -> list[_MipTier]:
-        return _mip_tiers(image_texels(baked.cylinder, image), image.face)
-
-    images = list(parallel(mip_tiers, baked.images))
+    images = build_mip_tiers(baked) if mip_tiers is None else mip_tiers
     shapes = [tile_counts(mip_tier.texels.shape) for mip_tier in images[0]]
     charts = _charts(baked, grids, shapes, parallel)
     places, (height, width) = pack_masks([chart.stored for chart in charts])
@@ -179,7 +189,7 @@ def _textured(
         return {}
     cells = np.zeros((*shape, SUB_TILE, SUB_TILE, 2), np.uint16)
     finest = [
-        _MipTier(filled_coordinates(image), image.depth.shape[1] if image.face is Face.SIDE else 0)
+        MipTier(filled_coordinates(image), image.depth.shape[1] if image.face is Face.SIDE else 0)
         for image in baked.images
     ]
     for chart, (row, column) in zip(charts, places, strict=True):
@@ -199,34 +209,34 @@ def _all_have_coordinates(image: DepthImage) -> bool:
     return bool((np.isinf(image.depth) | (image.coordinates[..., 0] & HAS_COORDINATES > 0)).all())
 
 
-def _mip_tiers(texels: NDArray[np.uint16], face: Face) -> list[_MipTier]:
+def _mip_tiers(texels: NDArray[np.uint16], face: Face) -> list[MipTier]:
     """Return the image and its quarters, down to one of at most a sub-tile and what is beside it."""
     height, width = texels.shape[:2]
-    mip_tiers = [_MipTier(texels, width if face is Face.SIDE else 0)]
+    mip_tiers = [MipTier(texels, width if face is Face.SIDE else 0)]
     levels = (max(height, width) - 1).bit_length()
     while len(mip_tiers) * LEVELS < levels:
         mip_tiers.append(_quarter(mip_tiers[-1]))
     return mip_tiers
 
 
-def _quarter(mip_tier: _MipTier) -> _MipTier:
+def _quarter(mip_tier: MipTier) -> MipTier:
     """Return the next coarser mip tier: means of 4 × 4 texels."""
     height, width = ((size + SUB_TILE // 2 - 1) // SUB_TILE + 1 for size in mip_tier.texels.shape[:2])
     row, column = _texels_of_cells(mip_tier, (0, 0), (height, width))
     # Whole numbers are added much faster than means are taken along two short axes.
     rows = mip_tier.texels.take(row, 0).reshape(height, SUB_TILE, -1, 8).sum(1, dtype=np.uint32)
     texels = rows.take(column, 1).reshape(height, width, SUB_TILE, 8).sum(2, dtype=np.uint32)
-    return _MipTier(np.round(texels / SUB_TILE**2).astype(np.uint16), mip_tier.period // SUB_TILE)
+    return MipTier(np.round(texels / SUB_TILE**2).astype(np.uint16), mip_tier.period // SUB_TILE)
 
 
-def _cells(mip_tier: _MipTier, corner: tuple[int, int], shape: tuple[int, ...]) -> NDArray[np.uint16]:
+def _cells(mip_tier: MipTier, corner: tuple[int, int], shape: tuple[int, ...]) -> NDArray[np.uint16]:
     """Return cells (h, w, 4, 4, 8) of texels, from half a sub-tile before sub-tile `corner` on; shape: (h, w)."""
     row, column = _texels_of_cells(mip_tier, corner, shape)
     texels = mip_tier.texels[row[:, None], column]
     return np.asarray(texels.reshape(shape[0], SUB_TILE, shape[1], SUB_TILE, -1).swapaxes(1, 2))
 
 
-def _texels_of_cells(mip_tier: _MipTier, corner: tuple[int, int], shape: tuple[int, ...]) -> tuple[Ints, Ints]:
+def _texels_of_cells(mip_tier: MipTier, corner: tuple[int, int], shape: tuple[int, ...]) -> tuple[Ints, Ints]:
     """Return the rows (4h,) and columns (4w,) of the texels in cells; parameters as of `_cells`.
 
     Beyond its edges a mip tier repeats or, where it has no period, its outermost texels do.

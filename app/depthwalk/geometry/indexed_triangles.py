@@ -6,6 +6,7 @@ quick as sorting rows.
 
 import numpy as np
 
+from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.geometry.triangles import doubled_areas
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array, Ints, Mask
@@ -38,14 +39,48 @@ def vertex_directions(point: Array, triangles: Ints) -> Array:
     Array
         (n, 3) metres².
     """
-    facing = np.zeros(point.shape)
-    for column, values in zip(facing.T, doubled_areas(point, triangles).T, strict=True):
-        for corner in triangles.T:
+    corners = np.ascontiguousarray(triangles.T)
+    facing = np.zeros((3, len(point)))
+    for column, values in zip(facing, np.ascontiguousarray(doubled_areas(point, triangles).T), strict=True):
+        for corner in corners:
             column += np.bincount(corner, values, len(point))
-    return facing
+    return np.ascontiguousarray(facing.T)
 
 
-def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints, Array]:
+def opposite_edges(triangles: Ints) -> Ints:
+    """Return for each edge of each triangle the edge that runs the other way between the same vertices.
+
+    Edge 3 k + i begins at corner i of triangle k, and ends at the next.
+
+    Parameters
+    ----------
+    triangles
+        (t, 3) rows of vertices, each with three different corners.
+
+    Returns
+    -------
+    numpy.ndarray
+        (3 t,) the number of the opposite edge; of several, the first. −1 where there is none.
+    """
+    start, end = np.ascontiguousarray(triangles).ravel(), np.roll(triangles, -1, axis=1).ravel()
+    # Both directions of an edge side by side, the last bit telling them apart.
+    bits = int(triangles.max(initial=0)).bit_length()
+    key = np.minimum(start, end) << bits + 1
+    key |= np.maximum(start, end) << 1
+    key |= start > end
+    order = stable_order(key)
+    key = key.take(order)
+    begins = np.flatnonzero(np.diff(key, prepend=-1))  # of runs of edges that are alike
+    edge = key.take(begins) >> 1
+    paired = np.flatnonzero(edge[1:] == edge[:-1])
+    first, other = order.take(begins), np.full(len(begins), -1, np.int64)
+    other[paired], other[paired + 1] = first[paired + 1], first[paired]
+    opposite = np.empty(len(key), np.int64)
+    opposite[order] = np.repeat(other, np.diff(begins, append=len(key)))
+    return opposite
+
+
+def open_edges(point: Array, triangles: Ints, normal: Array, opposite: Ints | None = None) -> tuple[Ints, Ints, Array]:
     """Return the boundary edges of a surface: those along which no triangle runs in the opposite direction.
 
     Parameters
@@ -56,6 +91,8 @@ def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints
         (t, 3) rows of `point`, each with three corners.
     normal
         (t, 3) unit normals of the triangles.
+    opposite
+        (3 t,) what `opposite_edges` returns of the triangles, where that is known.
 
     Returns
     -------
@@ -63,17 +100,10 @@ def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints
         The rows (m,) of `point` where each of the m edges begins, those (m,) where it ends, and vectors (m, 3), metres,
         that point away from its triangle, in the triangle's plane, and are as long as the edge.
     """
-    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    # Both directions of an edge side by side, the last bit telling them apart.
-    key = np.minimum(start, end) << KEY_BITS + 1 | np.maximum(start, end) << 1 | (start > end)
-    order = np.argsort(key)
-    key = key[order]
-    begins = np.flatnonzero(np.diff(key >> 1, prepend=-1))
-    ends = np.append(begins[1:], len(key))
-    one_way = key[begins] == key[ends - 1]
-    open_ = np.sort(order[np.repeat(one_way, ends - begins)])
-    start, end = start[open_], end[open_]
-    return start, end, np.cross(point[end] - point[start], normal[open_ // 3])
+    open_ = np.flatnonzero((opposite_edges(triangles) if opposite is None else opposite) < 0)
+    triangle, corner = np.divmod(open_, 3)
+    start, end = triangles[triangle, corner], triangles[triangle, (corner + 1) % 3]
+    return start, end, np.cross(point[end] - point[start], normal[triangle])
 
 
 def distinct_triangles(triangles: Ints) -> Ints:

@@ -6,9 +6,10 @@ What is drawn or culled together should be small in space: a leaf of a tree, a b
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Ints, Rows
 
 _MORTON_BITS = 10  # per axis: a thousandth of the scene
+_WORD_BITS = 63  # of a number with a sign
 
 
 def within_runs(counts: Rows) -> Rows:
@@ -46,6 +47,31 @@ def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)
     return np.asarray(np.arange(int(counts.sum())) + np.repeat(first[cells] - ends + counts, counts))
+
+
+def stable_order(key: Ints) -> Ints:
+    """Return the order of whole numbers that are not negative, equal ones as they stand: what `numpy.argsort` returns.
+
+    Where key and place fit into 64 bits side by side, sorting them together takes less than half of its time.
+
+    Parameters
+    ----------
+    key
+        (n,) int64, none of them negative.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) int64, rows of `key`.
+    """
+    bits = max(len(key) - 1, 0).bit_length()
+    if int(key.max(initial=0)).bit_length() + bits > _WORD_BITS:
+        return np.argsort(key, kind="stable")
+    placed = key << bits
+    placed |= np.arange(len(key))
+    placed.sort()
+    placed &= (1 << bits) - 1
+    return placed
 
 
 def kd_tree_order(points: Array, size: int) -> Rows:

@@ -84,6 +84,12 @@ class Mesh:
         """Return the lowest and the highest corner, (3,) float32 each, metres, of the axis-aligned bounding box."""
         return self.positions.min(axis=0), self.positions.max(axis=0)
 
+    @property
+    def nbytes(self) -> int:
+        """Return how many bytes its arrays and textures take."""
+        bytes_of = [part.nbytes for part in (self.positions, self.normals, self.colours, self.uv, self.faces)]
+        return sum(bytes_of) + sum(each.texture.nbytes for each in self.materials if each.texture is not None)
+
 
 @dataclass(frozen=True)
 class MeshLevel:
