@@ -49,7 +49,7 @@ VIEWPOINTS = [
 @pytest.fixture(autouse=True)
 def whole_grids(monkeypatch: pytest.MonkeyPatch) -> None:
     """The depth buffer draws the same triangles as the order."""
-    monkeypatch.setattr("depthwalk.cook.cook.build_grid_lods", partial(build_grid_lods, tolerance=-np.inf))
+    monkeypatch.setattr("depthwalk.cook.grid_lods.build_grid_lods", partial(build_grid_lods, tolerance=-np.inf))
 
 
 @pytest.mark.parametrize("asset", [0, 1, 2])

@@ -61,9 +61,10 @@ class WarpPass(Pass[WarpParams]):
         light_defines, light = _light(frame)
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
-            # Lit texels have the colour of the texel that they show, also where an own texture would be finer.
-            surface = tuple(name for name in asset.surface_defines if name != "COORDINATES")
-            defines = (*surface, *light_defines) if frame.common.lit_tiles else asset.defines
+            defines = asset.defines
+            if frame.common.lit_tiles:  # with a colour per texel, also where the object's own texture would be finer
+                surface = (name for name in asset.surface_defines if name != "COORDINATES")
+                defines = *surface, *light_defines
             program = self._programs[defines]
             asset.use_geometry(program, 0, frame.common.lod)
             if frame.common.lit_tiles:
