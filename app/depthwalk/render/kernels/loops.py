@@ -11,15 +11,9 @@ _default, _config.CACHE_DIR = _config.CACHE_DIR, str(folder())
 try:
     from depthwalk.render.kernels.culling_loops import cells_in_sight, hidden, upright_cylinders, visible
     from depthwalk.render.kernels.detail_loops import close, levels, pieces, viewers
-    from depthwalk.render.kernels.tile_loops import (
-        allocate,
-        composite_records,
-        errors,
-        place,
-        plane_distances,
-        tile_records,
-        warp_records,
-    )
+    from depthwalk.render.kernels.layout_loops import place, plane_distances
+    from depthwalk.render.kernels.reprojection_loops import errors
+    from depthwalk.render.kernels.tile_loops import allocate, composite_records, tile_records, warp_records
 finally:
     _config.CACHE_DIR = _default  # of others in this process
 

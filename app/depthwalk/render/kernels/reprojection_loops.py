@@ -1,0 +1,127 @@
+"""Bound the reprojection error of the impostor tiles of earlier frames.
+
+The reference is `render.impostors.reprojection_error`, and `TileScheduler`, which calls it.
+"""
+
+import math
+
+import numpy as np
+
+from depthwalk.render.kernels.compilation import compiled
+from depthwalk.render.kernels.layout_loops import turned_axes
+from depthwalk.types import Array, Mask, Rows
+
+
+@compiled()
+def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
+    """Return a bound on how far from its place any point of an object is shown, pixels; see `parallax`.
+
+    record: (45,), a COMPOSITE_RECORD: rows right, up, normal, high, origin of four numbers come first.
+    """
+    distance = np.float64(record[11])
+    x, y, z = viewer[0] - record[16], viewer[1] - record[17], viewer[2] - record[18]
+    ahead = x * record[8] + y * record[9] + z * record[10]
+    if distance + ahead <= 1e-3 * distance:
+        return np.inf
+    away = distance + ahead
+    ratio, shift = distance / away, -ahead / distance
+    nearest, farthest = np.float64(record[14]), np.float64(record[15])
+    stretch_near, stretch_far = nearest + (1 - nearest) * ratio, farthest + (1 - farthest) * ratio
+    middle = (nearest + farthest) / 2
+    across, gaps = 0.0, 0.0
+    for axis in range(2):
+        aside = x * record[4 * axis] + y * record[4 * axis + 1] + z * record[4 * axis + 2]
+        low, high = np.float64(record[4 * axis + 3]), np.float64(record[12 + axis])
+        across += max(abs(aside - shift * low), abs(aside - shift * high)) ** 2
+        low_near = (low + (1 - nearest) * ratio * aside) / stretch_near - aside
+        low_far = (low + (1 - farthest) * ratio * aside) / stretch_far - aside
+        high_near = (high + (1 - nearest) * ratio * aside) / stretch_near - aside
+        high_far = (high + (1 - farthest) * ratio * aside) / stretch_far - aside
+        gaps += max(min(low_near, low_far), -max(high_near, high_far), 0.0) ** 2
+    stretch = min(stretch_near, stretch_far) * (middle + (1 - middle) * ratio)
+    apart = (nearest - farthest) / 2 * ratio * math.sqrt(across) / stretch
+    return float(focal_pixels * apart / math.sqrt(away * away + gaps))
+
+
+@compiled()
+def _covers(
+    record: Array, frustum: Array, viewer: Array, turned: Array, ray_from_screen: Array, low: float, high: float
+) -> bool:
+    """Return whether a tile holds all that the view sees of its object between two depths; see `covers_view`."""
+    for x in (-1.0, 1.0):
+        for y in (-1.0, 1.0):
+            for depth in (low, high):
+                a = b = c = 0.0
+                for j in range(3):
+                    along = 0.0
+                    for i in range(3):
+                        ray = ray_from_screen[i, 0] * x + ray_from_screen[i, 1] * y + ray_from_screen[i, 2]
+                        along += ray * turned[i, j]
+                    corner = along * depth + viewer[j] - record[16 + j]
+                    a, b, c = a + frustum[0, j] * corner, b + frustum[1, j] * corner, c + frustum[2, j] * corner
+                if abs(a) > c or abs(b) > c:
+                    return False
+    return True
+
+
+@compiled("I1 F2 D1 D3 B1 I1 B1 D2 F2 F2 F1 F1 I1 D1 D2 D2 f f f f ?")
+def errors(
+    row: Rows,
+    record: Array,
+    density: Array,
+    frustum: Array,
+    whole: Mask,
+    tile_pieces: Rows,
+    provisional: Mask,
+    viewer: Array,
+    rotation: Array,
+    centre: Array,
+    bounding_radius: Array,
+    scale: Array,
+    pieces: Rows,
+    position: Array,
+    axes: Array,
+    ray_from_screen: Array,
+    detail_pixels: float,
+    reuse_error: float,
+    coarser: float,
+    lacking: float,
+    limited: bool,
+) -> Array:
+    """Return how far the tiles of some objects are off; see `TileScheduler._errors`.
+
+    Parameters
+    ----------
+    row : (n,) where the tile of each object is among the cached tiles; −1 for none.
+    record, density, frustum, whole, tile_pieces, provisional : (t, …) the cached tiles, see `CachedTiles`; `record` as
+        (t, 45) numbers.
+    viewer, rotation, centre, bounding_radius, scale, pieces : (n, …) the objects, see `ImpostorObjects`.
+    position, axes, ray_from_screen, detail_pixels : of the `View`.
+    reuse_error : pixels that are an error of 1.
+    coarser : pixels per texel, or texels per pixel, that are an error of 1.
+    lacking : the error of a tile that lacks pieces, or is provisional.
+    limited : whether provisional tiles may go on being shown.
+
+    Returns
+    -------
+    (n,) reprojection errors, 1 where as large as allowed; inf where the tile does not serve.
+    """
+    count = len(row)
+    error, turned = np.full(count, np.inf), np.empty((3, 3))
+    for k in range(count):
+        tile = row[k]
+        if tile < 0 or (provisional[tile] and not limited):
+            continue
+        x, y, z = centre[k, 0] - position[0], centre[k, 1] - position[1], centre[k, 2] - position[2]
+        if not whole[tile]:
+            forward = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
+            low, high = max(forward - bounding_radius[k], 0.0) / scale[k], (forward + bounding_radius[k]) / scale[k]
+            turned_axes(rotation[k], turned)
+            if not _covers(record[tile], frustum[tile], viewer[k], turned, ray_from_screen, low, high):
+                continue
+        target = detail_pixels * scale[k] / math.sqrt(x * x + y * y + z * z)
+        coarseness = abs(math.log(target / density[tile])) / math.log(coarser)
+        error[k] = max(_parallax(record[tile], viewer[k], detail_pixels) / reuse_error, coarseness)
+        if provisional[tile] or pieces[k] & ~tile_pieces[tile]:
+            error[k] = max(error[k], lacking)
+    return error
