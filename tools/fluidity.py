@@ -23,6 +23,7 @@ from pyglm import glm
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.colour import linear_from_srgb8, srgb8_from_linear
 from depthwalk.quality.metrics import flip_map
+from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
@@ -230,6 +231,7 @@ def main(
         "| unseen, % | FLIP, shown ÷ whole | idle, % |"
     )
     print("|---|---|---|---|---|---|---|---|---|")
+    kernels.load()  # as the window does behind its first picture
     for file in scenes:
         scene = load_scene(file, overrides={"render.reprojection.mode": mode})
         if scene.camera is None:
