@@ -26,7 +26,14 @@ from types import ModuleType
 from depthwalk.cache import cache_folder
 
 _LOG = logging.getLogger(__name__)
-_COMPILE = "from depthwalk.render import kernels; kernels.load()"
+# Behind the frames of a window; Windows has no such priority for Python to set.
+_COMPILE = """
+import os
+if hasattr(os, "nice"):
+    os.nice(10)
+from depthwalk.render import kernels
+kernels.load()
+"""
 
 _loops: ModuleType | None = None
 _loader: threading.Thread | None = None
