@@ -1,6 +1,11 @@
 """Help with misspelt words."""
 
-from depthwalk.errors import suggest
+from pathlib import Path
+
+import pytest
+
+from depthwalk.errors import InputError, missing_file, suggest
+from depthwalk.scene.loader import load_scene
 
 
 def test_the_closest_word_is_suggested() -> None:
@@ -9,3 +14,23 @@ def test_the_closest_word_is_suggested() -> None:
 
 def test_nothing_is_suggested_where_nothing_is_close() -> None:
     assert suggest("xyz", ["colour", "floor"]) == suggest("colour", []) == ""
+
+
+def test_a_misspelt_file_is_told_which_one_is_meant(tmp_path: Path) -> None:
+    """The file of the same ending that is spelt much like it is named; a folder or a lone name is told as it is."""
+    for name in ("garden.yaml", "guarded.ply", "room.yaml"):
+        (tmp_path / name).touch()
+    assert str(missing_file(tmp_path / "gardn.yaml")) == (
+        f"{tmp_path / 'gardn.yaml'}: no such file; did you mean 'garden.yaml'?"
+    )
+    assert str(missing_file(tmp_path / "night.yaml")) == f"{tmp_path / 'night.yaml'}: no such file"
+    assert str(missing_file(tmp_path / "no" / "gardn.yaml")) == f"{tmp_path / 'no' / 'gardn.yaml'}: no such file"
+    assert str(missing_file(tmp_path)) == f"{tmp_path}: is a folder"
+
+
+def test_a_scene_is_told_which_of_its_files_is_meant(tmp_path: Path) -> None:
+    (tmp_path / "bust.ply").touch()
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("version: 1\nassets: {a: {mesh: bsut.ply}}\nobjects: [{asset: a}]\n")
+    with pytest.raises(InputError, match=r"file 'bsut\.ply' not found; did you mean 'bust\.ply'\?"):
+        load_scene(scene)

@@ -1,7 +1,13 @@
 """Define the one exception that means "the user's input is wrong", and help with misspelt words."""
 
+import os
 from collections.abc import Iterable
 from difflib import get_close_matches
+from itertools import islice
+from pathlib import Path
+
+# Names of a folder that are compared with a misspelt one.
+_MAX_NAMES = 10_000
 
 
 class InputError(Exception):
@@ -28,3 +34,27 @@ def suggest(word: str, choices: Iterable[str]) -> str:
     """
     close = get_close_matches(word, list(choices), n=1, cutoff=0.6)
     return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def missing_file(path: Path) -> InputError:
+    """Return the error that says why `path` names no file: it is a folder, something else, or not there.
+
+    Where a file of the same folder and ending is spelt much like it, the message names that one.
+    """
+    if path.is_dir():
+        return InputError(f"{path}: is a folder")
+    if path.exists():
+        return InputError(f"{path}: not a file")
+    return InputError(f"{path}: no such file{suggest_file(path)}")
+
+
+def suggest_file(path: Path) -> str:
+    """Return `; did you mean 'x'?`, where x is the file spelt most like `path`, of its folder and ending; or ""."""
+    try:
+        with os.scandir(path.parent) as entries:
+            names = [Path(entry.name) for entry in islice(entries, _MAX_NAMES)]
+    except (OSError, ValueError):  # no such folder either, one that may not be read, or a null character
+        return ""
+    alike = {name.stem: name.name for name in names if name.suffix.lower() == path.suffix.lower()}
+    close = get_close_matches(path.stem, alike, n=1, cutoff=0.6)
+    return f"; did you mean {alike[close[0]]!r}?" if close else ""

@@ -60,7 +60,7 @@ def test_message(name: str) -> None:
 def test_missing_file_and_folder(tmp_path: Path) -> None:
     assert refusal(tmp_path / "gone.obj") == f"{tmp_path}/gone.obj: no such file"
     (tmp_path / "folder.obj").mkdir()
-    assert refusal(tmp_path / "folder.obj") == f"{tmp_path}/folder.obj: not a file"
+    assert refusal(tmp_path / "folder.obj") == f"{tmp_path}/folder.obj: is a folder"
 
 
 @pytest.mark.parametrize("height", [0.0, -1.0, np.nan, np.inf])

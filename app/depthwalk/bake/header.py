@@ -13,7 +13,7 @@ import numpy as np
 from depthwalk import limits
 from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.images import Cylinder, Face
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, missing_file
 
 FORMAT_VERSION = 10
 TEXTURED_VERSION = 11  # of files in which an object has a texture, and its images texture coordinates
@@ -85,7 +85,7 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     import OpenEXR
 
     if not path.is_file():
-        raise InputError(f"{path}: no such file")
+        raise missing_file(path)
     with complaints(path, "not an OpenEXR file"), OpenEXR.File(str(path), header_only=True) as file:
         parts = [dict(part.header) for part in file.parts]
     if not parts or ATTRIBUTE + "version" not in parts[0]:

@@ -24,7 +24,7 @@ from depthwalk.commands.options import JsonReport, Quiet, UpAxis, Verbose
 from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.progress import frame_progress
 from depthwalk.commands.reports import check_report_files, write_report
-from depthwalk.errors import InputError
+from depthwalk.errors import missing_file
 from depthwalk.limits import MAX_DPCI_RESOLUTION, MIN_DPCI_RESOLUTION
 from depthwalk.provenance import commit
 from depthwalk.quality.costs import measured_bake
@@ -236,7 +236,7 @@ def main(
     check_report_files([json, markdown], meshes, "measured")
     for mesh in meshes:  # each takes minutes: name a missing one before the first is measured
         if not mesh.is_file():
-            raise InputError(f"{mesh}: no such file")
+            raise missing_file(mesh)
     ablations = []
     chosen = list(setups())
     with flip_workers() as pool:

@@ -15,7 +15,7 @@ from depthwalk.bake.file import SUFFIX, read_baked, read_header
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.commands.subjects import Subject
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, missing_file
 from depthwalk.gpu.device import GpuError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.params import Params
@@ -109,7 +109,7 @@ def check_plan(plan: Plan) -> None:
     specs = [subject.spec for subject in plan.subjects]
     for file in [file for spec in specs for file in (spec.mesh, spec.texture) if file is not None]:
         if not file.is_file():
-            raise InputError(f"{file}: no such file")
+            raise missing_file(file)
 
 
 def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:

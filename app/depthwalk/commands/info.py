@@ -16,7 +16,7 @@ import depthwalk
 from depthwalk import limits
 from depthwalk.commands.options import Quiet, Verbose
 from depthwalk.commands.program import guarded
-from depthwalk.errors import InputError
+from depthwalk.errors import missing_file
 
 if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
@@ -210,7 +210,7 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     from depthwalk.ingest.loader import load_mesh
 
     if not path.is_file():
-        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+        raise missing_file(path)
     mesh = load_mesh(path)
     low, high = mesh.bounds
     yield "kind", "mesh"

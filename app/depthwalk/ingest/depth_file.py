@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, missing_file
 from depthwalk.ingest.image import BROKEN, open_image
 from depthwalk.ingest.npy import map_npy
 from depthwalk.ingest.sources import read_bytes
@@ -92,7 +92,7 @@ def _read_exr(path: Path) -> Raw:
     import OpenEXR
 
     if not path.is_file():
-        raise InputError(f"{path}: no such file")
+        raise missing_file(path)
     try:
         with OpenEXR.File(str(path), header_only=True) as file:
             low, high = (np.asarray(corner, int) for corner in file.parts[0].header["dataWindow"])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, missing_file
 
 
 def map_npy(path: Path) -> NDArray[Any]:
@@ -31,7 +31,7 @@ def map_npy(path: Path) -> NDArray[Any]:
         `path: defect`, where the file is missing, of another format, damaged, or holds Python objects.
     """
     if not path.is_file():
-        raise InputError(f"{path}: no such file")
+        raise missing_file(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of old headers, and of what a damaged one looks like to Python's parser

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from urllib.parse import unquote
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, missing_file
 from depthwalk.ingest import gltf
 from depthwalk.limits import MAX_MESH_BYTES
 
@@ -184,7 +184,7 @@ def read_bytes(path: Path) -> bytes:
     """
     try:
         if not path.is_file():
-            raise InputError(f"{path}: " + ("not a file" if path.exists() else "no such file"))
+            raise missing_file(path)
         if (length := path.stat().st_size) > MAX_MESH_BYTES:
             raise InputError(f"{path}: too large: {length} bytes, the limit is {MAX_MESH_BYTES}")
         return path.read_bytes()

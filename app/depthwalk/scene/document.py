@@ -16,7 +16,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, missing_file
 from depthwalk.ingest.formats import MESH_SUFFIXES
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
 
@@ -157,7 +157,7 @@ def _read_text(path: Path) -> str:
         with path.open("rb") as file:
             data = file.read(MAX_SCENE_BYTES + 1)
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise missing_file(path) from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     if len(data) > MAX_SCENE_BYTES:

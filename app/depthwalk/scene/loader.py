@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, missing_file, suggest_file
 from depthwalk.ingest.formats import is_baked_file, is_model_file
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
@@ -121,7 +121,10 @@ class FileFinder:
         Where there is no such file, this adds to `errors` and returns a path that must not be used.
         """
         found = self._searched(name)
-        return found if isinstance(found, Path) else self._complain(loc, name, found)
+        if isinstance(found, Path):
+            return found
+        suggestions = (suggest_file(root / name) for root in self.roots) if found == _NOT_FOUND else iter(())
+        return self._complain(loc, name, found + next(filter(None, suggestions), ""))
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
         """Return the absolute path of the file `name`, which the scene names at the place `loc`, as `find` does.
@@ -175,7 +178,7 @@ def _model_document(path: Path) -> Document:
     the scene's folder. Raises InputError where there is no such file.
     """
     if not path.is_file():
-        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+        raise missing_file(path)
     name = json.dumps(path.resolve().name, ensure_ascii=False)
     asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}, dpci: {{}}}}"
     return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
