@@ -1,9 +1,55 @@
-"""Tell which version of the program made something: reports of measurements name the commit."""
+"""Tell what made a measurement: which version of the program, on which machine."""
 
+import os
+import platform
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 
 import depthwalk
+
+
+@dataclass(frozen=True, kw_only=True)
+class Machine:
+    """Describe the computer that this process runs on.
+
+    Attributes
+    ----------
+    processor
+        The name of its processor, as the maker or, failing that, the system calls it.
+    cores
+        Logical cores that this process may use.
+    system
+        The operating system and its version.
+    python
+        The version of Python.
+    """
+
+    processor: str
+    cores: int
+    system: str
+    python: str
+
+
+def machine() -> Machine:
+    """Return what this process runs on."""
+    affinity = getattr(os, "sched_getaffinity", None)  # macOS and Windows have none
+    return Machine(
+        processor=_processor(),
+        cores=len(affinity(0)) if affinity else os.cpu_count() or 1,
+        system=f"{platform.system()} {platform.release()}",
+        python=platform.python_version(),
+    )
+
+
+def _processor() -> str:
+    """Return the name of the processor: on Linux from the kernel, which knows what `platform` does not tell."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return next(filter(None, names), "") or platform.processor() or platform.machine()
 
 
 def commit() -> str | None:

@@ -1,6 +1,9 @@
 """The benchmark: its report, and that times belong to the frames they are said to."""
 
+import csv
 import json
+import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,12 +15,15 @@ from typer.testing import CliRunner, Result
 
 import depthwalk
 from depthwalk.bench import measure as bench
-from depthwalk.bench.report import to_html, to_json
+from depthwalk.bench.page import to_html
+from depthwalk.bench.report import to_csv, to_json, to_text
+from depthwalk.bench.slow_frames import slowest_frames
 from depthwalk.commands.cli import app
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import load_path
+from reports import report_of
 
 SPREAD = {"p50", "p95", "p99", "max", "mean"}
 
@@ -28,24 +34,29 @@ def run(*arguments: int | Path | str) -> Result:
 
 @pytest.mark.gl
 def test_json_is_the_public_contract(tiny_scene: Path, tmp_path: Path) -> None:
-    out, page = tmp_path / "b.json", tmp_path / "b.html"
+    out, page, rows = tmp_path / "b.json", tmp_path / "b.html", tmp_path / "b.csv"
     walk = tiny_scene.with_name("walk.yaml")
-    files = ("--path", walk, "--json", out, "--html", page)
+    files = ("--path", walk, "--json", out, "--html", page, "--csv", rows)
     shape = "--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh"
     near = ("--set", "render.lod.magnification=0.01")  # in `scene`, the mesh would stand in for the depth image
     result = run("bench", tiny_scene, *files, *shape, *near)
     assert result.exit_code == 0, result.stderr
     report = json.loads(out.read_text())
     assert list(report) == [
-        *("version", "commit", "renderer", "timer", "planning", "resolution", "scene", "path", "runs")
+        *("version", "commit", "date", "machine", "renderer", "driver", "timer", "planning", "resolution", "scene"),
+        *("path", "stride", "runs"),
     ]
     assert report["version"] == depthwalk.__version__
     assert report["timer"] in ("finish", "gpu") and report["planning"] in ("compiled", "numpy")
     assert (report["resolution"], report["scene"], report["path"]) == ([96, 64], str(tiny_scene), str(walk))
     assert [each["representation"] for each in report["runs"]] == ["dpci", "mesh"]
     for each in report["runs"]:
-        assert set(each) == {"representation", "frames", "frame_ms", "passes_ms", "counts"}
-        assert each["frames"] == 4
+        assert set(each) == {
+            *("representation", "frames", "frame_ms", "passes_ms", "counts", "slowest", "frame_times"),
+        }
+        assert each["frames"] == len(each["frame_times"]) == 4
+        slowest = [slow["ms"] for slow in each["slowest"]]
+        assert slowest == sorted(slowest, reverse=True) and min(slowest) > each["frame_ms"]["p50"]
         assert each["counts"]["objects"] == 1 and each["counts"][each["representation"]] == 1
         assert each["counts"]["mesh_fallbacks"] == 0 and each["counts"][f"share_{each['representation']}"] == 1
         assert {"plan", "warp", "composite", "mesh", "light + output"} <= set(each["passes_ms"])
@@ -53,10 +64,18 @@ def test_json_is_the_public_contract(tiny_scene: Path, tmp_path: Path) -> None:
             assert set(times) == SPREAD
             assert 0 <= times["p50"] <= times["p95"] <= times["p99"] <= times["max"]
         if report["timer"] == "finish":
-            assert sum(times["mean"] for times in each["passes_ms"].values()) <= each["frame_ms"]["max"]
-    assert "dpci, 4 frames" in result.stdout and "composite" in result.stdout
+            assert sum(times["mean"] for times in each["passes_ms"].values()) <= max(each["frame_times"])
+    assert "dpci, 4 frames" in result.stdout and "composite" in result.stdout and " as fast as " in result.stdout
+    assert "jumps" in result.stdout if report["stride"] > 1.01 else "jumps" not in result.stdout
+    table = list(csv.DictReader(rows.read_text().splitlines()))
+    assert [(row["representation"], row["frame"]) for row in table] == [
+        (name, str(number)) for name in ("dpci", "mesh") for number in range(4)
+    ]
+    assert [float(row["frame_ms"]) for row in table] == [t for each in report["runs"] for t in each["frame_times"]]
+    assert all(row["objects"] == "1" and float(row["plan_ms"]) > 0 for row in table)
     html = page.read_text()
-    assert html.count("<polyline") == 2 and "http" not in html and html.endswith("</body></html>\n")
+    assert html.count("<img") == 8 and html.count("<svg") == 6  # times, classes; passes and shares of each
+    assert html.count("<polyline") == 4 and "http" not in html and html.endswith("</body></html>\n")
 
 
 @pytest.mark.gl
@@ -93,6 +112,8 @@ class LateTimers:
     def __init__(self, lag: int, every: int) -> None:
         self.lag, self.every = lag, every
         self.milliseconds: dict[str, float] = {}
+        self.by_clock: dict[str, float] = {}
+        self.kind = "gpu"
         self.frame, self.of_frame, self.next = 0, -1, 0
 
     def time_next(self) -> None:
@@ -102,6 +123,7 @@ class LateTimers:
         return self.of_frame < frame and self.lag > 0
 
     def draw(self, view: View) -> None:
+        self.by_clock = {"plan": float(self.frame)}
         published = self.frame - self.lag
         if published >= 0 and (published - self.next) % self.every == 0:
             self.of_frame, self.milliseconds = published, {"warp": float(published)}
@@ -115,20 +137,18 @@ def test_times_belong_to_the_measured_frames(lag: int, every: int, mean: int, ag
     headless = SimpleNamespace(
         size=(8, 8),
         draw=timers.draw,
-        device=SimpleNamespace(context=SimpleNamespace(finish=lambda: None)),
+        device=SimpleNamespace(context=SimpleNamespace(finish=lambda: None), live=Counter()),
         renderer=SimpleNamespace(timers=timers, plan=plan),
         pixel_counts=lambda: np.array([1, 0, 3]),
     )
     ticks = []
-    run = bench.measure(
-        cast(HeadlessRenderer, headless), "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 3, 2, lambda: ticks.append(1)
-    )
+    drawn = {"dpci": cast(HeadlessRenderer, headless)}
+    (run,) = bench.measure(drawn, [Camera((0, 0, 1), (0, 0, 0), 1)] * 3, 2, lambda: ticks.append(1))
     assert len(ticks) == run.frames == len(run.frame_times) == 3
     assert run.passes_ms["warp"].max == 4 and run.passes_ms["warp"].mean == mean  # frames 2, 3 and 4, or not 3
+    assert run.trace is not None and run.trace.work["plan_ms"] == [2, 3, 4]
     assert run.counts == {"objects": 3, "share_dpci": 0.25, "share_dmesh": 0, "share_mesh": 0.75}
-    again = bench.measure(
-        cast(HeadlessRenderer, headless), "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 2, 0, lambda: None
-    )
+    (again,) = bench.measure(drawn, [Camera((0, 0, 1), (0, 0, 0), 1)] * 2, 0, lambda: None)
     assert again.passes_ms["warp"].mean == again_mean  # the first call drew `lag` more
 
 
@@ -148,25 +168,42 @@ def test_frames_spread_over_the_whole_path(tiny_scene: Path) -> None:
 
 
 def test_names_are_escaped_in_the_page() -> None:
-    spread = bench.Spread(p50=1, p95=1, p99=1, max=1, mean=1)
-    run = bench.Run(
-        representation="<dpci>",
-        frames=1,
-        frame_ms=spread,
-        passes_ms={"<warp>": spread},
-        counts={"<objects>": 1},
-        frame_times=(1.0,),
-    )
-    report = bench.Report(
-        version="0",
-        commit=None,
-        renderer="<gl>",
-        timer="gpu",
-        planning="numpy",
-        resolution=(8, 8),
-        scene="<scene>.yaml",
-        path=None,
-        runs=(run,),
-    )
+    report = report_of({"<dpci>": [1.0]}, "<scene>.yaml")
     assert "<dpci>" not in (page := to_html(report)) and "<scene>" not in page and "&lt;warp&gt;" in page
     assert json.loads(to_json(report))["runs"][0]["representation"] == "<dpci>"
+
+
+def test_the_quicker_way_is_named_with_its_bounds() -> None:
+    rng = np.random.default_rng(1)
+    frame = rng.uniform(5, 50, 100)  # frames differ by far more than the two ways do
+    text = to_text(report_of({"mesh": frame.tolist(), "dpci": (frame / rng.uniform(1.9, 2.1, 100)).tolist()}))
+    found = re.search(r"dpci is ([\d.]+) × \(([\d.]+) to ([\d.]+)\) as fast as mesh$", text, re.MULTILINE)
+    assert found is not None
+    median, low, high = map(float, found.groups())
+    assert 1.95 < low <= median <= high < 2.05
+    alike = to_text(report_of({"a": frame.tolist(), "b": (frame * rng.uniform(0.9, 1.1, 100)).tolist()}))
+    assert alike.endswith(", which is within the noise")
+
+
+def test_slow_frames_name_what_they_took_longer_for() -> None:
+    rng = np.random.default_rng(2)
+    warped, shadows = rng.integers(0, 100_000, 60), np.zeros(60)
+    shadows[[10, 40]] = 2e6, 1e6
+    garbage = np.zeros(60)
+    garbage[50] = 60
+    times = 20 + warped * 1e-4 + shadows * 5e-5 + garbage + rng.uniform(0, 0.5, 60)
+    times[30] += 80
+    work = {"warped_triangles": warped, "shadow_triangles": shadows, "garbage_ms": garbage, "unheard_of": warped}
+    found = slowest_frames(times.tolist(), {name: column.tolist() for name, column in work.items()}, range(60))
+    first = {slow.frame: slow.causes[0] for slow in found}
+    assert [slow.frame for slow in found][:2] == [10, 30] and {40, 50} <= set(first)
+    assert first[10].what == "shadow maps of 2,000,000 triangles" and first[10].ms == pytest.approx(100, rel=0.1)
+    assert first[40].what == "shadow maps of 1,000,000 triangles" and first[40].ms == pytest.approx(50, rel=0.1)
+    assert first[50].what == "Python's garbage collector" and first[50].ms == 60
+    assert first[30].what.startswith("nothing that is counted")
+    assert 10 not in [slow.frame for slow in slowest_frames(times.tolist(), {}, range(11, 60))]
+
+
+def test_a_csv_row_lacks_what_its_run_did_not_count() -> None:
+    report = report_of({"a": [1.0, 2.0], "b": [3.0]})
+    assert to_csv(report) == "representation,frame,frame_ms\na,0,1.0\na,1,2.0\nb,0,3.0\n"

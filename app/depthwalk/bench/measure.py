@@ -1,14 +1,24 @@
-"""Measure how long the frames of a scene and their passes take along a camera path."""
+"""Measure how long the frames of a scene and their passes take along a camera path.
 
+Several ways to draw the scene take turns frame by frame, each in a GL context of its own: what else the machine does,
+and how warm it is, then meets all of them alike.
+"""
+
+import gc
 import time
 from collections import defaultdict
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
+from depthwalk.bench.slow_frames import SlowFrame, slowest_frames
+from depthwalk.pictures import png_bytes
+from depthwalk.provenance import Machine
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.pixel_shares import KINDS, shares
+from depthwalk.render.pixel_shares import shares
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath
@@ -34,6 +44,30 @@ class Spread:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Trace:
+    """Hold what was noted of each measured frame, for the page and the CSV file.
+
+    Attributes
+    ----------
+    work
+        What was done in each of the n frames, by name, (n,) each: the counts of `FrameDrawLists.counts`; steps on the
+        CPU, in milliseconds (`plan_ms`, `upload_ms` …), and `garbage_ms`, in which Python's collector ran; and
+        `programs`, how many shader programs were compiled.
+    passes
+        By the number of each frame whose passes were timed: milliseconds of each pass by its name.
+    pixels
+        (n, 3) how many of the counted pixels each kind of `pixel_shares.KINDS` drew.
+    pictures
+        Some of the frames, by their numbers, as the contents of PNG files.
+    """
+
+    work: dict[str, list[float]]
+    passes: dict[int, dict[str, float]]
+    pixels: list[list[int]]
+    pictures: dict[int, bytes]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Run:
     """Hold the measured frames of one representation.
 
@@ -44,14 +78,19 @@ class Run:
     frames
         Number of measured frames.
     frame_ms
-        Time from the call to the finished picture, by the clock, milliseconds.
+        Time from the call to the finished picture, by the clock, milliseconds. Frames that took longer because their
+        passes were timed one by one do not count, unless there are no others.
     passes_ms
         Time of each pass by its name, milliseconds, in those frames whose passes were timed, see `Report.timer`.
     counts
         What was drawn, by name, as means over all frames. The shares of pixels are taken of the pixels of all frames
         together.
+    slowest
+        The frames that took longest, the longest first, and what they took longer for.
     frame_times
-        The times that `frame_ms` summarises, one for each frame, milliseconds.
+        The time of each frame, milliseconds.
+    trace
+        What was noted of each frame; None for a run that was read from a file.
     """
 
     representation: str
@@ -59,12 +98,14 @@ class Run:
     frame_ms: Spread
     passes_ms: dict[str, Spread]
     counts: dict[str, float]
+    slowest: tuple[SlowFrame, ...]
     frame_times: tuple[float, ...]
+    trace: Trace | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """Hold a benchmark as `bench --json` stores it, without `frame_times`.
+    """Hold a benchmark as `bench --json` stores it, without the traces.
 
     Attributes
     ----------
@@ -72,8 +113,12 @@ class Report:
         Version of the package.
     commit
         Commit of the checkout that ran; None where the package is installed.
-    renderer
-        Name of the GL driver.
+    date
+        When it was measured: day and time with its zone, ISO 8601.
+    machine
+        What it was measured on.
+    renderer, driver
+        The GL driver's name for the hardware, and its own version.
     timer
         "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
     planning
@@ -84,18 +129,25 @@ class Report:
         The scene file.
     path
         The camera path's file; None for a still camera.
+    stride
+        Frames of the camera path from one measured frame to the next: 1 for a walk, more where `--frames` skips some;
+        None for a still camera.
     runs
         The measured frames of each representation.
     """
 
     version: str
     commit: str | None
+    date: str
+    machine: Machine
     renderer: str
+    driver: str
     timer: str
     planning: str
     resolution: tuple[int, int]
     scene: str
     path: str | None
+    stride: float | None
     runs: tuple[Run, ...]
 
 
@@ -119,65 +171,139 @@ def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
 
 
 def measure(
-    headless: HeadlessRenderer, name: str, cameras: Sequence[Camera], warmup: int, advance: Callable[[], None]
-) -> Run:
+    drawn: Mapping[str, HeadlessRenderer],
+    cameras: Sequence[Camera],
+    warmup: int,
+    advance: Callable[[], None],
+    pictured: Collection[int] = (),
+) -> list[Run]:
     """Draw frames, and measure how long they and their passes take.
 
     Parameters
     ----------
-    headless
-        The renderer that draws the frames.
-    name
-        Name of the representation that `headless` draws, for the report.
+    drawn
+        The renderers that take turns, by the names of what they draw.
     cameras
         The camera of each measured frame.
     warmup
-        Number of frames that are drawn with the first camera before any is measured.
+        Number of frames that each draws with the first camera before any is measured.
     advance
         Called after each measured frame.
+    pictured
+        Numbers of the frames whose pictures are kept.
 
     Returns
     -------
-    Run
-        The times, and what was drawn.
+    list[Run]
+        The times, and what was drawn, of each renderer.
     """
-    finish = headless.device.context.finish
-    timers = headless.renderer.timers
-    frame_times: list[float] = []
-    counts: list[dict[str, int | float]] = []
-    pixels = np.zeros(len(KINDS), np.int64)
-    passes: dict[int, dict[str, float]] = {}  # by the number of the frame
+    watched = [_Watch(name, headless) for name, headless in drawn.items()]
+    for watch in watched:
+        for _ in range(warmup):
+            watch.draw(cameras[0])
+        watch.begin()
+    for number, camera in enumerate(cameras):
+        first = number % len(watched)  # nobody always follows the same one
+        for watch in watched[first:] + watched[:first]:
+            watch.note(camera, number in pictured)
+            advance()
+    for watch in watched:
+        watch.await_times(cameras[-1])
+    return [watch.run() for watch in watched]
 
-    def draw(camera: Camera) -> float:
+
+class _Watch:
+    """Draw the frames of one renderer, and note what each took."""
+
+    def __init__(self, name: str, headless: HeadlessRenderer) -> None:
+        self._name, self._headless = name, headless
+        self._timers = headless.renderer.timers
+        self._passes: dict[int, dict[str, float]] = {}  # by the number of the frame, as the timers count
+        self._first = 0  # the timers' number of the first measured frame
+        self._times: list[float] = []
+        self._counts: list[dict[str, int | float]] = []
+        self._work: list[dict[str, float]] = []
+        self._pixels: list[NDArray[np.int64]] = []
+        self._pictures: dict[int, bytes] = {}
+
+    def draw(self, camera: Camera) -> float:
+        """Draw a frame, and return its time, milliseconds."""
         start = time.perf_counter()
-        headless.draw(View(camera, headless.size))
-        finish()
+        self._headless.draw(View(camera, self._headless.size))
+        self._headless.device.context.finish()
         elapsed = (time.perf_counter() - start) * 1e3
-        passes[timers.of_frame] = timers.milliseconds
+        self._passes[self._timers.of_frame] = self._timers.milliseconds
         return elapsed
 
-    for _ in range(warmup):
-        draw(cameras[0])
-    first, end = timers.frame, timers.frame + len(cameras)
-    timers.time_next()
-    for camera in cameras:
-        frame_times.append(draw(camera))
-        assert headless.renderer.plan is not None  # `draw` made it
-        counts.append(headless.renderer.plan.counts)
-        pixels += headless.pixel_counts()
-        advance()
-    while timers.awaited(end - 1):
-        draw(cameras[-1])
-    means = {key: float(np.mean(column)) for key, column in _columns(counts).items()}
-    timed = [passes[number] for number in range(first, end) if number in passes]
-    return Run(
-        representation=name,
-        frames=len(cameras),
-        frame_ms=spread(frame_times),
-        passes_ms={key: spread(column) for key, column in _columns(timed).items()},
-        counts={key: round(value, 3) for key, value in (means | shares(pixels)).items()},
-        frame_times=tuple(frame_times),
-    )
+    def begin(self) -> None:
+        """Let the next frame be the first that is measured."""
+        self._first = self._timers.frame
+        self._timers.time_next()
+
+    def note(self, camera: Camera, pictured: bool) -> None:
+        """Draw a frame and note its time and what was done; keep its picture where it is `pictured`."""
+        live = self._headless.device.live
+        programs = live["program"]
+        with _garbage_clock() as collected:
+            self._times.append(self.draw(camera))
+        plan = self._headless.renderer.plan
+        assert plan is not None  # `draw` made it
+        self._counts.append(plan.counts)
+        self._pixels.append(self._headless.pixel_counts())
+        steps = {f"{name}_ms": spent for name, spent in self._timers.by_clock.items()}
+        done = {"garbage_ms": sum(collected), "programs": live["program"] - programs}
+        self._work.append(plan.counts | steps | done)
+        if pictured:
+            picture = np.ascontiguousarray(self._headless.pixels()[..., :3])
+            self._pictures[len(self._times) - 1] = png_bytes(picture)
+
+    def await_times(self, camera: Camera) -> None:
+        """Draw until the times of all measured frames are known."""
+        while self._timers.awaited(self._first + len(self._times) - 1):
+            self.draw(camera)
+
+    def run(self) -> Run:
+        """Return the measurements."""
+        frames, pixels = len(self._times), np.array(self._pixels)
+        work = _columns(self._work)
+        passes = {
+            number: self._passes[self._first + number]
+            for number in range(frames)
+            if self._first + number in self._passes
+        }
+        drained = self._timers.kind == "finish"
+        undisturbed = [n for n in range(frames) if not (drained and n in passes)] or list(range(frames))
+        means = {key: float(np.mean(column)) for key, column in _columns(self._counts).items()}
+        return Run(
+            representation=self._name,
+            frames=frames,
+            frame_ms=spread([self._times[n] for n in undisturbed]),
+            passes_ms={key: spread(column) for key, column in _columns(list(passes.values())).items()},
+            counts={key: round(value, 3) for key, value in (means | shares(pixels.sum(0))).items()},
+            slowest=slowest_frames(self._times, work, undisturbed),
+            frame_times=tuple(round(spent, 3) for spent in self._times),
+            trace=Trace(work=work, passes=passes, pixels=pixels.tolist(), pictures=self._pictures),
+        )
+
+
+@contextmanager
+def _garbage_clock() -> Iterator[list[float]]:
+    """Yield a list of how long Python's garbage collector runs within the `with` block, milliseconds each."""
+    spent: list[float] = []
+    began = 0.0
+
+    def watch(phase: str, info: dict[str, int]) -> None:
+        nonlocal began
+        if phase == "start":
+            began = time.perf_counter()
+        else:
+            spent.append((time.perf_counter() - began) * 1e3)
+
+    gc.callbacks.append(watch)
+    try:
+        yield spent
+    finally:
+        gc.callbacks.remove(watch)
 
 
 def spread(milliseconds: Sequence[float]) -> Spread:

@@ -1,115 +1,114 @@
-"""Show a benchmark as JSON, as a table of text and as one HTML page that needs no other file."""
+"""Show a benchmark as JSON, as a table of text and as CSV with a row for each frame."""
 
+import csv
+import io
 import json
-from dataclasses import asdict, dataclass
-from itertools import cycle
-from pathlib import Path
-
-import numpy as np
+from collections.abc import Iterator
+from dataclasses import asdict
 
 from depthwalk.bench.measure import Report, Run, Spread
-from depthwalk.quality.html import Section, render_page
+from depthwalk.bench.ratio import paired_ratio
+from depthwalk.bench.slow_frames import SlowFrame
 
 _COLUMNS = ("p50", "p95", "p99", "max", "mean")
-_COLOURS = ("#0b6bcb", "#c4500a", "#1a7f4b", "#8a3ffc")
-_LEFT, _RIGHT, _TOP, _BOTTOM = 56, 852, 8, 240  # of the plot, CSS pixels
-_TICKS = 5  # of its vertical axis
-_TEMPLATE = Path(__file__).with_name("templates") / "bench.html"
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Plot:
-    """Frame times over frame numbers, in the coordinates of an SVG picture.
-
-    Attributes
-    ----------
-    left, right, bottom
-        Of the axes.
-    ticks
-        Height and text of each horizontal line.
-    lines
-        Points and colour of each run's curve, as SVG and CSS have them.
-    label
-        What the axes show.
-    """
-
-    left: int = _LEFT
-    right: int = _RIGHT
-    bottom: int = _BOTTOM
-    ticks: list[tuple[float, str]]
-    lines: list[tuple[str, str]]
-    label: str
 
 
 def to_json(report: Report) -> str:
     """Return `report` as JSON text, in the format of docs/bench.md."""
     document = asdict(report)
     for run in document["runs"]:
-        del run["frame_times"]
+        del run["trace"]
     return json.dumps(document, indent=2) + "\n"
+
+
+def to_csv(report: Report) -> str:
+    """Return what was noted of each frame as CSV text: a row for each representation and frame, with a header.
+
+    Columns that only some representations have are empty in the rows of the others.
+    """
+    names = dict.fromkeys(name for run in report.runs if run.trace for name in run.trace.work)
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["representation", "frame", "frame_ms", *names])
+    for run in report.runs:
+        work = run.trace.work if run.trace else {}
+        for number, spent in enumerate(run.frame_times):
+            cells = (f"{work[name][number]:.6g}" if name in work else "" for name in names)
+            table.writerow([run.representation, number, spent, *cells])
+    return text.getvalue()
 
 
 def to_text(report: Report) -> str:
     """Return `report` as text: a table for each representation, with a row for the frame and one for each pass."""
-    lines = _headline(report)
+    lines = headline(report)
     for run in report.runs:
-        (_, *titles), *rows = _table(run)
-        lines += ["", _title(run).ljust(24) + _columns(titles)]
+        (_, *titles), *rows = table(run)
+        lines += ["", title(run).ljust(24) + _columns(titles)]
         lines += [f"  {name}".ljust(24) + _columns(times) for name, *times in rows]
-        lines.append(f"  {_counts(run)}")
-    return "\n".join(lines)
+        lines += [f"  {line}" for line in notes(run)]
+    return "\n".join([*lines, *["", *speed_ups(report)][: None if len(report.runs) > 1 else 0]])
 
 
-def to_html(report: Report) -> str:
-    """Return `report` as the text of an HTML page: a plot of the frame times, and a table for each representation."""
-    sections = [
-        Section(title=_title(run), tables=[_table(run)], notes=[_counts(run)], colour=colour)
-        for run, colour in zip(report.runs, cycle(_COLOURS), strict=False)
-    ]
-    title = f"depthwalk bench: {report.scene}"
-    return render_page(title, _headline(report), sections, _TEMPLATE, plot=_plot(report))
-
-
-def _headline(report: Report) -> list[str]:
+def headline(report: Report) -> list[str]:
+    """Return the lines that say what was measured, when, with which program and on what."""
     width, height = report.resolution
-    return [
-        f"{report.scene}, {report.path or 'still camera'}, {width} × {height}",
-        f"depthwalk {report.version} ({report.commit or 'installed'}), {report.renderer}",
+    machine = report.machine
+    lines = [
+        f"{report.scene}, {report.path or 'still camera'}, {width} × {height}, {report.date}",
+        f"depthwalk {report.version} ({report.commit or 'installed'}), Python {machine.python}, {machine.system}",
+        f"{machine.processor}, {machine.cores} cores; {report.renderer}, {report.driver}",
         f"milliseconds; passes timed by {'timer queries' if report.timer == 'gpu' else 'finish and the clock'}",
     ]
+    if report.stride is not None and report.stride > 1.01:
+        lines.append(
+            f"jumps: {report.stride:.3g} frames of the path from one to the next, so that less of the frame before "
+            "serves again than on a walk; without --frames the path is walked"
+        )
+    return lines
 
 
-def _title(run: Run) -> str:
+def title(run: Run) -> str:
+    """Return the title of a run."""
     return f"{run.representation}, {run.frames} frames"
 
 
-def _table(run: Run) -> list[list[str]]:
+def table(run: Run) -> list[list[str]]:
     """Return titles, then a row for the whole frame and one for each pass."""
     rows: dict[str, Spread] = {"frame": run.frame_ms, **run.passes_ms}
     cells = [[name, *(f"{getattr(times, column):.2f}" for column in _COLUMNS)] for name, times in rows.items()]
     return [["", *_COLUMNS], *cells]
 
 
+def notes(run: Run) -> list[str]:
+    """Return the lines below a run's table: what it drew, and a line for each of its slowest frames."""
+    lines = [", ".join(f"{name} {value:g}" for name, value in run.counts.items())]
+    kind = "mesh" if run.representation.startswith("mesh") else run.representation
+    if run.counts.get(kind) == 0:
+        lines.append(f"nothing was drawn as {run.representation}: no asset that was seen can be")
+    return lines + [_slow_line(slow, run.frame_ms.p50) for slow in run.slowest]
+
+
+def _slow_line(slow: SlowFrame, median: float) -> str:
+    causes = ", ".join(f"{cause.what} {cause.ms:.1f}" for cause in slow.causes) or "many things a little"
+    return f"frame {slow.frame}: {slow.ms:.1f} ms, {slow.ms - median:.1f} above the median: {causes}"
+
+
+def speed_ups(report: Report) -> list[str]:
+    """Return a line for each two runs that says how many times as fast the quicker one is, frame by frame."""
+    return [_speed_up(*pair) for pair in _pairs(report.runs)]
+
+
+def _speed_up(one: Run, other: Run) -> str:
+    ratio = paired_ratio(other.frame_times, one.frame_times)
+    if ratio.median < 1:
+        one, other, ratio = other, one, paired_ratio(one.frame_times, other.frame_times)
+    unsure = ", which is within the noise" if ratio.low <= 1 else ""
+    return f"{one.representation} is {ratio} as fast as {other.representation}{unsure}"
+
+
+def _pairs(runs: tuple[Run, ...]) -> Iterator[tuple[Run, Run]]:
+    return ((runs[a], runs[b]) for a in range(len(runs)) for b in range(a + 1, len(runs)))
+
+
 def _columns(cells: list[str]) -> str:
     return "".join(cell.rjust(10) for cell in cells)
-
-
-def _counts(run: Run) -> str:
-    return ", ".join(f"{name} {value:g}" for name, value in run.counts.items())
-
-
-def _plot(report: Report) -> _Plot:
-    longest = 1.05 * max(run.frame_ms.max for run in report.runs) or 1.0  # milliseconds at the top
-    frames = max(run.frames for run in report.runs)
-    height, spacing = _BOTTOM - _TOP, (_RIGHT - _LEFT) / max(frames - 1, 1)
-    lines = []
-    for run, colour in zip(report.runs, cycle(_COLOURS), strict=False):
-        x, y = _LEFT + spacing * np.arange(len(run.frame_times)), _BOTTOM - height * np.array(run.frame_times) / longest
-        lines.append((" ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True)), colour))
-    return _Plot(
-        ticks=[
-            (round(_BOTTOM - height * part, 1), f"{longest * part:.3g}") for part in np.linspace(0, 1, _TICKS).tolist()
-        ],
-        lines=lines,
-        label=f"frame 0 to {frames - 1}; milliseconds",
-    )

@@ -349,7 +349,7 @@ def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run
             for camera in moment[:SETTLING] if name == "dpci" else ():
                 headless.draw(View(camera, walk.size))
             affordable = max(1, int(left[name] / frame_ms[name]))
-            run = measure(headless, name, moment[SETTLING:][:affordable], 0, lambda: None)
+            (run,) = measure({name: headless}, moment[SETTLING:][:affordable], 0, lambda: None)
             runs[name].append(run)
             frame_ms[name] = run.frame_ms.mean
             left[name] -= sum(run.frame_times)

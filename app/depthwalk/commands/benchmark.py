@@ -1,11 +1,13 @@
-"""Draw and time the frames of `depthwalk bench`, one representation after the other, by `bench.measure`."""
+"""Draw and time the frames of `depthwalk bench`, all representations in turn, by `bench.measure`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 import depthwalk
-from depthwalk.bench.measure import Report, Run, measure, sample_path
+from depthwalk.bench.measure import Report, measure, sample_path
 from depthwalk.commands.options import (
     CameraOptions,
     RepresentationName,
@@ -14,7 +16,7 @@ from depthwalk.commands.options import (
 from depthwalk.commands.output import open_headless
 from depthwalk.commands.progress import frame_progress
 from depthwalk.errors import InputError
-from depthwalk.provenance import commit
+from depthwalk.provenance import commit, machine
 from depthwalk.render import kernels
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
@@ -41,7 +43,9 @@ class Plan:
     size
         (width, height) of the pictures, pixels.
     representations
-        The ways to draw every object, which are measured one after the other.
+        The ways to draw every object, which take turns.
+    pictured
+        Returns the numbers of the frames whose pictures are kept, given how many there are; None keeps none.
     """
 
     scene: Scene
@@ -52,6 +56,14 @@ class Plan:
     warmup: int
     size: tuple[int, int]
     representations: Sequence[RepresentationName]
+    pictured: Callable[[int], Sequence[int]] | None = None
+
+    @property
+    def frame_count(self) -> int:
+        """Return how many frames are measured of each representation."""
+        if self.frames is not None:
+            return self.frames
+        return DEFAULT_FRAMES if self.path is None else len(self.path.frames())
 
 
 def parse_representations(texts: Sequence[str] | None) -> list[RepresentationName]:
@@ -99,27 +111,37 @@ def run_bench(plan: Plan) -> Report:
     GpuError
         Where no OpenGL 3.3 context can be created.
     """
-    runs: list[Run] = []
     kernels.load()
-    for name in plan.representations:
-        with open_headless(plan.scene, plan.size, representation(name)) as headless:
+    with ExitStack() as opened:
+        drawn = {
+            str(name): opened.enter_context(open_headless(plan.scene, plan.size, representation(name)))
+            for name in plan.representations
+        }
+        first = next(iter(drawn.values()))
+        for headless in drawn.values():
             headless.renderer.remembers = True
-            if plan.path is not None:
-                cameras = sample_path(plan.path, plan.frames)
-            else:
-                still = plan.camera.apply(plan.scene.camera or headless.frame_all())
-                cameras = [still] * (plan.frames or DEFAULT_FRAMES)
-            with frame_progress(name, len(cameras)) as advance:
-                runs.append(measure(headless, name, cameras, plan.warmup, advance))
-            renderer, timer = headless.device.renderer, headless.renderer.timers.kind
+        if plan.path is not None:
+            cameras = sample_path(plan.path, plan.frames)
+        else:
+            still = plan.camera.apply(plan.scene.camera or first.frame_all())
+            cameras = [still] * plan.frame_count
+        pictured = plan.pictured(len(cameras)) if plan.pictured else ()
+        with frame_progress(", ".join(drawn), len(cameras) * len(drawn)) as advance:
+            runs = measure(drawn, cameras, plan.warmup, advance, pictured)
+        renderer, timer = first.device.renderer, first.renderer.timers.kind
+        driver = first.device.driver
     return Report(
         version=depthwalk.__version__,
         commit=commit(),
+        date=datetime.now().astimezone().isoformat(timespec="seconds"),
+        machine=machine(),
         renderer=renderer,
+        driver=driver,
         timer=timer,
         planning="compiled" if kernels.loaded() else "numpy",
         resolution=plan.size,
         scene=str(plan.scene.path),
         path=None if plan.path_file is None else str(plan.path_file),
+        stride=None if plan.path is None else (len(plan.path.frames()) - 1) / max(len(cameras) - 1, 1),
         runs=tuple(runs),
     )

@@ -41,6 +41,8 @@ class Device:
         Sets GL state and remembers it; `Scope.state` calls it.
     renderer
         The driver's name for the hardware.
+    driver
+        The version of OpenGL that it offers, and its own.
     software
         Whether the CPU does the drawing.
     max_texture_size
@@ -57,6 +59,7 @@ class Device:
         self.live: Counter[str] = Counter()
         self.state = StateKeeper(context)
         self.renderer: str = context.info["GL_RENDERER"]
+        self.driver: str = context.info["GL_VERSION"]
         self.software = any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_layers: int = context.info["GL_MAX_ARRAY_TEXTURE_LAYERS"]

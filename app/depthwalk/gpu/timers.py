@@ -6,7 +6,7 @@ is done in few frames. The first frames are none of them: there the pipeline is 
 """
 
 import time
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -30,6 +30,8 @@ class PassTimers:
     milliseconds
         How long each pass took, by its name, in the newest frame whose times are known; the sum where a frame does a
         pass repeatedly.
+    by_clock
+        How long each step of `measure_cpu` took in the frame that ended last; unlike `milliseconds`, of every frame.
     frame
         The number of the frame under way, counted from 0.
     of_frame
@@ -41,9 +43,11 @@ class PassTimers:
         self._context = device.context
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
+        self.by_clock: dict[str, float] = {}
         self.frame, self.of_frame = 0, -1
         self._next = _FIRST_DRAINED  # frame to be drained
         self._measured: list[tuple[str, float | moderngl.Query]] = []
+        self._clocked: dict[str, float] = defaultdict(float)
         self._pending: deque[tuple[int, list[tuple[str, float | moderngl.Query]]]] = deque()
         self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one
 
@@ -56,7 +60,9 @@ class PassTimers:
         """Measure a `with` block that issues no GL commands, by the clock; `name` is its key in `milliseconds`."""
         start = time.perf_counter()
         yield
-        self._measured.append((name, (time.perf_counter() - start) * 1e3))
+        milliseconds = (time.perf_counter() - start) * 1e3
+        self._measured.append((name, milliseconds))
+        self._clocked[name] += milliseconds
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
@@ -88,6 +94,8 @@ class PassTimers:
             self._pending.append((self.frame, self._measured))
             self._next = self.frame + _DRAINED_EVERY
         self._measured = []
+        self.by_clock = dict(self._clocked)
+        self._clocked.clear()
         self.frame += 1
         if self._pending and (self.kind == "finish" or len(self._pending) > _FRAMES_IN_FLIGHT):
             self._publish()
@@ -96,6 +104,7 @@ class PassTimers:
         """Forget what was measured since the last frame ended: it belongs to no frame."""
         self._spare += [value for _, value in self._measured if not isinstance(value, float)]
         self._measured = []
+        self._clocked.clear()
 
     def _publish(self) -> None:
         """Add up the times of the oldest frame that waits, which become `milliseconds`."""
