@@ -240,7 +240,7 @@ def load_scene(
     5
     >>> dw.load_scene("secne.yaml")
     Traceback (most recent call last):
-    depthwalk.errors.InputError: secne.yaml: no such file
+    depthwalk.errors.InputError: secne.yaml: no such file; did you mean 'scene.yaml'?
     """
     roots = [Path(root) for root in asset_roots]
     return Scene(loader.load_scene(Path(path), roots, overrides))
