@@ -21,6 +21,7 @@ SUMMARIES = {
     "compare": "Measure how closely baked depth images resemble their mesh.",
     "quality": "Measure anti-aliasing, depth of field and shadows against reference pictures.",
     "bench": "Measure how long the frames of a scene and their passes take.",
+    "tables": "Measure the tables of the papers again, with the papers' figures beside.",
     "check": "Check scene files, path files and meshes without rendering anything.",
     "info": "Show versions, the OpenGL renderer and limits, or what a file holds.",
 }

@@ -112,9 +112,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     """
     for name, shape in SHAPES.items():
         report(name, "edges")
-        positions, triangles = shape()
-        sphere = Sphere((0.0, 0.0, 0.0), float(np.linalg.norm(positions, axis=1).max()))
-        cost = _cost(build_adjacency(positions, triangles), sphere, MANY, size)
+        cost = shape_cost(shape, MANY, size)
         yield _drawn(name, cost, MOST_OF_SHAPES)
         _, share = _shares(cost)
         yield Row(
@@ -135,6 +133,28 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
         cost = _cost(edges, bounding_sphere(mesh), 1, size)
         if cost.lines[0]:  # else it is all outlines, and none are drawn
             yield _drawn(asset.name, cost, MOST_OF_CLOSED)
+
+
+def shape_cost(shape: Callable[[], tuple[Array, NDArray[np.intp]]], count: int, size: tuple[int, int]) -> Cost:
+    """Measure what the lines of a solid cost.
+
+    Parameters
+    ----------
+    shape
+        Makes the solid, one of `SHAPES`.
+    count
+        Number of objects that have its mesh, all at one place.
+    size
+        Width and height of the picture that lines are drawn into, pixels.
+
+    Returns
+    -------
+    Cost
+        The lines and the time that all edges take and that the chosen ones take.
+    """
+    positions, triangles = shape()
+    sphere = Sphere((0.0, 0.0, 0.0), float(np.linalg.norm(positions, axis=1).max()))
+    return _cost(build_adjacency(positions, triangles), sphere, count, size)
 
 
 def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int]) -> Cost:
