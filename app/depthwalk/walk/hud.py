@@ -13,7 +13,8 @@ from depthwalk.walk.state import State
 _MARGIN = 10.0
 _WIDTH = 255.0
 _LABELS = 84.0  # width of the column of names
-_LABEL_CHARACTERS = 13  # that fit into it
+_PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
+_PASS_CHARACTERS = 18  # that fit into it
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
 _SLOWER = 1.3  # times as long as from picture to picture: frames that are drawn in slices
@@ -93,7 +94,7 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
     if len(rows) < len(milliseconds):
         rows["others"] = sum(milliseconds.values()) - sum(rows.values())
     return [
-        (textwrap.fill(name, _LABEL_CHARACTERS, break_long_words=False), f"{spent:.2f}") for name, spent in rows.items()
+        (textwrap.fill(name, _PASS_CHARACTERS, break_long_words=False), f"{spent:.2f}") for name, spent in rows.items()
     ]
 
 
@@ -192,7 +193,7 @@ def _draw_rate(state: State) -> None:
 def _draw_passes(state: State) -> None:
     timers = state.renderer.timers
     imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if timers.kind == "gpu" else ""))
-    _table("passes", pass_rows(timers.milliseconds), right=True)
+    _table("passes", pass_rows(timers.milliseconds), right=True, labels=_PASSES)
 
 
 def _draw_counts(state: State) -> None:
@@ -275,10 +276,10 @@ def _begin(name: str, place: tuple[float, float], pivot: tuple[float, float], al
     imgui.begin(name, None, _OVERLAY)
 
 
-def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False) -> None:
-    """Draw names and values in two columns; with `right`, values are numbers, aligned at their right end."""
+def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labels: float = _LABELS) -> None:
+    """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, aligned at their right end."""
     if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
-        imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, _LABELS)
+        imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, labels)
         for label, value in rows:
             imgui.table_next_row()
             imgui.table_next_column()
