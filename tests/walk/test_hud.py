@@ -18,7 +18,7 @@ def test_passes_that_do_next_to_nothing_share_a_row() -> None:
 def test_passes_that_share_a_program_share_a_row_of_several_lines() -> None:
     ((names, _),) = pass_rows({"sun + light + fog + output": 20.0})
     assert names.replace("\n", " ") == "sun + light + fog + output"
-    assert 1 < names.count("\n") + 1 and max(map(len, names.split("\n"))) <= 18
+    assert names.count("\n") + 1 > 1 and max(map(len, names.split("\n"))) <= 18
     assert pass_rows({"material_resolve": 20.0}) == [("material_resolve", "20.00")]
 
 

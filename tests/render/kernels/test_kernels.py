@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+from depthwalk.geometry.adjacency import build_adjacency
 from depthwalk.render import kernels
+from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
 from depthwalk.render.draw.object_detail import choose_levels, choose_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
@@ -18,6 +21,7 @@ from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
 from depthwalk.render.renderer import Renderer
+from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.view.bounds import Bounds, Cylinders, object_bounds
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
@@ -190,3 +194,29 @@ def test_numpy_serves_without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not kernels.load()
     kernels._load_behind()
     assert kernels.loaded() is None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("least_fold", [None, 0.4, np.pi])
+@pytest.mark.parametrize("solid", [True, False])
+def test_silhouettes(seed: int, least_fold: float | None, solid: bool) -> None:
+    """As lines in any order; one that just touches a pixel's middle may be on either side of it."""
+    rng = np.random.default_rng(seed)
+    mesh = sphere(0.5, 24, 16) if seed % 2 else box(0.4, 0.9, 0.2)
+    faces = mesh.faces[: None if solid else -5]  # with a hole
+    edges = build_adjacency(mesh.positions, faces)
+    placed = np.zeros(30, PLACED_RECORD)
+    view = random_view(rng)
+    placed["origin"] = view.axes[2] * rng.uniform(-1, 8, (30, 1)) + rng.normal(0, 1, (30, 3))
+    rotation = rng.normal(size=(30, 4))
+    placed["rotation"] = rotation / np.linalg.norm(rotation, axis=1, keepdims=True)
+    placed["scale"] = rng.uniform(0.5, 2, 30)
+    reference, found = both(lambda: silhouette_lines(edges, view, placed, least_fold, solid))
+    assert len(reference) > 20 and reference.dtype == found.dtype
+    ends = [lines.view(np.float32).reshape(-1, 7)[:, [0, 1, 2, 3, 6]] for lines in (reference, found)]
+    for some, others in (ends, ends[::-1]):
+        nearest, _ = cKDTree(others).query(some)
+        assert (nearest > 0.01).mean() < 0.005
+    where = cKDTree(ends[0]).query(ends[1])[1]
+    depths = np.abs(reference["depths"][where] - found["depths"])
+    assert np.quantile(depths, 0.99) < 1e-4

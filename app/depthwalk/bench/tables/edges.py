@@ -7,6 +7,7 @@ and canopy; `quality.edges.SHAPES` are solids with as many.
 from depthwalk.assets.library import Report
 from depthwalk.bench.tables.table import Table
 from depthwalk.quality.edges import MANY, SHAPES, shape_cost
+from depthwalk.render import kernels
 
 SIZE = 1024, 768
 PAPER = 0.76, 0.88, 0.75, 0.71  # time of silhouettes and creases, of that of all edges
@@ -14,6 +15,7 @@ PAPER = 0.76, 0.88, 0.75, 0.71  # time of silhouettes and creases, of that of al
 
 def measured(report: Report) -> Table:
     """Measure the table; `report` is called with the name of a shape and what is being done."""
+    kernels.load()
     rows = []
     for (name, shape), paper in zip(SHAPES.items(), PAPER, strict=True):
         report(name, "edges")

@@ -1,16 +1,17 @@
 """Find the edges of objects that are silhouettes or creases for a viewer, as lines on the screen.
 
 Geometric anti-aliasing (`render.passes.gpaa`) blends pixels along these lines. NumPy tests all edges of all objects of
-an asset at once.
+an asset at once; `render.kernels.silhouette_loops` does so where it is loaded.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.adjacency import EdgeAdjacency
 from depthwalk.geometry.quaternions import matrices
+from depthwalk.render import kernels
 from depthwalk.render.view.view import View, matrix_array
 
 MAX_DENSITY = 0.5  # pixels of silhouette per pixel of the faces seen; where it is higher, pixels have several lines
@@ -43,14 +44,44 @@ def silhouette_lines(
     -------
     (k,) LINE_RECORD.
     """
-    creased = None if least_fold is None else edges.folds < np.cos(least_fold)
     density = edges.density * np.linalg.norm(placed["origin"], axis=1) / (view.focal_pixels * placed["scale"])
     placed = placed.take(np.flatnonzero(density <= MAX_DENSITY))  # for records far quicker than an index
+    loops = kernels.loaded()
+    if loops is not None:
+        return _compiled_lines(loops.silhouettes, edges, view, placed, least_fold, solid)
+    creased = None if least_fold is None else edges.folds < np.cos(least_fold)
     lines = [
         _lines(edges, view, chunk, rotations, *_chosen(edges, chunk, rotations, creased, solid))
         for chunk, rotations in _chunks(placed, _MAX_CHUNK // len(edges.planes) + 1)
     ]
     return np.concatenate(lines) if lines else np.zeros(0, LINE_RECORD)
+
+
+def _compiled_lines(
+    silhouettes: Callable[..., NDArray[np.float32]],
+    edges: EdgeAdjacency,
+    view: View,
+    placed: NDArray[np.void],
+    least_fold: float | None,
+    solid: bool,
+) -> NDArray[np.void]:
+    """Return what the loop `silhouettes` finds, see `silhouette_lines`."""
+    lines = silhouettes(
+        edges.points,
+        edges.ends,
+        edges.faces,
+        edges.planes,
+        edges.folds,
+        placed["origin"],
+        placed["rotation"],
+        placed["scale"],
+        matrix_array(view.clip_from_eye).astype(np.float64),
+        *map(float, view.size),
+        2.0 if least_fold is None else float(np.cos(least_fold)),
+        solid,
+    )
+    records: NDArray[np.void] = lines.view(LINE_RECORD)[:, 0]
+    return records
 
 
 def _chunks(placed: NDArray[np.void], count: int) -> Iterator[tuple[NDArray[np.void], NDArray[np.floating]]]:

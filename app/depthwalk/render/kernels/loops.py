@@ -13,6 +13,7 @@ try:
     from depthwalk.render.kernels.detail_loops import close, levels, pieces, viewers
     from depthwalk.render.kernels.layout_loops import place, plane_distances
     from depthwalk.render.kernels.reprojection_loops import errors
+    from depthwalk.render.kernels.silhouette_loops import silhouettes
     from depthwalk.render.kernels.tile_loops import allocate, composite_records, tile_records, warp_records
 finally:
     _config.CACHE_DIR = _default  # of others in this process
@@ -28,6 +29,7 @@ __all__ = [
     "pieces",
     "place",
     "plane_distances",
+    "silhouettes",
     "tile_records",
     "upright_cylinders",
     "viewers",
