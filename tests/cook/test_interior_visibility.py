@@ -39,7 +39,7 @@ def test_the_inside_of_a_bottle_is_hardly_seen(narrow: tuple[BakedObject, LodGeo
         if image.layer == 0:
             assert not tiles.any()
         elif found.sum() > 20:
-            middle = np.float32([0, np.nanmean(points[solid][:, 1]), 0])
+            middle = np.array([0, points[solid][:, 1].mean(), 0])
             inside = np.einsum("ni,ni->n", image.normal[solid], points[solid] - middle) < 0
             assert inside.mean() > 0.9
             assert tiles[found].mean() > 0.8, image.name

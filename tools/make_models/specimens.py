@@ -81,7 +81,7 @@ def wheel(sides: int = 32) -> Model:
     circle = np.stack([0.45 * np.cos(theta), 0.45 * np.sin(theta), 0 * theta], -1)
     angles = np.arange(12) * np.pi / 6
     spokes = [
-        tube(np.outer([0.05, 0.45], [np.cos(a), np.sin(a), 0]) + [0, 0, 0.03 * (-1) ** k], 0.008, 12)
+        tube(np.outer([0.05, 0.45], [np.cos(a), np.sin(a), 0]) + np.array([0, 0, 0.03 * (-1) ** k]), 0.008, 12)
         for k, a in enumerate(angles)
     ]
     hub = tube([[0, 0, -0.08], [0, 0, 0.08]], 0.07, 2 * sides)

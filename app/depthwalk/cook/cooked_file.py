@@ -86,7 +86,7 @@ def keep_cooked(key: str, options: CookOptions, objects: tuple[CookedObject, ...
     return tuple(replace(cooked, load=_loader(path, number)) for number, cooked in enumerate(objects))
 
 
-def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> None:
+def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...], left_out: float | None = None) -> None:
     """Write cooked objects to a file of their own, compressed, whole or not at all.
 
     Parameters
@@ -97,14 +97,17 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
         The key of the depth images that the objects were cooked of.
     objects
         All objects of a model, cooked with the default `CookOptions`.
+    left_out
+        See `BakedModel`.
 
     Raises
     ------
     OSError
         Where the file cannot be written.
     """
-    made_of = json.dumps({"key": key, "version": _LAYOUT, "cooked_by": COOK_VERSION, "packed": True})
-    write_arrays(path, {"made_of": made_of} | {name: _packed(name, a) for name, a in _arrays(objects).items()}, True)
+    origin = {"key": key, "version": _LAYOUT, "cooked_by": COOK_VERSION, "packed": True, "left_out": left_out}
+    columns = {name: _packed(name, values) for name, values in _arrays(objects).items()}
+    write_arrays(path, {"made_of": json.dumps(origin)} | columns, True)
 
 
 def cooked_key(path: Path) -> str | None:
@@ -118,6 +121,16 @@ def cooked_key(path: Path) -> str | None:
         return str(made_of["key"]) if same else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
+
+
+def cooked_left_out(path: Path) -> float | None:
+    """Return `BakedModel.left_out` of the depth images that were cooked to the file `path`, None where it is unknown.
+
+    Raises InputError where the file cannot be read or is damaged.
+    """
+    with _complaints(path):
+        left_out = _made_of(path).get("left_out")
+        return None if left_out is None else float(left_out)
 
 
 def read_cooked(path: Path) -> tuple[CookedObject, ...]:
