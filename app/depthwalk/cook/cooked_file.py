@@ -29,6 +29,7 @@ COOKED = Cache(suffix=".npz", content="cooked depth images")
 # Of the arrays and what they mean to the shaders. Files of their own stay readable when COOK_VERSION is raised because
 # cooking got better, or faster; raise this where they would be drawn wrongly.
 _LAYOUT = 2
+_PAIRED_LAYOUT = 3  # of files with an object whose texels have two components of colours, which others draw wrongly
 
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
 _OF_TEXTURED = "coordinates", "texture", "colour_level"  # fields that are stored of objects with coordinates only
@@ -105,7 +106,9 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...], left_o
     OSError
         Where the file cannot be written.
     """
-    origin = {"key": key, "version": _LAYOUT, "cooked_by": COOK_VERSION, "packed": True, "left_out": left_out}
+    paired = any(cooked.load()[1].colours.shape[2] == 2 for cooked in objects)
+    version = _PAIRED_LAYOUT if paired else _LAYOUT
+    origin = {"key": key, "version": version, "cooked_by": COOK_VERSION, "packed": True, "left_out": left_out}
     columns = {name: _packed(name, values) for name, values in _arrays(objects).items()}
     write_arrays(path, {"made_of": json.dumps(origin)} | columns, True)
 
@@ -117,7 +120,7 @@ def cooked_key(path: Path) -> str | None:
     """
     try:
         made_of = _made_of(path)
-        same = made_of["version"] == _LAYOUT and made_of.get("cooked_by", 2) == COOK_VERSION
+        same = made_of["version"] in (_LAYOUT, _PAIRED_LAYOUT) and made_of.get("cooked_by", 2) == COOK_VERSION
         return str(made_of["key"]) if same else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
@@ -155,8 +158,8 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
     """
     with _complaints(path):
         made_of = _made_of(path)
-        if made_of["version"] != _LAYOUT:
-            problem = f"a file of layout {made_of['version']}, not {_LAYOUT}; bake it again"
+        if made_of["version"] not in (_LAYOUT, _PAIRED_LAYOUT):
+            problem = f"a file of layout {made_of['version']}, not {_LAYOUT} or {_PAIRED_LAYOUT}; bake it again"
             raise InputError(f"{path}: {problem}")
         objects = _objects(path)
     packed = made_of.get("packed", False)
