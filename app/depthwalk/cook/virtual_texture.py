@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import HAS_COORDINATES, BakedObject, DepthImage, Face
 from depthwalk.cook.colour_pca import few_components
 from depthwalk.cook.coordinate_fill import filled_coordinates
-from depthwalk.cook.interior_visibility import hardly_seen
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.mask_packing import pack_masks
 from depthwalk.cook.texel_encoding import image_texels
@@ -257,6 +256,8 @@ def _charts(baked: BakedObject, grids: LodGeometry, shapes: list[tuple[int, int]
     The last tier is stored as a whole, so that nothing is ever missing. What hardly anybody sees is looked up in the
     second finest.
     """
+    from depthwalk.cook.interior_visibility import hardly_seen  # here: who draws what others have cooked casts no rays
+
     charts: list[_Chart] = []
     # A pixel that covers 2^k texels is drawn by levels up to the k-th after the first, and looks up level k − 1 of the
     # texture. The last before the next mip tier is drawn where this one has all but given way to that.
