@@ -1,13 +1,14 @@
 // Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail. What may be
 // looked up is stored in one texture, the pages; `page_table` tells where. A tile is 2 × 2 sub-tiles of SUB_TILE × SUB_TILE
 // texels. A mip tier serves MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its side.
-// COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component. PARTIAL: texels of the
-// finest tier are left out. COORDINATES: the object has a texture, and pages may lack the first levels of their colours.
+// COLOURED: colours differ from texel to texel; TINTED: by more than the principal components that each texel has of its own,
+// which are one or, PAIRED, two. PARTIAL: texels of the finest tier are left out. COORDINATES: the object has a texture, and
+// pages may lack the first levels of their colours.
 #from depthwalk.cook.used_texels import SUB_TILE
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
-uniform sampler2D page_colours;         // components of colours, see colour_axes; with TINTED only the first,
-uniform sampler2D page_tints;           // the next two, at half the resolution
+uniform sampler2D page_colours;         // components of colours, see colour_axes; with TINTED only the first ones,
+uniform sampler2D page_tints;           // the others, at half the resolution
 uniform vec4 first_colour;              // √linear colour, specular strength; without COLOURED of all texels
 uniform mat3x4 colour_axes;             // what each component adds
 uniform isampler2DArray page_table;     // per tile: what takes a texel to its place, and which of its sub-tiles are stored
@@ -69,10 +70,20 @@ vec4 page_texel(sampler2D picture, vec3 place) {
 // The same place in a picture that begins with a mip-map of the pages.
 vec3 at_level(vec3 place, int level) { return vec3(place.xy * exp2(-float(level)), max(place.z - float(level), 0.0)); }
 
+// All three components of a colour, from those that a texel has of its own and those that it shares with its neighbours.
+vec3 colour_components(vec2 own, vec2 tints) {
+#ifdef PAIRED
+    return vec3(own, tints.r);
+#else
+    return vec3(own.r, tints);
+#endif
+}
+
 vec4 page_colour(vec3 place) {
 #if defined TINTED
-    float first = page_texel(page_colours, at_level(place, colour_level)).r;
-    return first_colour + colour_axes * vec3(first, page_texel(page_tints, at_level(place, tint_level)).rg);
+    vec2 own = page_texel(page_colours, at_level(place, colour_level)).rg;
+    vec2 tints = page_texel(page_tints, at_level(place, tint_level)).rg;
+    return first_colour + colour_axes * colour_components(own, tints);
 #elif defined COLOURED
     return page_texel(page_colours, at_level(place, colour_level));
 #else
@@ -101,7 +112,7 @@ vec4 page_colour(Around around) {
     for (int k = 0; k < 4; ++k) {
         vec4 texel = texelFetch(page_colours, around.at[k] >> colour_level, 0);
 #ifdef TINTED
-        texel.gb = texelFetch(page_tints, around.at[k] >> tint_level, 0).rg;
+        texel.rgb = colour_components(texel.rg, texelFetch(page_tints, around.at[k] >> tint_level, 0).rg);
 #endif
         sum += around.weight[k] * texel;
     }

@@ -146,6 +146,8 @@ def test_images_past_their_limit_are_not_read(path: Path, monkeypatch: pytest.Mo
         ("qw", 3.0, "not a unit quaternion"),
         ("shininess", -1.0, "its shininess is negative"),
         ("steps", 0, "steps is 0, not a number from 1 to 7"),
+        ("left_out", 1.5, "left_out is 1.5, not a number from 0 to 1"),
+        ("left_out", "half", "left_out is 'half', not a number from 0 to 1"),
         ("steps", -3, "steps is -3, not a number"),
         ("steps", MAX_STEPS + 1, "steps is 8, not a number"),
         ("steps", "many", "steps is 'many', not a number"),
@@ -159,7 +161,7 @@ def test_images_past_their_limit_are_not_read(path: Path, monkeypatch: pytest.Mo
 def test_headers_out_of_range_are_refused(path: Path, attribute: str, value: float | str | None, message: str) -> None:
     def change(parts: Parts) -> Parts:
         for _, header, _ in parts:
-            header.pop(f"depthwalk.{attribute}")
+            header.pop(f"depthwalk.{attribute}", None)
             if value is not None:
                 header[f"depthwalk.{attribute}"] = value
         return parts

@@ -153,7 +153,8 @@ def test_bake_goes_on_after_a_bad_mesh(run: Callable[..., Any], meshes: tuple[Pa
     assert result.exit_code == 2
     assert result.stderr.startswith(f"{bad}: ") and result.stderr.count("\n") == 1
     lines = sorted(result.stdout.splitlines())
-    line = r"{}: {} triangles, \d+ images of 64², \d+\.\d MB; \d+\.\d\d s \(read .*, top .*, side .*, write \S+\)"
+    line = r"{}: {} triangles, \d+ images of 64², \d+\.\d MB, 0\.\d\d % of the visible surface left out; "
+    line += r"\d+\.\d\d s \(read .*, top .*, side .*, coverage .*, write \S+\)"
     assert re.fullmatch(line.format(re.escape(str(tmp_path / "ball.dpci.exr")), 960), lines[0])
     assert re.fullmatch(line.format(re.escape(str(tmp_path / "box.dpci.exr")), 12), lines[1])
     assert sorted(path.name for path in tmp_path.iterdir()) == [
@@ -254,6 +255,7 @@ def test_info_describes_files(
     run("bake", meshes[0], "--dpci-resolution", 64, "--layers", 1)
     baked = rows(run("info", tmp_path / "ball.dpci.exr").stdout)
     assert baked["kind"] == "depth images"
+    assert re.fullmatch(r"0\.\d\d % of the visible surface", baked["left out"])
     assert re.fullmatch(
         r"radius 1\.000\d* m, y from -0\.032\d* to 2\.032\d* m; about \(.*\) along \(0, 1, 0\)", baked["cylinder"]
     )

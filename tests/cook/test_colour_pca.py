@@ -43,6 +43,17 @@ def test_light_and_dark_is_one_component_with_tints() -> None:
     assert np.abs(off[USED]).max() < 1
 
 
+def test_two_colours_that_mix_are_two_components_with_a_tint() -> None:
+    """Hue changes from texel to texel as well as brightness, but not on its own axis of each."""
+    colours = light_and_dark()
+    colours += np.random.default_rng(3).uniform(0, 0.05, (64, 64, 1)) * np.array([1, -1, 0, 0])
+    few = few_components(texels(colours), USED)
+    assert few.components.shape == (64, 64, 2) and few.tints.shape == (32, 32, 1)
+    c = np.concatenate([few.components / 127, (few.tints / 255).repeat(2, 0).repeat(2, 1)], -1)
+    off = (few.palette[0] + c @ few.palette[1:]) * 255 - texels(colours) / 257
+    assert np.abs(off[USED]).max() < 1.5
+
+
 @pytest.mark.parametrize("spots", [0.5, 0.001])
 def test_other_colours_beside_each_other_stay_as_they_are(spots: float) -> None:
     """Were it a spot or two."""

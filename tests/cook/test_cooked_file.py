@@ -1,13 +1,16 @@
 """Cooked objects in files: read back as they were, apart by their options, and gone where damaged."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from depthwalk.cache import read_arrays
+from depthwalk.cook import colour_pca
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, cook_object
-from depthwalk.cook.cooked_file import find_cooked, keep_cooked, read_cooked, write_cooked
-from shapes import bake, box, checkers, globe, sphere
+from depthwalk.cook.cooked_file import cooked_key, find_cooked, keep_cooked, read_cooked, write_cooked
+from shapes import bake, box, checkers, globe, joined, sphere
 
 
 @pytest.fixture(scope="module")
@@ -81,3 +84,20 @@ def test_files_of_their_own_hold_them_too(tmp_path: Path) -> None:
     (read,) = read_cooked(tmp_path / "globe.dpci.npz")
     for name, value in vars(textured.load()[1]).items():
         np.testing.assert_array_equal(value, getattr(read.load()[1], name), err_msg=name)
+
+
+def test_two_components_of_colours_are_another_layout(
+    made: tuple[CookedObject, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Programs that know one component only would draw them wrongly."""
+    for name, value in ("_OWN", (2,)), ("_SMALL", 0), ("_RMS_ERROR", 255), ("_MAX_ERROR", 255):
+        monkeypatch.setattr(colour_pca, name, value)
+    ball = joined(sphere(columns=32, rows=16), box(1.6, 0.2, 1.0, colour=(105, 95, 80)))
+    paired = cook_object(bake(ball, 16, 1), CookOptions())
+    assert paired.load()[1].colours.shape[2] == 2
+    for objects, layout in (made, 2), ((paired,), 3):
+        write_cooked(folder / "x.npz", "abc", objects)
+        assert json.loads(str(read_arrays(folder / "x.npz", ["made_of"])["made_of"]))["version"] == layout
+        assert cooked_key(folder / "x.npz") == "abc"
+        for before, after in zip(objects, read_cooked(folder / "x.npz"), strict=True):
+            np.testing.assert_array_equal(before.load()[1].colours, after.load()[1].colours)

@@ -165,7 +165,8 @@ def in_pages(pages: VirtualTexture, image: int, at: Array, lod: float, size: tup
     if not colours.shape[1]:
         colours = np.tile(255 * pages.palette[0], (len(at), 1))
     elif tints.shape[1]:
-        colours = 255 * pages.palette[0] + np.concatenate([colours * (255 / 127), tints], 1) @ pages.palette[1:]
+        own = colours * (255 / 127)
+        colours = 255 * pages.palette[0] + np.concatenate([own, tints], 1) @ pages.palette[1:]
     return np.concatenate([normals, colours], 1), found
 
 
@@ -261,6 +262,20 @@ void main() {
 
 def test_the_shader_matches_its_twin(gl_device: Device, baked: BakedObject, pages: VirtualTexture) -> None:
     """Random points of every image at random levels of detail, by transform feedback."""
+    match_shader(gl_device, baked, pages)
+
+
+def test_the_shader_reads_two_components_and_a_tint(
+    gl_device: Device, baked: BakedObject, grids: LodGeometry, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in ("_OWN", (2,)), ("_RMS_ERROR", 255), ("_MAX_ERROR", 255):
+        monkeypatch.setattr(colour_pca, name, value)
+    pages = build_virtual_texture(baked, grids)
+    assert (pages.colours.shape[2], pages.tints.shape[2]) == (2, 1) or not pages.colours.shape[2]
+    match_shader(gl_device, baked, pages)
+
+
+def match_shader(gl_device: Device, baked: BakedObject, pages: VirtualTexture) -> None:
     store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked], kept=False)), gl_device.scope("test")
     store.cook_options = CookOptions(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.depth_numbers(0)[0])

@@ -7,7 +7,7 @@ import pytest
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.mip_maps import Texels, mip_maps
 
-KINDS = [(1, np.uint8), (2, np.uint8), (3, np.uint8), (4, np.uint8), (1, np.int8)]
+KINDS = [(1, np.uint8), (2, np.uint8), (3, np.uint8), (4, np.uint8), (1, np.int8), (2, np.int8)]
 
 
 def _texels(shape: tuple[int, int, int], dtype: type = np.uint8) -> Texels:

@@ -27,6 +27,8 @@ BOUNDS: dict[str, tuple[Callable[[], Model], float, float]] = {
     "cup": (partial(specimens.cup, 48), 0.99, 0.05),
     "chair": (specimens.chair, 0.9, 0.4),
     "coil": (partial(specimens.coil, 8), 0.86, 0.8),
+    "wheel": (partial(specimens.wheel, 12), 0.9, 0.5),
+    "links": (partial(specimens.links, 16), 0.97, 0.1),
 }
 
 

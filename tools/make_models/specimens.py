@@ -75,6 +75,27 @@ def coil(sides: int = 20) -> Model:
     return _mottled(tube(path, 0.03, sides).grounded(), (0.50, 0.52, 0.55), 7)
 
 
+def wheel(sides: int = 32) -> Model:
+    """Make a wheel with twelve thin spokes, upright; its rim has `sides` vertices round it, six times as many along."""
+    theta = np.linspace(0, 2 * np.pi, 6 * sides + 1)
+    circle = np.stack([0.45 * np.cos(theta), 0.45 * np.sin(theta), 0 * theta], -1)
+    angles = np.arange(12) * np.pi / 6
+    spokes = [
+        tube(np.outer([0.05, 0.45], [np.cos(a), np.sin(a), 0]) + np.array([0, 0, 0.03 * (-1) ** k]), 0.008, 12)
+        for k, a in enumerate(angles)
+    ]
+    hub = tube([[0, 0, -0.08], [0, 0, 0.08]], 0.07, 2 * sides)
+    return _mottled(assembled(tube(circle, 0.035, sides), hub, *spokes), (0.45, 0.40, 0.34), 8)
+
+
+def links(sides: int = 40) -> Model:
+    """Make three rings that go through each other like those of a chain; `sides` vertices round each cross-section."""
+    theta = np.linspace(0, 2 * np.pi, 4 * sides + 1)
+    flat = np.stack([0.25 * np.cos(theta), 0.25 * np.sin(theta), 0 * theta], -1)
+    rings = [tube(flat[:, [0, 1, 2] if k % 2 else [0, 2, 1]] + [0.27 * (k - 1), 0, 0], 0.06, sides) for k in range(3)]
+    return _mottled(assembled(*rings), (0.60, 0.55, 0.42), 9)
+
+
 def _animal(p: Points) -> Distance:
     body = ellipsoid(p, (0, 0.62, 0), (0.42, 0.15, 0.13))
     legs: list[Stroke] = [
@@ -129,4 +150,6 @@ SPECIMENS: dict[str, Callable[[], Model]] = {
     "cup": cup,
     "chair": chair,
     "coil": coil,
+    "wheel": wheel,
+    "links": links,
 }

@@ -12,13 +12,14 @@ import shutil
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from depthwalk.assets.asset_files import levels_key, mesh_key, mesh_source, read_body
 from depthwalk.assets.worker import report_stage, set_up_worker, terminate
 from depthwalk.bake.cache import BAKED, find_cached, read_model
+from depthwalk.bake.coverage import measure_left_out
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.cache import forget
@@ -77,6 +78,8 @@ class Baked:
         Seconds that each stage took, in the order of the stages.
     bytes
         Size of the file.
+    left_out
+        The part of the visible surface that no image holds, 0 to 1.
     """
 
     out: Path
@@ -85,6 +88,7 @@ class Baked:
     images: int
     seconds: dict[str, float]
     bytes: int
+    left_out: float
 
 
 @dataclass(frozen=True)
@@ -187,12 +191,14 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     # Cooking makes its own coarse levels of larger images, from the finest grids.
     max_stepped = GRID_TEXELS if cooked else None
     model = bake_model(mesh, job.params, key, clock.start, workers, max_stepped)
+    clock.start("coverage")
+    left_out = measure_left_out(mesh, model)
     clock.start("cook" if cooked else "write")
     try:
         if cooked:
-            write_cooked(staged, key, tuple(cook_object(part, CookOptions()) for part in model.parts))
+            write_cooked(staged, key, tuple(cook_object(part, CookOptions()) for part in model.parts), left_out)
         else:
-            write_baked(staged, model)
+            write_baked(staged, replace(model, left_out=left_out))
     except OSError as error:
         raise _unwritable(job.out, error) from error
     return Baked(
@@ -202,6 +208,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         images=sum(len(part.images) for part in model.parts),
         seconds=clock.stop(),
         bytes=staged.stat().st_size,
+        left_out=left_out,
     )
 
 

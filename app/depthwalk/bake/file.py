@@ -28,6 +28,7 @@ from depthwalk.bake.header import (
     COORDINATES,
     FORMAT_VERSION,
     GEOMETRY,
+    LEFT_OUT,
     LISTS,
     PLACEMENT,
     TEXTURE,
@@ -86,6 +87,8 @@ def write_baked(path: Path, model: BakedModel) -> None:
         ATTRIBUTE + "checksum": _checksum(channels),
         "displayWindow": _window(channels[0]),
     }
+    if model.left_out is not None:
+        common[ATTRIBUTE + LEFT_OUT] = float(np.float32(model.left_out))  # as files hold it
     parts = []
     for number, (baked, named) in enumerate(zip(model.parts, contents, strict=True), 1):
         prefix = f"part{number}." if len(contents) > 1 else ""
@@ -127,7 +130,7 @@ def read_baked(path: Path) -> BakedModel:
         for full, channels in stored.items():
             number, name = split_name(full)
             contents[number][name] = channels
-        return BakedModel(parts=tuple(map(_object, contents, headers)))
+        return BakedModel(parts=tuple(map(_object, contents, headers)), left_out=headers[0].left_out)
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
 

@@ -20,6 +20,7 @@ TEXTURED_VERSION = 11  # of files in which an object has a texture, and its imag
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
+LEFT_OUT = "left_out"  # attribute that files need not have
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 TEXTURE = "texture"  # name of the part that holds the texture
 COORDINATES = "uv"  # channel of texture coordinates
@@ -50,6 +51,8 @@ class Header:
         Hex digest of what the object was made from.
     checksum
         CRC-32 in hex over all pixels of the file.
+    left_out
+        See `BakedModel`; None where the file does not say.
     """
 
     cylinder: Cylinder
@@ -59,6 +62,7 @@ class Header:
     steps: int
     key: str
     checksum: str
+    left_out: float | None = None
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
@@ -192,6 +196,9 @@ def _parsed(part: dict[str, Any]) -> Header:
         raise ValueError("key is not text of at most 64 letters and digits")
     if not isinstance(checksum, str):
         raise ValueError("checksum is not text")
+    left_out = values.get(LEFT_OUT)
+    if left_out is not None and not (type(left_out) is float and 0 <= left_out <= 1):
+        raise ValueError(f"{LEFT_OUT} is {left_out!r:.40}, not a number from 0 to 1")
     return Header(
         cylinder=cylinder,
         position=(x, y, z),
@@ -200,6 +207,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         steps=steps,
         key=key,
         checksum=checksum,
+        left_out=left_out,
     )
 
 

@@ -14,9 +14,13 @@ class BakedModel:
     parts
         At least one object, each with its own cylinder, placed in the asset's frame; all have the same key. Neighbours
         both hold the surface along their common edge.
+    left_out
+        The part of the mesh's visible surface that no image holds, 0 to 1, see `measure_left_out`; None where that was
+        not measured.
     """
 
     parts: tuple[BakedObject, ...]
+    left_out: float | None = None
 
     @property
     def key(self) -> str:

@@ -133,7 +133,8 @@ def describe(baked: Baked | Kept, resolution: int) -> str:
     side = f"at most {resolution}" if baked.parts > 1 else f"{resolution}"
     return (
         f"{baked.out}: {baked.triangles} triangles, {parts}{baked.images} images of {side}², "
-        f"{baked.bytes / 1e6:.1f} MB; {sum(baked.seconds.values()):.2f} s ({stages})"
+        f"{baked.bytes / 1e6:.1f} MB, {100 * baked.left_out:.2f} % of the visible surface left out; "
+        f"{sum(baked.seconds.values()):.2f} s ({stages})"
     )
 
 

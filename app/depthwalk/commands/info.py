@@ -156,6 +156,7 @@ def _baked_rows(path: Path) -> Iterator[Row]:
     yield "kind", "depth images"
     yield "bytes", str(path.stat().st_size)
     yield "key", model.key or "-"
+    yield from _left_out_row(model.left_out)
     if len(model.parts) > 1:
         yield "parts", str(len(model.parts))
     for number, baked in enumerate(model.parts, 1):
@@ -164,12 +165,13 @@ def _baked_rows(path: Path) -> Iterator[Row]:
 
 def _cooked_rows(path: Path) -> Iterator[Row]:
     from depthwalk.cook.cases import PIECES
-    from depthwalk.cook.cooked_file import cooked_key, read_cooked
+    from depthwalk.cook.cooked_file import cooked_key, cooked_left_out, read_cooked
 
     objects = read_cooked(path)
     yield "kind", "cooked depth images"
     yield "bytes", str(path.stat().st_size)
     yield "key", cooked_key(path) or "-"
+    yield from _left_out_row(cooked_left_out(path))
     yield "on the GPU", f"{sum(cooked.bytes for cooked in objects) / 1e6:.1f} MB"
     for number, cooked in enumerate(objects, 1):
         prefix = f"part{number}." if len(objects) > 1 else ""
@@ -180,6 +182,12 @@ def _cooked_rows(path: Path) -> Iterator[Row]:
         )
         yield f"{prefix}images", ", ".join(f"{image.name} {image.depth.shape[1]}²" for image in cooked.outline.images)
         yield f"{prefix}triangles", " ".join(map(str, triangles.tolist()))
+
+
+def _left_out_row(left_out: float | None) -> Iterator[Row]:
+    """Yield what part of the visible surface no image holds, where the file says it."""
+    if left_out is not None:
+        yield "left out", f"{100 * left_out:.2f} % of the visible surface"
 
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:

@@ -1,7 +1,8 @@
 """Store the colours of a virtual texture in few bytes: by principal components.
 
 The first principal component of an object's colours is mostly how light they are. It is stored in every texel; what it
-misses, in two numbers (tints) that 2 × 2 texels share. Where that would show, colours are stored as they are.
+misses, in two numbers (tints) that 2 × 2 texels share. Where that would show, texels have two components each and share
+the third; where that would show as well, colours are stored as they are.
 """
 
 from typing import NamedTuple
@@ -10,22 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SMALL = 1 << 18  # texels for which saving bytes is not worth a lookup
+_OWN = 1, 2  # how many components of its own a texel may have, the first that shows no difference
 _RMS_ERROR, _MAX_ERROR = 0.6, 24.0  # of 255: what sharing tints between 2 × 2 texels may change
 
 
 class ColourComponents(NamedTuple):
     """Hold colours as components of a palette.
 
-    The colour of a texel is palette[0] + Σ c[i] · palette[i + 1], where c is its component followed by its two tints.
+    The colour of a texel is palette[0] + Σ c[i] · palette[i + 1], where c is its components followed by its tints.
     Where k is 0 it is palette[0] alone; where k is 4 the components are the colour itself. Filtering components gives
     the same as filtering colours.
 
     Attributes
     ----------
     components
-        (H, W, k) where k is 0, 1 (int8, 127 for 1.0) or 4 (uint8, 255 for 1.0).
+        (H, W, k) where k is 0, 1 or 2 (int8, 127 for 1.0), or 4 (uint8, 255 for 1.0).
     tints
-        (H / 2, W / 2, 2) uint8, 255 for 1.0, where k is 1; else empty.
+        (H / 2, W / 2, 3 − k) uint8, 255 for 1.0, where k is 1 or 2; else empty.
     palette
         (4, 4) float32, rows of √linear RGB and specular strength.
     """
@@ -62,17 +64,35 @@ def few_components(colours: NDArray[np.uint16], used: NDArray[np.bool_]) -> Colo
     axes = np.linalg.eigh(np.cov(shown, rowvar=False))[1].T[:0:-1].astype(np.float32)  # three, the principal one first
     along = np.zeros((*used.shape, 3), np.float32)
     along[used] = (shown - mean) @ axes.T
-    tints = along[..., 1:].reshape(used.shape[0] // 2, 2, used.shape[1] // 2, 2, 2).mean((1, 3))
-    off = np.square(along[..., 1:] - tints.repeat(2, 0).repeat(2, 1))[used].sum(1)
-    off += np.square(shown - mean - along[used] @ axes).sum(1)  # along the fourth axis
-    if off.mean() > (_RMS_ERROR / 255) ** 2 or off.max() > (_MAX_ERROR / 255) ** 2:
-        return ColourComponents(rounded, no_tints, palette)
-    low, size = along[used].min(0), np.ptp(along[used], 0).clip(1e-6)
-    middle, half = low[:1] + size[:1] / 2, size[:1] / 2
-    palette[0] = mean + np.concatenate([middle, low[1:]]) @ axes
-    palette[1:] = np.concatenate([half, size[1:]])[:, None] * axes
-    # Signed, so that llvmpipe does not blend it in 8 bits, which costs FLIP .001.
-    components = np.round((along[..., :1] - middle) / half * 127).clip(-127, 127).astype(np.int8)
-    return ColourComponents(
-        components, np.round((tints - low[1:]) / size[1:] * 255).clip(0, 255).astype(np.uint8), palette
-    )
+    fourth = np.square(shown - mean - along[used] @ axes).sum(1)  # what lies along the fourth axis
+    for own in _OWN:
+        shared = along[..., own:]
+        tints = shared.reshape(used.shape[0] // 2, 2, used.shape[1] // 2, 2, 3 - own).mean((1, 3))
+        off = np.square(shared - tints.repeat(2, 0).repeat(2, 1))[used].sum(1) + fourth
+        if off.mean() <= (_RMS_ERROR / 255) ** 2 and off.max() <= (_MAX_ERROR / 255) ** 2:
+            return _components(along, own, tints, used, mean, axes)
+    return ColourComponents(rounded, no_tints, palette)
+
+
+def _components(
+    along: NDArray[np.float32],
+    own: int,
+    tints: NDArray[np.float32],
+    used: NDArray[np.bool_],
+    mean: NDArray[np.float32],
+    axes: NDArray[np.float32],
+) -> ColourComponents:
+    """Return components of 8 bits.
+
+    along: (H, W, 3), along the axes; own: how many of them every texel stores; tints: (H / 2, W / 2, 3 − own), along
+    the others; used: (H, W) bool; mean (4,) and axes (3, 4), of the colours.
+    """
+    low, size, palette = along[used].min(0), np.ptp(along[used], 0).clip(1e-6), np.zeros((4, 4), np.float32)
+    parts, rest = (along[..., :own] - low[:own]) / size[:own], (tints - low[own:]) / size[own:]
+    # Signed, so that llvmpipe does not blend them in 8 bits, which costs FLIP .001.
+    components = np.round((2 * parts - 1) * 127).clip(-127, 127).astype(np.int8)
+    size[:own] /= 2
+    low[:own] += size[:own]
+    palette[0] = mean + low @ axes
+    palette[1:] = size[:, None] * axes
+    return ColourComponents(components, np.round(rest * 255).clip(0, 255).astype(np.uint8), palette)

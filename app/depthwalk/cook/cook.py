@@ -12,9 +12,9 @@ once per asset, in seconds; `cooked_file` keeps the result. Its steps, in the or
    triangles of grids stay with the image that they are made of.
 3. *Pieces.* The triangles of a level are sorted by the directions from which they can be seen (`cases`), and written
    as vertex and index arrays (`lod_geometry`, `indexed_lods`, `index_chunks`).
-4. *Virtual texture.* The texels that those triangles look up (`used_texels`) are encoded (`texel_encoding`) and packed
-   into one small texture (`virtual_texture`, `mask_packing`), in mip tiers, their colours in as few components as they
-   need (`colour_pca`).
+4. *Virtual texture.* The texels that those triangles look up (`used_texels`), but for the finest of what hardly anybody
+   sees (`interior_visibility`), are encoded (`texel_encoding`) and packed into one small texture (`virtual_texture`,
+   `mask_packing`), in mip tiers, their colours in as few components as they need (`colour_pca`).
 5. *Cooked object.* What drawing asks for before the arrays are loaded goes beside them: an outline, bounds, errors.
 """
 

@@ -29,6 +29,7 @@ COOKED = Cache(suffix=".npz", content="cooked depth images")
 # Of the arrays and what they mean to the shaders. Files of their own stay readable when COOK_VERSION is raised because
 # cooking got better, or faster; raise this where they would be drawn wrongly.
 _LAYOUT = 2
+_PAIRED_LAYOUT = 3  # of files with an object whose texels have two components of colours, which others draw wrongly
 
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
 _OF_TEXTURED = "coordinates", "texture", "colour_level"  # fields that are stored of objects with coordinates only
@@ -86,7 +87,7 @@ def keep_cooked(key: str, options: CookOptions, objects: tuple[CookedObject, ...
     return tuple(replace(cooked, load=_loader(path, number)) for number, cooked in enumerate(objects))
 
 
-def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> None:
+def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...], left_out: float | None = None) -> None:
     """Write cooked objects to a file of their own, compressed, whole or not at all.
 
     Parameters
@@ -97,14 +98,19 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
         The key of the depth images that the objects were cooked of.
     objects
         All objects of a model, cooked with the default `CookOptions`.
+    left_out
+        See `BakedModel`.
 
     Raises
     ------
     OSError
         Where the file cannot be written.
     """
-    made_of = json.dumps({"key": key, "version": _LAYOUT, "cooked_by": COOK_VERSION, "packed": True})
-    write_arrays(path, {"made_of": made_of} | {name: _packed(name, a) for name, a in _arrays(objects).items()}, True)
+    paired = any(cooked.load()[1].colours.shape[2] == 2 for cooked in objects)
+    version = _PAIRED_LAYOUT if paired else _LAYOUT
+    origin = {"key": key, "version": version, "cooked_by": COOK_VERSION, "packed": True, "left_out": left_out}
+    columns = {name: _packed(name, values) for name, values in _arrays(objects).items()}
+    write_arrays(path, {"made_of": json.dumps(origin)} | columns, True)
 
 
 def cooked_key(path: Path) -> str | None:
@@ -114,10 +120,20 @@ def cooked_key(path: Path) -> str | None:
     """
     try:
         made_of = _made_of(path)
-        same = made_of["version"] == _LAYOUT and made_of.get("cooked_by", 2) == COOK_VERSION
+        same = made_of["version"] in (_LAYOUT, _PAIRED_LAYOUT) and made_of.get("cooked_by", 2) == COOK_VERSION
         return str(made_of["key"]) if same else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
+
+
+def cooked_left_out(path: Path) -> float | None:
+    """Return `BakedModel.left_out` of the depth images that were cooked to the file `path`, None where it is unknown.
+
+    Raises InputError where the file cannot be read or is damaged.
+    """
+    with _complaints(path):
+        left_out = _made_of(path).get("left_out")
+        return None if left_out is None else float(left_out)
 
 
 def read_cooked(path: Path) -> tuple[CookedObject, ...]:
@@ -142,8 +158,8 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
     """
     with _complaints(path):
         made_of = _made_of(path)
-        if made_of["version"] != _LAYOUT:
-            problem = f"a file of layout {made_of['version']}, not {_LAYOUT}; bake it again"
+        if made_of["version"] not in (_LAYOUT, _PAIRED_LAYOUT):
+            problem = f"a file of layout {made_of['version']}, not {_LAYOUT} or {_PAIRED_LAYOUT}; bake it again"
             raise InputError(f"{path}: {problem}")
         objects = _objects(path)
     packed = made_of.get("packed", False)

@@ -253,13 +253,19 @@ def _texels_of_cells(mip_tier: MipTier, corner: tuple[int, int], shape: tuple[in
 def _charts(baked: BakedObject, grids: LodGeometry, shapes: list[tuple[int, int]], parallel: Map) -> list[_Chart]:
     """Return all that is stored; shapes: rows and columns of tiles in each mip tier.
 
-    The last tier is stored as a whole, so that nothing is ever missing.
+    The last tier is stored as a whole, so that nothing is ever missing. What hardly anybody sees is looked up in the
+    second finest.
     """
+    from depthwalk.cook.interior_visibility import hardly_seen  # here: who draws what others have cooked casts no rays
+
     charts: list[_Chart] = []
     # A pixel that covers 2^k texels is drawn by levels up to the k-th after the first, and looks up level k − 1 of the
     # texture. The last before the next mip tier is drawn where this one has all but given way to that.
     levels = [(mip_tier + 1) * LEVELS + 1 for mip_tier in range(len(shapes))]
     for mip_tier, sub_tiles in enumerate(used_sub_tiles(baked, grids, levels, parallel)):
+        # With coordinates, colours of coarser tiers are much coarser still.
+        if mip_tier == 0 and len(shapes) > 1 and baked.texture is None:
+            sub_tiles &= ~hardly_seen(baked, grids, parallel).repeat(2, 1).repeat(2, 2)
         for rows, columns in shapes[1 : mip_tier + 1]:
             sub_tiles = _covered_quarter(sub_tiles, (2 * rows, 2 * columns))
         sub_tiles |= mip_tier == len(shapes) - 1

@@ -14,7 +14,7 @@ from typing import Any, Unpack
 import moderngl
 import numpy as np
 
-from depthwalk.gpu.mip_maps import R8_SNORM, Texels, mip_maps, set_mip_maps
+from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
 from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
 
 log = logging.getLogger(__name__)
@@ -187,7 +187,7 @@ class Scope:
         Parameters
         ----------
         texels
-            (H, W, k) uint8 with k from 1 to 4, or int8 with k = 1; lower row first.
+            (H, W, k) uint8 with k from 1 to 4, or int8 with k = 1 or 2; lower row first.
         levels
             The number of the coarsest mip-map; 0 is the finest, and each is half as wide and high as the one before. It
             is lower where a width or height becomes odd.
@@ -195,7 +195,9 @@ class Scope:
         height, width, components = texels.shape
         size = width, height
         self._check_size(size)
-        layout: dict[str, Any] = {"dtype": "ni1", "internal_format": R8_SNORM} if texels.dtype == np.int8 else {}
+        layout: dict[str, Any] = (
+            {"dtype": "ni1", "internal_format": SNORM[components]} if texels.dtype == np.int8 else {}
+        )
         make = self.device.context.texture
 
         def create() -> moderngl.Texture:

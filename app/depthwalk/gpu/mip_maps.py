@@ -17,7 +17,7 @@ Texels = NDArray[np.uint8] | NDArray[np.int8]
 _TEXTURE_2D, _MAX_LEVEL = 0x0DE1, 0x813D
 _FORMATS = {1: 0x1903, 2: 0x8227, 3: 0x1907, 4: 0x1908}  # GL_RED, GL_RG, GL_RGB, GL_RGBA, by components
 _INTERNAL = {1: 0x8229, 2: 0x822B, 3: 0x8051, 4: 0x8058}  # GL_R8, GL_RG8, GL_RGB8, GL_RGBA8
-R8_SNORM = 0x8F94
+SNORM = {1: 0x8F94, 2: 0x8F95}  # GL_R8_SNORM, GL_RG8_SNORM
 _UNSIGNED, _SIGNED = 0x1401, 0x1400  # GL_UNSIGNED_BYTE, GL_BYTE
 _FUNCTION = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)  # OpenGL is called in another way on Windows
 _TEX_IMAGE = _FUNCTION(None, *[ctypes.c_int] * 8, ctypes.c_void_p)
@@ -30,7 +30,7 @@ def mip_maps(texels: Texels, levels: int) -> list[Texels]:
     Parameters
     ----------
     texels
-        (H, W, k) uint8, or int8 with k = 1.
+        (H, W, k) uint8, or int8 with k = 1 or 2.
     levels
         How many pictures to make; fewer are made where a height or width becomes odd.
 
@@ -50,7 +50,8 @@ def _halved(texels: Texels) -> Texels:
     wide = np.int16 if texels.dtype == np.int8 else np.uint16
     rows = np.add(texels[0::2], texels[1::2], dtype=wide)
     # All components of a texel are added at once, as one long number, in which none carries into the next.
-    whole = rows.view(f"u{2 * components}")[..., 0] if components in (2, 4) else rows
+    is_one = components in (2, 4) and texels.dtype == np.uint8
+    whole = rows.view(f"u{2 * components}")[..., 0] if is_one else rows
     sums = np.ascontiguousarray(whole[:, 0::2] + whole[:, 1::2]).view(wide)
     means: Any = (sums + 2) >> 2
     halved: Texels = means.astype(texels.dtype).reshape(height // 2, width // 2, components)
@@ -73,7 +74,7 @@ def set_mip_maps(context: moderngl.Context, texture: moderngl.Texture, pictures:
     for level, texels in enumerate(pictures, start=1):
         height, width, components = texels.shape
         signed = texels.dtype == np.int8
-        kind, number = (R8_SNORM, _SIGNED) if signed else (_INTERNAL[components], _UNSIGNED)
+        kind, number = (SNORM[components], _SIGNED) if signed else (_INTERNAL[components], _UNSIGNED)
         form = _FORMATS[components]
         _load(context, "glTexImage2D", _TEX_IMAGE)(
             _TEXTURE_2D, level, kind, width, height, 0, form, number, texels.ctypes.data

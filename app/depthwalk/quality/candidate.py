@@ -8,6 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
+from depthwalk.bake.coverage import measure_left_out
 from depthwalk.bake.depth import Depth, deep_enough
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BakedObject, Face
@@ -61,6 +62,8 @@ class Candidate:
         Number of connected pieces of at least `LEAST_PART` of the surface each.
     texel
         Side of the largest texel, metres.
+    left_out
+        Part of the visible surface that no depth image holds, 0 to 1, see `measure_left_out`.
     deeper
         What more layers would bring; None where that is less than `MUCH_DEEPER`.
     """
@@ -69,6 +72,7 @@ class Candidate:
     thin: float
     parts: int
     texel: float
+    left_out: float = 0.0
     deeper: Deeper | None = None
 
 
@@ -105,6 +109,7 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
         thin=float(thin.mean()),
         parts=count_parts(mesh),
         texel=texel,
+        left_out=measure_left_out(mesh, model),
         deeper=_deeper(mesh, model, params),
     )
 

@@ -221,7 +221,8 @@ def costs_line(model: ModelReport) -> str:
         f"{model.triangles} triangles, {len(model.views)} views; "
         f"baked in {costs.bake_seconds:.1f} s{mark(reached['bake_seconds'])}{peak}, "
         f"{costs.bytes_disk / 1e6:.1f} MB on disk, "
-        f"{costs.bytes_gpu / 1e6:.1f} MB on the GPU{mark(reached['bytes_gpu'])}"
+        f"{costs.bytes_gpu / 1e6:.1f} MB on the GPU{mark(reached['bytes_gpu'])}; "
+        f"{100 * model.candidate.left_out:.2f} % of the visible surface left out"
     )
 
 

@@ -44,7 +44,7 @@ class SurfaceTexture:
     normals
         The normals of the virtual texture, tile by tile.
     colours
-        The colours of the virtual texture, tile by tile; one component where `tints` has the others.
+        The colours of the virtual texture, tile by tile; one or two components where `tints` has the others.
     tints
         The other components of the colours, for 2 × 2 texels each.
     coordinates
@@ -322,6 +322,7 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
     variants = {
         "COLOURED": pages.colours.size,
         "TINTED": pages.tints.size,
+        "PAIRED": pages.tints.size and pages.colours.shape[2] == 2,
         "PARTIAL": detail,
         "COORDINATES": pages.has_coordinates,
     }
@@ -349,7 +350,7 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
 
 
 def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:
-    """Upload a picture of the virtual texture, (H, W, k) and signed only if k = 1, with mip-maps up to `levels`."""
+    """Upload a picture of the virtual texture, (H, W, k), signed only if k is 1 or 2, with mip-maps up to `levels`."""
     if not texels.size:
         texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
     return gl.mipmapped_texture(texels, levels)

@@ -1,0 +1,83 @@
+"""Find what of an object's depth images hardly anybody outside sees: the inside of a shell, away from its openings."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.face_grid import FaceGrid, square_texel
+from depthwalk.bake.images import BakedObject, DepthImage
+from depthwalk.bake.raycast import RayCaster
+from depthwalk.cook.lod_geometry import LodGeometry
+from depthwalk.cook.used_texels import TILE, tile_counts
+from depthwalk.geometry.vectors import lengths
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.parallel import Map
+from depthwalk.types import Mask
+
+_PROBES = 2, 6  # rows and columns of a tile whose texels cast rays
+_RAYS = 16  # of each of these four texels: with those of its neighbours, up to 576 tell about a tile
+_FEWEST = 128  # that can tell
+_LEVEL = 1  # of detail, whose triangles the rays may meet
+_LEAST = 0.04  # part of the directions above a surface, by the cosine, in which it can be seen
+
+
+def hardly_seen(baked: BakedObject, grids: LodGeometry, parallel: Map = map) -> Mask:
+    """Return which tiles of an object's images can be seen from outside in hardly any direction.
+
+    Of first layers there are none: what a face sees is seen.
+
+    Parameters
+    ----------
+    baked
+        The object.
+    grids
+        The triangles of its levels of detail, which hide the inside.
+    parallel
+        `map`, or what `thread_map` yields to work in several threads.
+
+    Returns
+    -------
+    numpy.ndarray
+        (images, rows, columns) bool, True for tiles of 8 × 8 texels that show such surface alone.
+    """
+    caster = RayCaster(_mesh(grids), two_sided=True)
+    return np.stack(list(parallel(lambda image: _hardly_seen(baked, caster, image), baked.images)))
+
+
+def _mesh(grids: LodGeometry) -> Mesh:
+    """Return the triangles of one level of `grids` as a mesh of positions alone, object frame."""
+    used, faces = np.unique(grids.drawn(min(_LEVEL, len(grids.error) - 1)), return_inverse=True)
+    none = np.zeros((0, 3), np.float32)
+    return Mesh(
+        positions=grids.positions[used].astype(np.float32),
+        normals=none,
+        colours=none.astype(np.uint8),
+        uv=none,
+        faces=faces.reshape(-1, 3).astype(np.int32),
+        parts=(),
+        materials=(),
+    )
+
+
+def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> NDArray[np.bool_]:
+    """Return the tiles (rows, columns) of one image that are hardly seen."""
+    from scipy.ndimage import uniform_filter
+
+    rows, columns = tile_counts(image.depth.shape)
+    if image.layer == 0:
+        return np.zeros((rows, columns), bool)
+    probed = np.isfinite(image.depth)
+    for axis, size in enumerate(image.depth.shape):
+        probed &= np.expand_dims(np.isin(np.arange(size) % TILE, _PROBES), 1 - axis)
+    row, column = probed.nonzero()
+    normal = np.repeat(image.normal[row, column], _RAYS, axis=0)
+    points = FaceGrid.of(baked.cylinder, image).points(image.depth)[row, column]
+    start = np.repeat(points, _RAYS, axis=0) + square_texel(baked) * normal
+    random = np.random.default_rng(0).normal(size=normal.shape).astype(np.float32)
+    # Nearly by the cosine: of length 1 the random part could cancel the normal.
+    escaped = caster.escapes(start, normal + 0.98 * random / lengths(random)[:, None])
+    tile = np.repeat(row // TILE * columns + column // TILE, _RAYS)
+    free, cast = (
+        9 * uniform_filter(np.bincount(tile, weights, rows * columns).reshape(rows, columns), 3, mode="constant")
+        for weights in (escaped.astype(float), np.ones(len(tile)))
+    )
+    return np.asarray((cast >= _FEWEST) & (free < _LEAST * cast))
