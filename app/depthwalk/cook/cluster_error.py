@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.types import Array, Ints, Mask
 
-_FEWEST = 20_000  # probes of a mesh
+_FEWEST = 8192  # probes of a mesh
 _PER_GROUP = 64  # probes of a group, where that makes more of them
-_NEAREST = 8  # points on the simplified triangles, of whose triangles the nearest counts
+_NEAREST = 4  # points on the simplified triangles, of whose triangles the nearest counts
 _BATCH = 1 << 15  # probes at a time
 
 
@@ -107,7 +107,7 @@ def spread_points(corners: Array, count: int, random: np.random.Generator) -> tu
 
 
 def squared_distances(point: Array, corners: Array) -> Array:
-    """Return squared distances of points (…, 3) from triangles (…, 3, 3): Ericson 2005, *Real-Time Collision Detection*."""
+    """Return the squared distances of points (…, 3) from triangles (…, 3, 3)."""
     a, b, c = (corners[..., k, :] for k in range(3))
     ab, ac, ap = b - a, c - a, point - a
     d1, d2 = _dot(ab, ap), _dot(ac, ap)

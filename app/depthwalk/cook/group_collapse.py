@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.cook.quadrics import optimal_points, squared_distances
-from depthwalk.geometry.triangles import face_normals
 from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.spatial_order import within_runs
+from depthwalk.geometry.triangles import face_normals
 from depthwalk.types import Array, Ints, Mask
 
 _MAX_ROUNDS = 60

@@ -22,8 +22,10 @@ from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.spatial_order import kd_tree_order
 from depthwalk.geometry.triangles import face_normals, row_ids
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.solid import is_solid
 from depthwalk.types import Array, Ints, Mask
 
+CLUSTERS_VERSION = 1  # to be raised whenever the same mesh would be divided differently
 SIZE = 128  # triangles of a cluster, at most
 _GROUP = 32  # clusters of a group, at most
 _FEWEST = 16  # triangles: a single cluster of no more is not simplified
@@ -44,6 +46,7 @@ class MeshClusters:
     positions, normals, colours, uv : (v, …) the vertices of all clusters, see `Mesh`; those of the mesh come first.
     faces : (t, 3) uint32, rows of these; the triangles of one cluster after the other.
     first : (c + 1,) first triangle of each cluster.
+    solid : whether the mesh is closed, so that nobody sees a back face, see `is_solid`.
     part : (c,) number of the part of the mesh that each cluster belongs to.
     centre, radius : (c, 3) and (c,) bounding spheres of the clusters, metres, asset frame.
     axis, sine : (c, 3) and (c,) cones that hold the normals of the clusters, see `Meshlets`.
@@ -61,6 +64,7 @@ class MeshClusters:
     uv: NDArray[np.float32]
     faces: NDArray[np.uint32]
     first: NDArray[np.int64]
+    solid: bool
     part: NDArray[np.int64]
     centre: Array
     radius: Array
@@ -289,6 +293,7 @@ class _Builder:
         return MeshClusters(
             **self._looks(),
             faces=np.concatenate(self._triangles).astype(np.uint32),
+            solid=is_solid(self._mesh),
             first=np.append(0, np.cumsum(clusters.count)),
             part=clusters.part,
             centre=self._low + self._size * clusters.centre,
@@ -329,6 +334,7 @@ def _nothing() -> MeshClusters:
         colours=np.zeros((0, 3), np.uint8),
         uv=np.zeros((0, 2), np.float32),
         faces=np.zeros((0, 3), np.uint32),
+        solid=False,
         first=np.zeros(1, np.int64),
         part=numbers,
         centre=points,

@@ -39,6 +39,7 @@ MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
 Spec = ObjectParams | GridParams | PlacesParams | ScatterParams | GroupParams
 Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items, by the place of the item
 
+_POLYGONS = "mesh", "mesh-lod", "mesh-clusters"
 _BY_LABEL = {kind.label: kind for kind in Representation}
 
 
@@ -232,8 +233,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     if isinstance(asset, DepthImageAssetParams):
         return "dpci", "dmesh"
     if isinstance(asset, BakedAssetParams):
-        return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.mesh else ("dpci", "dmesh")
-    return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.dpci else ("mesh", "mesh-lod")
+        return ("dpci", *_POLYGONS, "dmesh") if asset.mesh else ("dpci", "dmesh")
+    return ("dpci", *_POLYGONS, "dmesh") if asset.dpci else _POLYGONS
 
 
 def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:

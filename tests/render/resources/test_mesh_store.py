@@ -6,6 +6,7 @@ from typing import cast
 
 import pytest
 
+from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
@@ -27,6 +28,9 @@ class Meshes:
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, MeshLevel]:
         return MeshLevel(self.held[asset], 0.0), MeshLevel(sphere(columns=6, rows=3), 0.1)
+
+    def mesh_clusters(self, asset: int) -> MeshClusters:
+        return build_clusters(self.held[asset])
 
     def forget_mesh(self, asset: int) -> None:
         self.forgotten.append(asset)
