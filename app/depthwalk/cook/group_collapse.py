@@ -79,8 +79,8 @@ class _Edges:
 class _Collapses(StructOfArrays):
     """Hold n collapses of edges: `start` (n,) vanishes, and `end` (n,) moves to `target` (n, 3).
 
-    free: (n,) whether `end` may move at all; loose: (n,) whether a seam is lost, so that looks are those of the vertices
-    at `end` that differ least; key: (n,) see `_Edges`; cost: (n,).
+    free: (n,) whether `end` may move at all; loose: (n,) whether a seam is lost, so that looks are those of the
+    vertices at `end` that differ least; key: (n,) see `_Edges`; cost: (n,).
     """
 
     start: Ints
@@ -248,7 +248,8 @@ def _independent(edges: _Edges, collapses: _Collapses, priority: Array) -> Ints:
     """
     own = np.empty(len(priority), np.int64)
     own[np.argsort(priority)] = np.arange(len(priority))
-    left, taken = np.arange(len(priority)), []
+    left = np.arange(len(priority))
+    taken: list[Ints] = []
     while len(left) and len(taken) < _TURNS:
         ends = np.concatenate([collapses.start[left], collapses.end[left]])
         first = _least_around(edges, ends, np.tile(own[left], 2)).reshape(2, -1)
@@ -366,8 +367,8 @@ def _breaks_topology(
 ) -> Mask:
     """Return which of n collapses would make surfaces touch themselves.
 
-    triangles: (t, 3) corners of all triangles; around: (k, 3) of those at an end of a collapse; collapse: (k,) which one
-    that is; vanish: (k,) whether it has both ends; is_start: (k, 3) which corners are the start.
+    triangles: (t, 3) corners of all triangles; around: (k, 3) of those at an end of a collapse; collapse: (k,) which
+    one that is; vanish: (k,) whether it has both ends; is_start: (k, 3) which corners are the start.
     """
     start, end, count = collapses.start, collapses.end, len(edges.first) - 1
     # Only what forms a triangle with both ends may be a neighbour of both.
