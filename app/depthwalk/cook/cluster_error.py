@@ -4,11 +4,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from depthwalk.geometry.triangles import face_normals
+from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask
 
 _FEWEST = 8192  # probes of a mesh
 _PER_GROUP = 64  # probes of a group, where that makes more of them
 _NEAREST = 4  # points on the simplified triangles, of whose triangles the nearest counts
+_EXACT = 16  # probes at a time that are measured exactly
 _BATCH = 1 << 15  # probes at a time
 
 
@@ -50,8 +52,8 @@ class Probes:
     def measure(self, group_of_cluster: Ints, groups: int, corners: Array, group: Ints, cluster: Ints) -> Array:
         """Find the greatest distance of points from the simplified triangles of their groups, and follow them there.
 
-        Distances are measured to the triangles of the nearest of many points on them, so that they may come out too
-        large, but not too small for the points that there are.
+        Distances to the triangles of the nearest of many points on them are upper bounds; where these are greatest,
+        all triangles of the group are looked at.
 
         Parameters
         ----------
@@ -73,20 +75,29 @@ class Probes:
         error = np.zeros(groups)
         of = group_of_cluster[self.cluster]
         rows = np.flatnonzero(of >= 0)
+        rows = rows[np.argsort(of[rows], kind="stable")]
         if not (len(rows) and len(corners)):
             return error
         apart = 10.0  # between groups, along a fourth axis: many times the mesh's size
         spread, triangle = spread_points(corners, 2 * len(rows), self._random)
         triangle = np.concatenate([np.arange(len(corners)), triangle])
         tree = cKDTree(np.column_stack([np.concatenate([corners.mean(1), spread]), apart * group[triangle]]))
-        for batch in np.array_split(rows, -(-len(rows) // _BATCH)):
-            point = self._point[batch]
-            found = triangle[tree.query(np.column_stack([point, apart * of[batch]]), _NEAREST)[1] % len(triangle)]
+        bound = np.empty(len(rows))
+        for batch in batches(len(rows), _BATCH):
+            point = self._point[rows[batch]]
+            found = triangle[tree.query(np.column_stack([point, apart * of[rows[batch]]]), _NEAREST)[1] % len(triangle)]
             distance = squared_distances(point[:, None], corners[found])
-            distance[group[found] != of[batch][:, None]] = np.inf
+            distance[group[found] != of[rows[batch]][:, None]] = np.inf
             best = distance.argmin(1)
-            np.maximum.at(error, of[batch], distance[np.arange(len(batch)), best])
-            self.cluster[batch] = cluster[found[np.arange(len(batch)), best]]
+            bound[batch] = distance[np.arange(len(best)), best]
+            self.cluster[rows[batch]] = cluster[found[np.arange(len(best)), best]]
+        order = np.argsort(group, kind="stable")
+        begins, ends = (np.searchsorted(group[order], np.arange(groups), side) for side in ("left", "right"))
+        firsts = np.searchsorted(of[rows], np.arange(groups + 1))
+        for number in range(groups):
+            run = slice(firsts[number], firsts[number + 1])
+            surface = corners[order[begins[number] : ends[number]]]
+            error[number] = _greatest_distance(self._point[rows[run]], bound[run], surface)
         return np.sqrt(error)
 
     def _thin_out(self, groups: int) -> None:
@@ -95,6 +106,18 @@ class Probes:
         if len(self._point) > count:
             kept = np.sort(self._random.choice(len(self._point), count, replace=False))
             self._point, self.cluster = self._point[kept], self.cluster[kept]
+
+
+def _greatest_distance(point: Array, bound: Array, corners: Array) -> float:
+    """Return the greatest of the squared distances of points (n, 3), at most `bound` (n,), from triangles (t, 3, 3)."""
+    order, greatest = np.argsort(-bound), 0.0
+    for batch in batches(len(order), _EXACT):
+        rows = order[batch]
+        if bound[rows].max(initial=0.0) <= greatest:
+            break
+        exact = squared_distances(point[rows][:, None], corners[None]).min(1)
+        greatest = max(greatest, float(np.minimum(exact, bound[rows]).max(initial=0.0)))
+    return greatest
 
 
 def spread_points(corners: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:
