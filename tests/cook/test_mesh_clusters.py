@@ -12,8 +12,11 @@ from depthwalk.cook.mesh_clusters import SIZE, MeshClusters, build_clusters
 from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.lod.cluster_selection import select_clusters
-from depthwalk.types import Array, Ints
+from depthwalk.types import Rows
 from shapes import box, joined, leaves, mesh_of, sphere
+
+
+Point = tuple[float, float, float]
 
 
 def seamless(mesh: Mesh) -> Mesh:
@@ -21,7 +24,7 @@ def seamless(mesh: Mesh) -> Mesh:
     return replace(mesh, positions=np.round(mesh.positions, 5))
 
 
-def bumpy(columns: int = 96, rows: int = 48) -> Mesh:
+def bumpy(columns: int = 64, rows: int = 32) -> Mesh:
     """A closed ball with bumps, which is flat nowhere."""
     ball = sphere(1.0, columns, rows)
     around = ball.positions - [0, 1, 0]
@@ -39,23 +42,23 @@ def clusters(ball: Mesh) -> MeshClusters:
     return build_clusters(ball)
 
 
-def triangles_of(clusters: MeshClusters, chosen: Ints) -> Ints:
+def triangles_of(clusters: MeshClusters, chosen: Rows) -> Rows:
     """The triangles of some clusters, rows of vertices."""
     runs = [np.arange(clusters.first[k], clusters.first[k + 1]) for k in chosen]
     return clusters.faces[np.concatenate(runs)].astype(np.int64) if runs else np.zeros((0, 3), np.int64)
 
 
-def cut(clusters: MeshClusters, viewer: Array, allowed: float) -> Ints:
+def cut(clusters: MeshClusters, viewer: Point, allowed: float) -> Rows:
     return select_clusters(clusters, np.array([viewer]), np.zeros(1), allowed).clusters
 
 
-def directed_edges(clusters: MeshClusters, triangles: Ints) -> Ints:
+def directed_edges(clusters: MeshClusters, triangles: Rows) -> Rows:
     """The edges (n, 2) of triangles, between places, each in the direction in which its triangle has it."""
     places = row_ids(clusters.positions)[0][triangles]
     return np.concatenate([places[:, [0, 1]], places[:, [1, 2]], places[:, [2, 0]]])
 
 
-def is_watertight(clusters: MeshClusters, triangles: Ints) -> bool:
+def is_watertight(clusters: MeshClusters, triangles: Rows) -> bool:
     """Whether each edge has exactly one triangle on either side."""
     edges = directed_edges(clusters, triangles)
     there, count = np.unique(edges, axis=0, return_counts=True)
@@ -69,7 +72,7 @@ ALLOWED = st.floats(-5, 1).map(lambda power: 10.0**power)
 
 @settings(deadline=None, max_examples=150)
 @given(viewer=POINTS, allowed=ALLOWED)
-def test_a_closed_surface_has_no_cracks_in_any_cut(clusters: MeshClusters, viewer: Array, allowed: float) -> None:
+def test_a_closed_surface_has_no_cracks_in_any_cut(clusters: MeshClusters, viewer: Point, allowed: float) -> None:
     assert is_watertight(clusters, triangles_of(clusters, cut(clusters, viewer, allowed)))
 
 
@@ -84,7 +87,7 @@ def test_near_by_it_is_the_mesh_and_far_away_a_few_triangles(ball: Mesh, cluster
 
 @pytest.mark.slow
 def test_a_nearer_half_is_finer() -> None:
-    large = build_clusters(bumpy(384, 192))
+    large = build_clusters(bumpy(192, 96))
     chosen = triangles_of(large, cut(large, (0, 1.2, 1.3), 0.02))
     in_front = large.positions[chosen].mean(1)[:, 2] > 0
     assert in_front.sum() > 1.3 * (~in_front).sum() > 0
@@ -117,7 +120,7 @@ def test_clusters_have_few_triangles_within_their_bounds(clusters: MeshClusters)
 @settings(deadline=None, max_examples=8)
 @given(viewer=POINTS, allowed=st.floats(-3, -1).map(lambda power: 10.0**power))
 def test_the_mesh_is_as_near_as_the_errors_say(
-    ball: Mesh, clusters: MeshClusters, viewer: Array, allowed: float
+    ball: Mesh, clusters: MeshClusters, viewer: Point, allowed: float
 ) -> None:
     chosen = cut(clusters, viewer, allowed)
     corners = clusters.positions[triangles_of(clusters, chosen)].astype(float)
@@ -148,8 +151,7 @@ def test_seams_and_materials_are_kept(ball: Mesh) -> None:
     parts = (Part(0, half, 1), Part(half, len(ball.faces) - half, 0))
     mesh = replace(ball, parts=parts, materials=ball.materials * 2)
     clusters = build_clusters(mesh)
-    middle = sphere(1.0, 96, 48).positions[:, 1]
-    assert set(clusters.part) == {0, 1} and len(middle)
+    assert set(clusters.part) == {0, 1}
     for allowed in (1e-9, 0.01, 1.0):
         chosen = cut(clusters, (0, 1, 3), allowed)
         assert is_watertight(clusters, triangles_of(clusters, chosen))
@@ -157,7 +159,7 @@ def test_seams_and_materials_are_kept(ball: Mesh) -> None:
 
 
 def test_looks_stay_those_of_the_surface() -> None:
-    ball = bumpy()
+    ball = bumpy(48, 24)
     red, blue = ball, replace(ball, positions=ball.positions + np.array([4, 0, 0], np.float32))
     both = joined(red, blue)
     both.colours[: len(red.positions)], both.colours[len(red.positions) :] = (255, 0, 0), (0, 0, 255)
@@ -174,9 +176,9 @@ def test_looks_stay_those_of_the_surface() -> None:
 
 
 def test_open_leaves_are_thinned_out() -> None:
-    clusters = build_clusters(leaves(2000, 0.05))
+    clusters = build_clusters(leaves(700, 0.08))
     counts = [len(triangles_of(clusters, cut(clusters, (0, 0.5, 20), allowed))) for allowed in (1e-9, 1e-3, 1e-2)]
-    assert counts[0] == 4000 and counts[1] <= counts[0] and counts[2] < 0.7 * counts[0]
+    assert counts[0] == 1400 and counts[1] <= counts[0] and counts[2] < 0.7 * counts[0]
 
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])

@@ -19,7 +19,7 @@ def objects_of(*kinds: Representation) -> Objects:
 
 
 def test_labels_are_those_of_scene_files() -> None:
-    assert [kind.label for kind in Representation] == ["mesh", "dpci", "dmesh", "mesh-lod"]
+    assert [kind.label for kind in Representation] == ["mesh", "dpci", "dmesh", "mesh-lod", "mesh-clusters"]
 
 
 def test_which_are_polygons() -> None:

@@ -344,8 +344,10 @@ class SceneLibrary:
         """Return the clusters of the mesh of the asset numbered `asset`; None where it has no mesh."""
         if asset not in self._clusters:
             spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
-            known = spec is not None and mesh is not None
-            self._clusters[asset] = self._found_or_made_clusters(spec, *self._meshes[asset]) if known else None
+            if spec is not None and mesh is not None:
+                self._clusters[asset] = self._found_or_made_clusters(spec, *self._meshes[asset])
+            else:
+                self._clusters[asset] = None
         return self._clusters[asset]
 
     def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:

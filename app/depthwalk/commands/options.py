@@ -87,8 +87,8 @@ RepresentationOption = Annotated[
     typer.Option(
         "--representation",
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
-        "or as depth samples warped straight to the screen (dmesh), and as nothing else; scene: as the scene file says, "
-        "with meshes in place of depth images near by.",
+        "or as depth samples warped straight to the screen (dmesh), and as nothing else; scene: as the scene file "
+        "says, with meshes in place of depth images near by.",
     ),
 ]
 PathOption = Annotated[

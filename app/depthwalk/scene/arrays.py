@@ -63,7 +63,7 @@ class Objects(StructOfArrays):
     @property
     def polygonal(self) -> NDArray[np.bool_]:
         """Return which objects, (n,) bool, are drawn as polygons."""
-        return np.logical_or.reduce([self.representation == kind for kind in MESHES])
+        return np.asarray(np.logical_or.reduce([self.representation == kind for kind in MESHES]))
 
 
 @dataclass(frozen=True)

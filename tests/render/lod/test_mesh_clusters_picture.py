@@ -15,7 +15,7 @@ PLACED = (0, (0, 0, 0), 0.3, 1.0), (0, (2.5, 0, -60), 0.0, 1.0), (0, (-2, 0, 3),
 
 @pytest.fixture(scope="module")
 def library() -> ShapeLibrary:
-    ball = sphere(1.0, columns=128, rows=64)
+    ball = sphere(1.0, columns=64, rows=32)
     ball = replace(ball, positions=np.round(ball.positions, 5))  # closed: the ends of the seam at the same places
     return ShapeLibrary([ball, joined(sphere(0.5, 32, 16), leaves(300, 0.2))], [None, None])
 
