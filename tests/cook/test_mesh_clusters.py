@@ -15,7 +15,6 @@ from depthwalk.render.lod.cluster_selection import select_clusters
 from depthwalk.types import Rows
 from shapes import box, joined, leaves, mesh_of, sphere
 
-
 Point = tuple[float, float, float]
 
 

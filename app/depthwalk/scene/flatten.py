@@ -155,7 +155,8 @@ def reference_errors(
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
         elif wanted is not None and wanted not in (possible := _representations(asset)):
             lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
-            choice = " or ".join(map(repr, possible))
+            *others, last = map(repr, possible)
+            choice = f"{', '.join(others)} or {last}"
             message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} has {lack}"
             errors.append(source.error((*row.loc, "representation"), message))
         elif wanted is not None and row.spec.asset in missing and wanted.startswith("mesh"):
