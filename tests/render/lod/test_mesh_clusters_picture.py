@@ -32,3 +32,25 @@ def test_without_error_the_picture_is_that_of_the_mesh(studio: Studio, library: 
     assert np.abs(pictures[1] - pictures[0]).mean() < 1e-4  # triangles at equal depth come in another order
     assert triangles[2] < 0.2 * triangles[0] and triangles[1] < triangles[0]
     assert 0 < np.abs(pictures[2] - pictures[0]).mean() < 4e-3
+
+
+def test_what_is_out_of_sight_or_faces_away_is_not_drawn(studio: Studio, library: ShapeLibrary) -> None:
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH_CLUSTERS)
+    scene.render.mesh.error = 0
+    whole = 64 * 64
+    drawn = [
+        studio.measured(scene, library, Camera((0, 1, 4), (0, 1, 0), angle))[2].counts["mesh_triangles"]
+        for angle in (0.6, 0.05)
+    ]
+    assert drawn[1] < drawn[0] < 0.8 * whole
+
+
+@pytest.mark.parametrize("aa", ["gpaa", "gpaa-edge", "msaa"])
+def test_edges_are_smoothed(studio: Studio, library: ShapeLibrary, aa: str) -> None:
+    pictures = []
+    for mode in ("none", aa):
+        scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH_CLUSTERS)
+        scene.render.aa = mode  # type: ignore[assignment]
+        pictures.append(studio.picture(scene, library, CAMERA))
+    changed = np.abs(pictures[1] - pictures[0]).max(-1) > 0.03
+    assert 20 < changed.sum() < 0.1 * changed.size
