@@ -70,13 +70,13 @@ BAD = {
 
 @pytest.mark.parametrize("change", BAD.values(), ids=BAD)
 def test_what_cannot_be_drawn_is_not_used(clusters: MeshClusters, change: dict[str, object]) -> None:
-    keep_clusters(replace(clusters, **{name: make(clusters) for name, make in change.items()}), KEY)  # type: ignore[operator,arg-type]
+    keep_clusters(replace(clusters, **{name: make(clusters) for name, make in change.items()}), KEY)  # type: ignore[operator]
     assert find_clusters(MESH, KEY) is None and not CLUSTERS.file(KEY).exists()
 
 
 def test_the_library_builds_them_once(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("depthwalk.assets.library.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
-    assets, stages = load_scene(tiny_scene).assets, []  # type: ignore[var-annotated]
+    assets, stages = load_scene(tiny_scene).assets, []
     made = SceneLibrary(assets, lambda name, stage: stages.append(stage)).mesh_clusters(0)
     found = SceneLibrary(assets, lambda name, stage: stages.append(stage)).mesh_clusters(0)
     assert stages == ["reading", "dividing into clusters", "reading"]
