@@ -56,7 +56,8 @@ from 0 to 1. World, up and directions of rotation are those of [conventions](con
 An asset is scaled to its `height`. An object's `position` is where it stands: the centre of the base of its bounding
 box. `up: z` turns z-up files upright; x stays x. A `representation` says how an object is drawn: `dpci` by its depth
 images, warped to an impostor, which is the default where its asset has them; `mesh` as polygons; `mesh-lod` as polygons
-that are simplified with distance; `dmesh` by the same depth images, warped straight to the screen.
+that are simplified with distance; `mesh-clusters` as polygons of which each patch is simplified with its own distance;
+`dmesh` by the same depth images, warped straight to the screen.
 
 Any value can be replaced from the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
 

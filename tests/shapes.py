@@ -21,6 +21,7 @@ from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model, submesh
 from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
 from depthwalk.files import write_bytes
 from depthwalk.ingest.mesh import Material, Mesh, MeshLevel, Part
 from depthwalk.scene.arrays import Objects, Representation
@@ -202,6 +203,7 @@ class ShapeLibrary:
             baked = [bake(mesh, resolution, layers) for mesh in meshes if mesh is not None]
         self._baked = [model_of(each) for each in baked]
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
+        self._clusters: dict[int, MeshClusters | None] = {}
         self._cooked: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] | None = {} if kept else None
         self._keys = [cache_key(each, cooked_as) if kept else "" for each in self._baked]
 
@@ -241,6 +243,12 @@ class ShapeLibrary:
             mesh = self._meshes[asset]
             self._levels[asset] = () if mesh is None else mesh_levels(mesh)
         return self._levels[asset]
+
+    def mesh_clusters(self, asset: int) -> MeshClusters | None:
+        if asset not in self._clusters:
+            mesh = self._meshes[asset]
+            self._clusters[asset] = None if mesh is None else build_clusters(mesh)
+        return self._clusters[asset]
 
     def forget_mesh(self, asset: int) -> None:
         """It stays."""

@@ -42,7 +42,7 @@ def drawn_at(scene: Scene | None, image: dw.Image) -> dict[int, tuple[Any, Any, 
     return places
 
 
-@pytest.mark.parametrize("representation", [None, "dpci", "mesh", "mesh-lod", "dmesh"])
+@pytest.mark.parametrize("representation", [None, "dpci", "mesh", "mesh-lod", "mesh-clusters", "dmesh"])
 @pytest.mark.parametrize("aa", ["none", "coverage", "ssaa", "msaa"])
 def test_every_pixel_tells_its_object(scene: Scene, representation: RepresentationName | None, aa: AaName) -> None:
     scene.settings.aa = aa

@@ -19,7 +19,7 @@ def objects_of(*kinds: Representation) -> Objects:
 
 
 def test_labels_are_those_of_scene_files() -> None:
-    assert [kind.label for kind in Representation] == ["mesh", "dpci", "dmesh", "mesh-lod"]
+    assert [kind.label for kind in Representation] == ["mesh", "dpci", "dmesh", "mesh-lod", "mesh-clusters"]
 
 
 def test_which_are_polygons() -> None:
@@ -31,7 +31,7 @@ def test_rows_are_taken_and_put() -> None:
     objects = objects_of(*Representation)
     assert objects.take(np.array([3, 1])).asset.tolist() == [3, 1]
     objects.put(np.array([0]), objects_of(Representation.DMESH))
-    assert objects.representation[0] == Representation.DMESH and len(objects) == 4
+    assert objects.representation[0] == Representation.DMESH and len(objects) == 5
 
 
 def test_fields_are_given_by_name() -> None:

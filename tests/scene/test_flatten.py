@@ -43,7 +43,7 @@ def test_rows_come_in_the_order_of_the_file_groups_first() -> None:
         ("{asset: plian}", ["unknown asset 'plian'; did you mean 'plain'?"]),
         (
             "{asset: plain, representation: dmesh}",
-            ["must be 'mesh' or 'mesh-lod', not 'dmesh': asset 'plain' has no dpci"],
+            ["must be 'mesh', 'mesh-lod' or 'mesh-clusters', not 'dmesh': asset 'plain' has no dpci"],
         ),
     ],
 )

@@ -23,7 +23,8 @@ MESSAGES = {
         "7:44: environment.lights[0].angle: must be at most 180, not 400",
     ],
     "bad-representation": [
-        "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod' or 'dmesh', not 'hologram'",
+        "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters' or 'dmesh', "
+        "not 'hologram'",
     ],
     "camera-fov": [
         "5:55: camera.fov: must be at most 170, not 180",
@@ -108,7 +109,8 @@ MESSAGES = {
         "10:24: objects[0].group.objects[1].scael: unknown key; did you mean 'scale'?",
     ],
     "no-dpci": [
-        "7:36: objects[1].representation: must be 'mesh' or 'mesh-lod', not 'dpci': asset 'plain' has no dpci",
+        "7:36: objects[1].representation: must be 'mesh', 'mesh-lod' or 'mesh-clusters', not 'dpci': "
+        "asset 'plain' has no dpci",
     ],
     "no-file-name": [
         "3:9: assets.box.mesh: must be the name of a file, not null",

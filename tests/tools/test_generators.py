@@ -19,7 +19,7 @@ from trimesh.visual import ColorVisuals
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.render.resources.mesh_object import is_solid
+from depthwalk.ingest.solid import is_solid
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.types import Array

@@ -48,14 +48,14 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     owner = np.concatenate([[-1], _scene_objects(renderer)[plan.object_rows]]).astype(np.int32)
     found: NDArray[np.int32] = owner[image_object]
     meshes = ids.read()
-    if meshes is None or not len(plan.mesh.records):
+    if meshes is None or not len(plan.polygons.records):
         return found
     depth = np.frombuffer(targets.depth.read(alignment=1), np.float32).reshape(height, width)
     near, far = view.depth_range
     tolerance = _SAME_SURFACE if targets.samples == 1 else _SAME_SURFACE_SAMPLED
     shown, polygons = view_distance(depth, near, far), view_distance(meshes.depth, near, far)
     in_front = (image_object == 0) & (meshes.depth < 1) & (polygons <= shown * (1 + tolerance))
-    found[in_front] = _mesh_objects(plan.mesh, view, scene_objects)[meshes.number[in_front]]
+    found[in_front] = _mesh_objects(plan.polygons, view, scene_objects)[meshes.number[in_front]]
     return found
 
 

@@ -26,7 +26,7 @@ from depthwalk.types import Picture
 
 log = logging.getLogger(__name__)
 
-RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
+RepresentationName = Literal["dpci", "mesh", "mesh-lod", "mesh-clusters", "dmesh"]
 
 
 @dataclass(frozen=True, kw_only=True)

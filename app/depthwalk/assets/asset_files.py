@@ -13,6 +13,7 @@ from depthwalk.bake.levels import FEWEST, RATIOS
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.meso_file import load_meso
 from depthwalk.bake.parts import ModelParams
+from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.loader import check_height, load_mesh
@@ -258,6 +259,24 @@ def levels_key(spec: MeshAsset, source: str) -> str:
     """
     digest = source.removesuffix(_TEXTURED)
     return bake_key(digest, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
+
+
+def clusters_key(spec: MeshAsset, source: str) -> str:
+    """Return the key in the cache of the clusters of a mesh asset.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+    source
+        What `mesh_source` returns for the bytes that the mesh was read from.
+
+    Returns
+    -------
+    str
+        64 hex digits.
+    """
+    return bake_key(source.removesuffix(_TEXTURED), up=spec.up, height=spec.height, clusters=CLUSTERS_VERSION)
 
 
 def range_key(spec: DepthImageAsset) -> str:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from depthwalk.assets.asset_files import levels_key, mesh_key, mesh_source, read_body
+from depthwalk.assets.asset_files import clusters_key, levels_key, mesh_key, mesh_source, read_body
 from depthwalk.assets.worker import report_stage, set_up_worker, terminate
 from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.coverage import measure_left_out
@@ -181,6 +181,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     if job.force:
         forget(key)
         forget(levels_key(job.spec, source))
+        forget(clusters_key(job.spec, source))
     elif _is_up_to_date(job.out, key):
         return Kept(job.out, cached=False)
     elif not cooked and find_cached(key) is not None and _copied(BAKED.file(key), staged):

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.assets.asset_files import (
+    clusters_key,
     complaints_about,
     levels_key,
     mesh_key,
@@ -38,8 +39,10 @@ from depthwalk.bake.panorama import bake_panorama
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.cache import make_room
+from depthwalk.cook.cluster_file import find_clusters, keep_clusters
 from depthwalk.cook.cook import GRID_TEXELS, AheadReader, CookedObject, CookOptions
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
+from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
@@ -102,6 +105,7 @@ class SceneLibrary:
         self._unkept: dict[str, BakedModel] = {}  # by key: models that the cache could not keep
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
+        self._clusters: dict[int, MeshClusters | None] = {}
         self._warned: set[int] = set()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
@@ -336,6 +340,16 @@ class SceneLibrary:
                 self._levels[asset] = ()
         return self._levels[asset]
 
+    def mesh_clusters(self, asset: int) -> MeshClusters | None:
+        """Return the clusters of the mesh of the asset numbered `asset`; None where it has no mesh."""
+        if asset not in self._clusters:
+            spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
+            if spec is not None and mesh is not None:
+                self._clusters[asset] = self._found_or_made_clusters(spec, *self._meshes[asset])
+            else:
+                self._clusters[asset] = None
+        return self._clusters[asset]
+
     def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:
         """Keep `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""
         self._meshes[asset] = mesh, source
@@ -344,6 +358,7 @@ class SceneLibrary:
         """Free the memory of the mesh and the levels of the asset numbered `asset`, until they are asked for again."""
         self._meshes.pop(asset, None)
         self._levels.pop(asset, None)
+        self._clusters.pop(asset, None)
 
     def _read_mesh(self, spec: MeshAsset) -> tuple[Mesh, str]:
         """Read the mesh of an asset, and say so."""
@@ -363,6 +378,20 @@ class SceneLibrary:
         except OSError as error:
             log.warning("cannot keep the simplified meshes of %s: %s", spec.name, error)
         return levels
+
+    def _found_or_made_clusters(self, spec: MeshAsset, mesh: Mesh, source: str) -> MeshClusters:
+        """Find the clusters of a mesh in the cache; else build them, and let the cache keep them."""
+        key = clusters_key(spec, source)
+        found = find_clusters(mesh, key)
+        if found is not None:
+            return found
+        self.report(spec.name, "dividing into clusters")
+        clusters = build_clusters(mesh)
+        try:
+            keep_clusters(clusters, key)
+        except OSError as error:
+            log.warning("cannot keep the mesh clusters of %s: %s", spec.name, error)
+        return clusters
 
 
 def _mesh_spec(spec: Asset) -> MeshAsset | None:

@@ -200,6 +200,7 @@ class _Knob:
 COLUMNS = {
     "mesh": Representation.MESH,
     "mesh-lod": Representation.MESH_LOD,
+    "mesh-clusters": Representation.MESH_CLUSTERS,
     "unoccluded": Representation.MESH_LOD,  # all of what the frustum holds
     "re-warped": Representation.DPCI,  # all of it in every frame
     "dpci": Representation.DPCI,
@@ -329,6 +330,9 @@ def _tuned(
     target = max(warped_flip(bias), mesh_flip(_FINEST_MESH))
     error, flip = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
     tuned = {name: (_MESH_ERROR.turn(drawn[name], error), flip) for name in ("mesh-lod", "unoccluded")}
+    clusters_flip = partial(flip_at, "mesh-clusters", _MESH_ERROR)
+    error, flip = coarsened(clusters_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
+    tuned["mesh-clusters"] = _MESH_ERROR.turn(drawn["mesh-clusters"], error), flip
     for name in ("re-warped", "dpci"):
         to, flip = coarsened(partial(flip_at, name, _BIAS), bias, _BIAS.coarsest, target)
         tuned[name] = _BIAS.turn(drawn[name], to), flip

@@ -57,7 +57,9 @@ def main(
     representations: Annotated[
         list[str] | None,
         typer.Option(
-            "--representation", metavar="R,...", help="Representations to compare: scene, dpci, mesh, mesh-lod, dmesh."
+            "--representation",
+            metavar="R,...",
+            help="Representations to compare: scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh.",
         ),
     ] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,

@@ -36,7 +36,13 @@ from depthwalk.scene.path import load_path
 
 _COUNTS = "1,10,100,1000,10000"
 _GPU_COUNTS, _GPU_RESOLUTION = "10000,100000,200000", "1920,1080"
-_RATIOS = (("mesh", "dpci"), ("mesh-lod", "dpci"), ("unoccluded", "dpci"), ("mesh-lod", "re-warped"))
+_RATIOS = (
+    ("mesh", "dpci"),
+    ("mesh-lod", "dpci"),
+    ("mesh-clusters", "dpci"),
+    ("unoccluded", "dpci"),
+    ("mesh-lod", "re-warped"),
+)
 
 
 @guarded
@@ -69,7 +75,7 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Compare frame times of mesh, mesh-lod and dpci, tuned to the same mean FLIP against supersampled meshes."""
+    """Compare frame times of meshes, mesh-lod, mesh-clusters and dpci, tuned to the mean FLIP of one of them."""
     size = parse_resolution(resolution or (_GPU_RESOLUTION if gpu else DEFAULT_RESOLUTION))
     numbers = _parse_counts(counts or (_GPU_COUNTS if gpu else _COUNTS))
     loaded, camera_path = open_scene(scene, asset_root, settings), load_path(path)

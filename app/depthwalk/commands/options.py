@@ -57,14 +57,15 @@ class UpAxis(StrEnum):
 class RepresentationName(StrEnum):
     """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
 
-    `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes, and
-    `mesh-lod` meshes with levels of detail.
+    `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes,
+    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own.
     """
 
     SCENE = "scene"
     DPCI = "dpci"
     MESH = "mesh"
     MESH_LOD = "mesh-lod"
+    MESH_CLUSTERS = "mesh-clusters"
     DMESH = "dmesh"
 
 
@@ -85,9 +86,9 @@ RepresentationOption = Annotated[
     RepresentationName,
     typer.Option(
         "--representation",
-        help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod) or as depth "
-        "samples warped straight to the screen (dmesh), and as nothing else; scene: as the scene file says, with "
-        "meshes in place of depth images near by.",
+        help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
+        "or as depth samples warped straight to the screen (dmesh), and as nothing else; scene: as the scene file "
+        "says, with meshes in place of depth images near by.",
     ),
 ]
 PathOption = Annotated[

@@ -86,6 +86,10 @@ class RecordTexture:
         """Bind the texture to the texture unit with the number `unit`."""
         self._texture.use(unit)
 
+    def free(self) -> None:
+        """Free the texture; nothing may be fetched from it afterwards."""
+        self._scope.free(self._texture)
+
 
 class AssetArrays:
     """Keep the vertex arrays of one program over the assets' buffers, each made when it is first drawn.

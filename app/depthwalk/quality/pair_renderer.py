@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.quality.views import Viewpoint, bounding_sphere, view_of
 from depthwalk.render.headless import HeadlessRenderer
@@ -156,6 +157,9 @@ class _OneObject:
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         return (MeshLevel(self._mesh, 0.0),)
+
+    def mesh_clusters(self, asset: int) -> MeshClusters:
+        return build_clusters(self._mesh)
 
     def forget_mesh(self, asset: int) -> None:
         """Do nothing: the mesh stays."""

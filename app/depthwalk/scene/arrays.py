@@ -17,6 +17,7 @@ class Representation(IntEnum):
     DPCI = 1  # depth images warped onto a plane (the paper)
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
     MESH_LOD = 3  # a simplified mesh, as coarse as the error on the screen allows
+    MESH_CLUSTERS = 4  # patches of simplified meshes, each as coarse as its own error allows
 
     @property
     def label(self) -> str:
@@ -24,7 +25,11 @@ class Representation(IntEnum):
         return self.name.lower().replace("_", "-")
 
 
-MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as polygons
+MESHES = (Representation.MESH, Representation.MESH_LOD, Representation.MESH_CLUSTERS)
+"""What is drawn as polygons."""
+
+SIMPLIFIED = (Representation.MESH_LOD, Representation.MESH_CLUSTERS)
+"""What needs the simplified levels of meshes; clusters cast shadows by them."""
 
 
 @dataclass(kw_only=True)
@@ -58,8 +63,7 @@ class Objects(StructOfArrays):
     @property
     def polygonal(self) -> NDArray[np.bool_]:
         """Return which objects, (n,) bool, are drawn as polygons."""
-        mesh, mesh_lod = (self.representation == kind for kind in MESHES)
-        return np.asarray(mesh | mesh_lod)
+        return np.asarray(np.logical_or.reduce([self.representation == kind for kind in MESHES]))
 
 
 @dataclass(frozen=True)

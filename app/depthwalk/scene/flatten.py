@@ -39,6 +39,7 @@ MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
 Spec = ObjectParams | GridParams | PlacesParams | ScatterParams | GroupParams
 Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items, by the place of the item
 
+_POLYGONS = "mesh", "mesh-lod", "mesh-clusters"
 _BY_LABEL = {kind.label: kind for kind in Representation}
 
 
@@ -154,7 +155,8 @@ def reference_errors(
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
         elif wanted is not None and wanted not in (possible := _representations(asset)):
             lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
-            choice = " or ".join(map(repr, possible))
+            *others, last = map(repr, possible)
+            choice = f"{', '.join(others)} or {last}"
             message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} has {lack}"
             errors.append(source.error((*row.loc, "representation"), message))
         elif wanted is not None and row.spec.asset in missing and wanted.startswith("mesh"):
@@ -232,8 +234,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     if isinstance(asset, DepthImageAssetParams):
         return "dpci", "dmesh"
     if isinstance(asset, BakedAssetParams):
-        return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.mesh else ("dpci", "dmesh")
-    return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.dpci else ("mesh", "mesh-lod")
+        return ("dpci", *_POLYGONS, "dmesh") if asset.mesh else ("dpci", "dmesh")
+    return ("dpci", *_POLYGONS, "dmesh") if asset.dpci else _POLYGONS
 
 
 def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:

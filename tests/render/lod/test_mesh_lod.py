@@ -13,8 +13,8 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
+from depthwalk.ingest.solid import is_solid
 from depthwalk.render.lod.mesh_lod import mesh_level
-from depthwalk.render.resources.mesh_object import is_solid
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
 from depthwalk.scene.loader import load_scene

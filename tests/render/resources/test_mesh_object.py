@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from depthwalk.gpu.device import Device, Scope
-from depthwalk.render.resources.mesh_object import is_solid, upload_look, upload_mesh
+from depthwalk.ingest.solid import is_solid
+from depthwalk.render.resources.mesh_object import upload_look, upload_mesh
 from depthwalk.render.resources.meshlets import build_meshlets
 from depthwalk.types import Array, Rows
 from shapes import box, joined, leaves, sphere

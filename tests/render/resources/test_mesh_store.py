@@ -4,8 +4,10 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import cast
 
+import numpy as np
 import pytest
 
+from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
@@ -27,6 +29,9 @@ class Meshes:
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, MeshLevel]:
         return MeshLevel(self.held[asset], 0.0), MeshLevel(sphere(columns=6, rows=3), 0.1)
+
+    def mesh_clusters(self, asset: int) -> MeshClusters | None:
+        return build_clusters(self.held[asset]) if asset < 2 else None
 
     def forget_mesh(self, asset: int) -> None:
         self.forgotten.append(asset)
@@ -89,3 +94,34 @@ def test_frames_that_may_not_wait_have_meshes_read_meanwhile(
     assert "bad.ply: broken" in caplog.text
     with pytest.raises(InputError, match="broken"):
         MeshStore(store._gl, store._library).mesh_fallbacks([2], wait=True)
+
+
+def test_clusters_are_read_meanwhile_and_go_with_their_mesh(store: MeshStore, gl_device: Device) -> None:
+    before = dict(+gl_device.live)
+    assert not store.is_read(1, simplified=True, clustered=True)
+    deadline = time.monotonic() + 10
+    while not store.poll() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert store.is_read(1, simplified=True, clustered=True) and not store.is_reading
+    drawn = store.clusters(1)
+    assert store.clusters(1) is drawn and drawn.look is store.object(1).look
+    store.release_fallbacks({1})
+    assert dict(+gl_device.live) == before
+    assert not store.is_read(1, clustered=True)
+
+
+def test_an_asset_without_mesh_has_no_clusters(store: MeshStore) -> None:
+    with pytest.raises(LookupError, match="asset 3 has no mesh"):
+        store.clusters(3)
+
+
+def test_indices_stand_for_objects_and_vertices(store: MeshStore) -> None:
+    drawn = store.clusters(0)
+    clusters, vertices = drawn.clusters, len(drawn.clusters.positions)
+    chosen = np.array([0, len(clusters) - 1, 0])
+    indices = drawn.indices(np.array([5, 0, drawn.most_objects - 1]), chosen)
+    objects, vertex = np.divmod(indices.astype(np.int64), vertices)
+    counts = np.diff(clusters.first)[chosen]
+    assert objects[:, 0].tolist() == np.repeat([5, 0, drawn.most_objects - 1], counts).tolist()
+    np.testing.assert_array_equal(vertex[: counts[0]], clusters.faces[: counts[0]])
+    assert indices.max() < 1 << 31 and (objects == objects[:, :1]).all()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cases import ALL_PIECES
+from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.types import Mask, Rows
 
@@ -122,6 +123,51 @@ class ImpostorQuads:
 
 
 @dataclass(kw_only=True)
+class ClusterDraws:
+    """Hold what is drawn of meshes by clusters: pairs of an object and a cluster, those of each asset together.
+
+    Attributes
+    ----------
+    objects : the objects, with `placed_records.PLACED_RECORD`. Its batches hold the objects of an asset each, level by
+        level, at the level of the simplified mesh (mesh-lod) that is off by as much.
+    asset : (a,) the assets in the order in which their pairs come; an asset may come several times.
+    first : (a + 1,) the first pair of each, and the end.
+    record : (k,) row of `objects.records` of each pair.
+    cluster : (k,) number of each pair's cluster, see `MeshClusters`.
+    """
+
+    objects: DrawList
+    asset: Rows
+    first: Rows
+    record: Rows
+    cluster: Rows
+
+    def __bool__(self) -> bool:
+        """Return whether there are any objects."""
+        return len(self.objects.records) > 0
+
+    @classmethod
+    def none(cls) -> "ClusterDraws":
+        """Return what draws nothing."""
+        numbers = np.zeros(0, np.int64)
+        objects = DrawList(records=np.zeros(0, PLACED_RECORD))
+        return cls(objects=objects, asset=numbers, first=np.zeros(1, np.int64), record=numbers, cluster=numbers)
+
+    @classmethod
+    def joined(cls, parts: Sequence["ClusterDraws"]) -> "ClusterDraws":
+        """Return what draws all that the `parts` draw, one after the other."""
+        records = np.cumsum([0] + [len(part.objects.records) for part in parts])
+        pairs = np.cumsum([0] + [len(part.record) for part in parts])
+        return cls(
+            objects=DrawList.joined([part.objects for part in parts]),
+            asset=np.concatenate([part.asset for part in parts]),
+            first=np.concatenate([[0], *(part.first[1:] + start for part, start in zip(parts, pairs, strict=False))]),
+            record=np.concatenate([part.record + start for part, start in zip(parts, records, strict=False)]),
+            cluster=np.concatenate([part.cluster for part in parts]),
+        )
+
+
+@dataclass(kw_only=True)
 class FrameDrawLists:
     """Hold what the passes draw in one phase of a frame, or in all of them.
 
@@ -131,6 +177,7 @@ class FrameDrawLists:
     composite : the impostors that pass 2 draws.
     dmesh : depth images drawn straight into the picture, with `placed_records.PLACED_RECORD`.
     mesh : polygon meshes, with `placed_records.PLACED_RECORD`.
+    clusters : polygon meshes drawn by clusters.
     cleared : (n, 4) slots of the atlas (x, y, width, height), texels, that pass 1 clears before it fills them.
     counts : numbers for HUD and benchmark, by name.
     object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these
@@ -148,6 +195,12 @@ class FrameDrawLists:
     object_rows: Rows
     tiled: Mask
     first_object_id: int = 1
+    clusters: ClusterDraws = field(default_factory=lambda: ClusterDraws.none())
+
+    @property
+    def polygons(self) -> DrawList:
+        """Return all polygon meshes, those by clusters last; batches have the level by which lines are drawn."""
+        return DrawList.joined([self.mesh, self.clusters.objects]) if self.clusters else self.mesh
 
     @property
     def next_object_id(self) -> int:
@@ -166,6 +219,7 @@ class FrameDrawLists:
         for phase in phases:
             for name, count in phase.counts.items():
                 counts[name] = _JOINED_BY.get(name, add)(counts[name], count) if name in counts else count
+        lists["clusters"] = ClusterDraws.joined([phase.clusters for phase in phases])
         lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from depthwalk.cook.cases import ALL_PIECES
+from depthwalk.render.draw.cluster_draws import cluster_draws, count_clusters
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
 from depthwalk.render.draw.frame_counts import phase_counts
 from depthwalk.render.draw.object_detail import DetailSelector, choose_pieces
@@ -95,7 +96,9 @@ class Planner:
         composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
         direct, dmesh = _direct_list(view, seen, too_near, table)
         meshes = Objects.joined([seen.objects.take(seen.objects.polygonal), fallbacks])
-        mesh = _mesh_list(view, meshes, table, settings.polygons)
+        clustered = meshes.representation == Representation.MESH_CLUSTERS
+        mesh = _mesh_list(view, meshes.take(~clustered), table, settings.polygons)
+        clusters = cluster_draws(view, meshes.take(clustered), table, settings.polygons.error)
 
         step = _iter_steps(view, impostors, table)[work.drawn]
         counts = phase_counts(len(objects), warp, composite, dmesh, mesh, work, step)
@@ -103,12 +106,14 @@ class Planner:
         counts["mesh_triangles"] = sum(
             batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
         )
+        count_clusters(counts, clusters, table)
         object_rows = seen.rows[np.concatenate([tiled[work.drawn], direct])]
         return FrameDrawLists(
             warp=warp,
             composite=composite,
             dmesh=dmesh,
             mesh=mesh,
+            clusters=clusters,
             cleared=work.slots,
             counts=counts,
             object_rows=object_rows,

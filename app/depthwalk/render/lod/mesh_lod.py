@@ -8,7 +8,7 @@ import numpy as np
 from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
 from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Ints
 
 
@@ -45,7 +45,7 @@ class MeshLevels:
 def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float) -> Ints:
     """Choose the level of detail at which each of n objects is drawn if it is a mesh.
 
-    The level is 0, the mesh itself, for all but objects of the representation mesh-lod.
+    The level is 0, the mesh itself, for all but objects whose representation is among `SIMPLIFIED`.
 
     Parameters
     ----------
@@ -61,4 +61,4 @@ def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allo
     """
     metres = allowed * nearest / view.detail_pixels
     level = error_level(errors[objects.asset], metres)
-    return np.where(objects.representation == Representation.MESH_LOD, level, 0)
+    return np.where(np.isin(objects.representation, SIMPLIFIED), level, 0)

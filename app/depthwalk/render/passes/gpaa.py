@@ -40,7 +40,7 @@ class GpaaPass(Pass[GpaaParams]):
 
         The `params` do not matter.
         """
-        polygons = frame.plan.mesh.batches or frame.plan.dmesh.batches or _ground(frame) is not None
+        polygons = frame.plan.polygons.batches or frame.plan.dmesh.batches or _ground(frame) is not None
         return frame.common.aa.geometric and bool(polygons)
 
     def draw(self, frame: Frame, params: GpaaParams) -> None:
@@ -63,10 +63,11 @@ class GpaaPass(Pass[GpaaParams]):
         """Return the LINE_RECORDs of all that is drawn as triangles. Depth images have `coverage` instead."""
         least_fold = np.radians(params.crease_angle) if frame.common.aa.mode == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
-        for batch in frame.plan.mesh.batches:
+        polygons = frame.plan.polygons
+        for batch in polygons.batches:
             mesh = frame.assets.meshes.object(batch.asset, batch.level)
             edges = self._edges_of(batch, mesh.shape)
-            placed = frame.plan.mesh.records[batch.first : batch.first + batch.count]
+            placed = polygons.records[batch.first : batch.first + batch.count]
             lines.append(silhouette_lines(edges, frame.view, placed, least_fold, mesh.look.solid))
         for batch in frame.plan.dmesh.batches:
             images = frame.assets.depth_object(batch.asset)

@@ -1,6 +1,7 @@
 """Draw polygon meshes, instanced per asset and level of detail, into the G-buffer and the depth buffer.
 
-Of the nearest objects only the meshlets are drawn that may be seen (`render.resources.meshlets`).
+Of the nearest objects only the meshlets are drawn that may be seen (`render.resources.meshlets`). Objects of the
+representation mesh-clusters are drawn by clusters (`render.cluster_drawing`).
 """
 
 import moderngl
@@ -10,8 +11,10 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
+from depthwalk.render.cluster_drawing import COLOURS, ClusterDrawing
 from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.resources.cluster_object import ClusterObject
 from depthwalk.render.resources.mesh_object import PAINTED_LAYOUT, PLAIN_LAYOUT, MeshObject
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.render_settings import MeshParams
@@ -33,12 +36,25 @@ class MeshPass(Pass[MeshParams]):
         self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *layouts[defines]))
         self._instances = InstanceStream(gl, PLACED_RECORD)
+        self._cluster_programs = Variants(lambda defines: Program(gl, "mesh/clusters.vert", "mesh/mesh.frag", defines))
+        self._clusters = ClusterDrawing(gl)
         self._seen = gl.buffer(reserve=12 * _MAX_CULLED_TRIANGLES, dynamic=True)  # indices of meshlets
 
     def draw(self, frame: Frame, params: MeshParams) -> None:
         """Draw the meshes of `frame` into albedo, normals, visibility and depth, as `params` say."""
         with self.gl.state(into=frame.targets.polygons, depth_test=LESS, wireframe=params.wireframe):
             self._draw(frame)
+            self._clusters.draw(frame.plan.clusters, frame.assets.meshes, self._choose)
+
+    def _choose(self, clusters: ClusterObject, number: int) -> Program:
+        """Return the program that draws part `number` of a mesh by clusters, with its material set; a ChooseProgram."""
+        look = clusters.look.materials[clusters.materials[number]]
+        program = self._cluster_programs[("PAINTED",) if look.painted else ()]
+        look.texture.use(0)
+        program.set(base_texture=0, **look.uniforms)
+        if look.painted:
+            program.set(cluster_colours=COLOURS)
+        return program
 
     def _draw(self, frame: Frame) -> None:
         drawn = frame.plan.mesh

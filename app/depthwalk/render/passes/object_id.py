@@ -15,6 +15,7 @@ from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
+from depthwalk.render.cluster_drawing import ClusterDrawing
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.mesh_object import POSITION_LAYOUT
 from depthwalk.render.resources.placed_records import PLACED_RECORD
@@ -25,7 +26,7 @@ class FrontMeshes(NamedTuple):
 
     Attributes
     ----------
-    number : (H, W) uint32, row of `FrameDrawLists.mesh.records` of the whole frame, row 0 at the bottom; undefined
+    number : (H, W) uint32, row of `FrameDrawLists.polygons.records` of the whole frame, row 0 at the bottom; undefined
         where depth is 1.
     depth : (H, W) float32, value of the depth buffer, row 0 at the bottom; 1 where no polygon is.
     """
@@ -60,6 +61,8 @@ class ObjectIdPass(Pass[Params]):
         self.requested = False
         self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
         self._arrays = AssetArrays(gl, self._program.gl, *POSITION_LAYOUT)
+        self._cluster_program = Program(gl, "object_id/clusters.vert", "object_id/object_id.frag")
+        self._clusters = ClusterDrawing(gl)
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._target: _Target | None = None
 
@@ -85,6 +88,9 @@ class ObjectIdPass(Pass[Params]):
             self._program.set(first=batch.first)
             with self.gl.state(into=target.framebuffer, depth_test=LESS, cull=mesh.look.solid):
                 array.render(instances=batch.count)
+        self._cluster_program.set(first=len(frame.plan.mesh.records))
+        with self.gl.state(into=target.framebuffer, depth_test=LESS):
+            self._clusters.draw(frame.plan.clusters, frame.assets.meshes, lambda clusters, part: self._cluster_program)
 
     def read(self) -> FrontMeshes | None:
         """Return which mesh was in front at each pixel of the frame drawn last. Waits until the GPU has drawn it.

@@ -10,10 +10,13 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple, Protocol
 
+from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Mesh, MeshLevel
-from depthwalk.render.resources.mesh_object import MeshLook, MeshObject, is_solid, upload_look, upload_mesh
+from depthwalk.ingest.solid import is_solid
+from depthwalk.render.resources.cluster_object import ClusterObject, upload_clusters
+from depthwalk.render.resources.mesh_object import MeshLook, MeshObject, upload_look, upload_mesh
 from depthwalk.render.resources.meshlets import Meshlets, build_meshlets
 
 log = logging.getLogger(__name__)
@@ -61,6 +64,10 @@ class MeshLibrary(Protocol):
         """
         ...
 
+    def mesh_clusters(self, asset: int) -> MeshClusters | None:
+        """Return the clusters of the mesh of the asset numbered `asset`; None where it has no mesh."""
+        ...
+
     def forget_mesh(self, asset: int) -> None:
         """Free the memory of the mesh of the asset numbered `asset` and of its levels, until they are asked for."""
         ...
@@ -79,12 +86,15 @@ class FallbackMesh(NamedTuple):
         Whether nobody sees a back face, see `is_solid`.
     is_simplified
         Whether `levels` holds the simplified levels, too; otherwise it holds the mesh alone.
+    is_clustered
+        Whether the clusters have been read, too.
     """
 
     levels: tuple[MeshLevel, ...]
     meshlets: tuple[Meshlets | None, ...]
     solid: bool
     is_simplified: bool
+    is_clustered: bool = False
 
 
 class MeshStore:
@@ -108,13 +118,15 @@ class MeshStore:
         self._library = library
         self._drawn: dict[int, dict[int, MeshObject]] = {}  # by asset and level
         self._looks: dict[int, MeshLook] = {}
+        self._clusters: dict[int, ClusterObject] = {}
         self._fallbacks: dict[int, FallbackMesh] = {}
         self._requested: set[int] = set()  # in this frame
         self._requested_before: set[int] = set()  # in the frame before
         self._failed: set[int] = set()
         self._reader: ThreadPoolExecutor | None = None
         self._reading: tuple[int, Future[FallbackMesh]] | None = None
-        self._awaited: dict[int, bool] = {}  # assets to be read beside the frames, and whether with simplified levels
+        # Assets to be read beside the frames, and whether with simplified levels, and with clusters.
+        self._awaited: dict[int, tuple[bool, bool]] = {}
         self._shown: set[int] = set()  # of those that were awaited, what the scene shows as meshes
         self.failures: list[str] = []
 
@@ -145,14 +157,35 @@ class MeshStore:
             if mesh is None:
                 raise LookupError(f"asset {asset} has no mesh")
             known = self._fallbacks.get(asset)
-            if asset not in self._looks:
-                self._looks[asset] = upload_look(self._gl, mesh, known.solid if known else is_solid(mesh))
+            self._look(asset, mesh)
             simplified = self._library.mesh_levels(asset)[level].mesh if level else mesh
             # The representation `mesh-lod` may ask for levels that the fallback mesh does not have.
             ready = known.meshlets[level : level + 1] if known else ()
             meshlets = ready[0] if ready else build_meshlets(simplified)
             levels[level] = upload_mesh(self._gl, simplified, self._looks[asset], meshlets)
         return levels[level]
+
+    def clusters(self, asset: int) -> ClusterObject:
+        """Return the clusters of the mesh of the asset numbered `asset`, uploaded if they were not.
+
+        Raises LookupError where it has no mesh.
+        """
+        self._requested.add(asset)
+        if asset not in self._clusters:
+            mesh, clusters = self._library.mesh(asset), self._library.mesh_clusters(asset)
+            if mesh is None or clusters is None:
+                raise LookupError(f"asset {asset} has no mesh")
+            self._clusters[asset] = upload_clusters(
+                self._gl, clusters, self._look(asset, mesh), tuple(part.material for part in mesh.parts)
+            )
+        return self._clusters[asset]
+
+    def _look(self, asset: int, mesh: Mesh) -> MeshLook:
+        """Return the materials of the mesh of an asset, uploaded if they were not."""
+        if asset not in self._looks:
+            known = self._fallbacks.get(asset)
+            self._looks[asset] = upload_look(self._gl, mesh, known.solid if known else is_solid(mesh))
+        return self._looks[asset]
 
     def begin_frame(self) -> None:
         """Begin a frame: fallback meshes that neither it nor the frame before asks for may be released."""
@@ -213,6 +246,8 @@ class MeshStore:
         for asset in assets:
             for level in self._drawn.pop(asset, {}).values():
                 self._gl.free(level.vertices, level.indices)
+            if asset in self._clusters:
+                self._clusters.pop(asset).free(self._gl)
             if asset in self._looks:
                 self._gl.free(*(material.texture for material in self._looks.pop(asset).materials))
             del self._fallbacks[asset]
@@ -227,6 +262,7 @@ class MeshStore:
         for known in (
             self._shown,
             self._drawn,
+            self._clusters,
             self._looks,
             self._fallbacks,
             self._requested,
@@ -235,7 +271,7 @@ class MeshStore:
         ):
             known.clear()
 
-    def is_read(self, asset: int, simplified: bool = False) -> bool:
+    def is_read(self, asset: int, simplified: bool = False, clustered: bool = False) -> bool:
         """Return whether a mesh has been read; if not, a thread reads it when its turn comes.
 
         Parameters
@@ -244,6 +280,8 @@ class MeshStore:
             The number of the asset.
         simplified
             Whether its simplified levels are needed, too, however few triangles it has.
+        clustered
+            Whether its clusters are needed, too.
 
         Returns
         -------
@@ -251,10 +289,11 @@ class MeshStore:
             Whether `levels` returns what is asked for.
         """
         known = self._fallbacks.get(asset)
-        if known is not None and (known.is_simplified or not simplified):
+        if known is not None and known.is_simplified >= simplified and known.is_clustered >= clustered:
             return True
         if asset not in self._failed:
-            self._awaited[asset] = self._awaited.get(asset, False) or simplified
+            before = self._awaited.get(asset, (False, False))
+            self._awaited[asset] = before[0] or simplified, before[1] or clustered
         return False
 
     @property
@@ -290,19 +329,20 @@ class MeshStore:
         """Go on with reading meshes beside the frames; return whether one has come that `is_read` was asked for."""
         read = self._take_read()
         if self._reading is None and self._awaited:
-            self._begin_reading(*next(iter(self._awaited.items())))
+            asset, needs = next(iter(self._awaited.items()))
+            self._begin_reading(asset, *needs)
         return read is not None and self._awaited.pop(read, None) is not None
 
     def _was_read(self, asset: int) -> bool:
         """Return whether reading the mesh of `asset` has ended, well or not; begin it when no other is being read."""
         if self._reading is None:
-            self._begin_reading(asset, False)
+            self._begin_reading(asset)
         return self._take_read() == asset
 
-    def _begin_reading(self, asset: int, simplified: bool) -> None:
+    def _begin_reading(self, asset: int, simplified: bool = False, clustered: bool = False) -> None:
         if self._reader is None:
             self._reader = ThreadPoolExecutor(1, "meshes")
-        self._reading = asset, self._reader.submit(self._read, asset, simplified)
+        self._reading = asset, self._reader.submit(self._read, asset, simplified, clustered)
 
     def _take_read(self) -> int | None:
         """Return the number of the asset whose mesh a thread has finished reading, well or not; None where it reads."""
@@ -317,11 +357,19 @@ class MeshStore:
             log.warning("a mesh cannot be shown: %s", error)
         return asset
 
-    def _read(self, asset: int, simplified: bool = False) -> FallbackMesh:
+    def _read(self, asset: int, simplified: bool = False, clustered: bool = False) -> FallbackMesh:
         """Read the mesh of `asset`, and find out what takes too long for a frame."""
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
         simplified = simplified or len(mesh.faces) > _MAX_UNSIMPLIFIED
         levels = self._library.mesh_levels(asset) if simplified else (MeshLevel(mesh, 0.0),)
         meshlets = tuple(build_meshlets(level.mesh) for level in levels)
-        return FallbackMesh(levels=levels, meshlets=meshlets, solid=is_solid(mesh), is_simplified=simplified)
+        if clustered:
+            self._library.mesh_clusters(asset)  # which the library keeps
+        return FallbackMesh(
+            levels=levels,
+            meshlets=meshlets,
+            solid=is_solid(mesh),
+            is_simplified=simplified,
+            is_clustered=clustered,
+        )

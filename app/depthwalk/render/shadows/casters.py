@@ -19,7 +19,7 @@ from depthwalk.render.shadows.spot_maps import Spot
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Rows
 
 MapView = Cascade | Spot
@@ -185,7 +185,7 @@ def shadow_map(
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
     as_grid = ~placed.polygonal
     level = np.where(as_grid, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
-    simplified = placed.representation == Representation.MESH_LOD
+    simplified = np.isin(placed.representation, SIMPLIFIED)
     level = np.where(simplified, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
     pieces = np.full(len(placed), ALL_PIECES)
     order = np.lexsort((level, placed.asset))

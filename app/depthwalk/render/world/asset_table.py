@@ -1,6 +1,6 @@
 """Tabulate what plans must know of the scene's assets: bounds, levels of detail and index ranges."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.cases import PIECES, RANGES, piece_runs
 from depthwalk.cook.cook import CookedObject
+from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.geometry.support_function import DIRECTIONS
 from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.impostors.warp_planes import Volumes
@@ -18,7 +19,7 @@ from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import outside
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import SIMPLIFIED, Objects, Representation
 from depthwalk.types import Array, Ints, Rows
 
 
@@ -44,6 +45,7 @@ class AssetTable:
     error : (a, levels) geometric error, metres, see `LodGeometry`; +inf where the object has no such level.
     meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
+    clusters : the clusters of meshes that are drawn as such, by number.
     """
 
     volumes: Volumes
@@ -60,6 +62,7 @@ class AssetTable:
     error: Array
     meshes: MeshLevels
     mesh_fallbacks: MeshFallbacks
+    clusters: dict[int, MeshClusters] = field(default_factory=dict)
 
     @cached_property
     def area(self) -> Array:
@@ -150,6 +153,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore, fallbacks
         error=error,
         meshes=mesh_levels,
         mesh_fallbacks=replacing,
+        clusters=_used_clusters(objects, library),
     )
 
 
@@ -198,14 +202,21 @@ class _Enclosing:
 
 
 def _used_meshes(objects: Objects, library: Library) -> dict[int, tuple[MeshLevel, ...]]:
-    """Return the meshes that `objects` use, by number; all levels of detail of those that are drawn as mesh-lod."""
-    simplified = set(objects.asset[objects.representation == Representation.MESH_LOD].tolist())
+    """Return the meshes that `objects` use, by number; all levels of detail of those that are drawn simplified."""
+    simplified = set(objects.asset[np.isin(objects.representation, SIMPLIFIED)].tolist())
     levels: dict[int, tuple[MeshLevel, ...]] = {}
     for number in np.unique(objects.asset[objects.asset < len(library)]).tolist():
         mesh = library.mesh(number)
         if mesh is not None:
             levels[number] = library.mesh_levels(number) if number in simplified else (MeshLevel(mesh, 0.0),)
     return levels
+
+
+def _used_clusters(objects: Objects, library: Library) -> dict[int, MeshClusters]:
+    """Return the clusters of the meshes that `objects` are drawn by, by number."""
+    used = np.unique(objects.asset[objects.representation == Representation.MESH_CLUSTERS]).tolist()
+    found = ((number, library.mesh_clusters(number)) for number in used)
+    return {number: clusters for number, clusters in found if clusters is not None}
 
 
 def _volumes(count: int, cooked: dict[int, CookedObject]) -> tuple[Volumes, NDArray[np.float64]]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from depthwalk.assets.demand import asked_for, nearest_first
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
-from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.arrays import MESHES, SIMPLIFIED, Objects, Representation
 from depthwalk.types import Array, Mask
 
 # Triangles of all objects of an asset whose mesh stands in for its depth images. More would take seconds a frame, for
@@ -68,15 +68,17 @@ def find_stand_ins(
         return found
     found.ready[:] = found.has_mesh[:] = False
     representation = asked_for(objects, library, forced)
-    imaged, simplified = ~np.isin(representation, MESHES), representation == Representation.MESH_LOD
-    counts = (np.bincount(objects.asset[mask], minlength=len(library)) for mask in (imaged, ~imaged, simplified))
-    images, meshes, simplified_meshes = counts
+    imaged, simplified = ~np.isin(representation, MESHES), np.isin(representation, SIMPLIFIED)
+    clustered = representation == Representation.MESH_CLUSTERS
+    masks = imaged, ~imaged, simplified, clustered
+    counts = (np.bincount(objects.asset[mask], minlength=len(library)) for mask in masks)
+    images, meshes, simplified_meshes, clustered_meshes = counts
     standing: set[int] = set()
     for asset in nearest_first(objects, viewer):
         found.ready[asset] = images[asset] > 0 and store.is_ready(asset)
         if (found.ready[asset] and not meshes[asset]) or not library.has_mesh(asset):
             continue
-        if not store.meshes.is_read(asset, bool(simplified_meshes[asset])):
+        if not store.meshes.is_read(asset, bool(simplified_meshes[asset]), bool(clustered_meshes[asset])):
             continue
         levels = store.meshes.levels(asset)
         assert levels is not None  # it is read

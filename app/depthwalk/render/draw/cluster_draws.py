@@ -1,0 +1,87 @@
+"""Plan what is drawn of meshes by clusters: pairs of objects and clusters that a phase of a frame shows."""
+
+import numpy as np
+
+from depthwalk.cook.mesh_clusters import MeshClusters
+from depthwalk.geometry.quaternions import rotate
+from depthwalk.render.draw.draw_lists import ClusterDraws, Counts, DrawList, draw_batches
+from depthwalk.render.lod.cluster_selection import ClusterCut, select_clusters
+from depthwalk.render.lod.mesh_lod import mesh_level
+from depthwalk.render.resources.placed_records import placed_records
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.world.asset_table import AssetTable
+from depthwalk.scene.arrays import Objects
+from depthwalk.types import Array
+
+
+def cluster_draws(view: View, objects: Objects, table: AssetTable, error: float) -> ClusterDraws:
+    """Return the clusters that show some objects; those out of sight or facing away are left out.
+
+    The loop runs over assets.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    objects : the n objects, nearest first.
+    table : what is known of the assets.
+    error : geometric error that clusters may have, pixels.
+
+    Returns
+    -------
+    What is drawn.
+    """
+    if not len(objects):
+        return ClusterDraws.none()
+    viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
+    nearest = table.nearest(objects.asset, viewer)
+    level = mesh_level(view, objects, nearest, table.meshes.error, error)
+    order = np.lexsort((level, objects.asset))
+    objects, viewer, nearest, level = objects.take(order), viewer[order], nearest[order], level[order]
+    assets, first = np.unique(objects.asset, return_index=True)
+    cuts = []
+    for asset, start, end in zip(assets.tolist(), first, [*first[1:], len(objects)], strict=True):
+        clusters, rows = table.clusters[asset], slice(start, end)
+        cut = select_clusters(clusters, viewer[rows], nearest[rows], error / view.detail_pixels)
+        cuts.append(_in_sight(view, clusters, objects.take(rows), viewer[rows], cut, start))
+    count = [len(cut.objects) for cut in cuts]
+    return ClusterDraws(
+        objects=DrawList(
+            records=placed_records(view.position, objects), batches=draw_batches(table, objects.asset, level)
+        ),
+        asset=assets,
+        first=np.append(0, np.cumsum(count)),
+        record=np.concatenate([cut.objects for cut in cuts]),
+        cluster=np.concatenate([cut.clusters for cut in cuts]),
+    )
+
+
+def count_clusters(counts: Counts, draws: ClusterDraws, table: AssetTable) -> None:
+    """Add to the `counts` of a phase what its `draws` draw of the assets in `table`."""
+    triangles = [
+        int(np.diff(table.clusters[asset].first)[draws.cluster[first:last]].sum())
+        for asset, first, last in zip(draws.asset.tolist(), draws.first, draws.first[1:], strict=False)
+    ]
+    counts["mesh"] += len(draws.objects.records)
+    counts["mesh_triangles"] += sum(triangles)
+    counts["mesh_clusters"] = len(draws.cluster)
+
+
+def _in_sight(
+    view: View, clusters: MeshClusters, objects: Objects, viewer: Array, cut: ClusterCut, first: int
+) -> ClusterCut:
+    """Return those pairs of a `cut` that may be seen, nearest first; their rows count from `first`.
+
+    viewer: (n, 3) the viewer in the frames of the `objects`, metres.
+    """
+    row, cluster = cut
+    if clusters.solid:
+        to_centre = clusters.centre[cluster] - viewer[row]
+        along = np.einsum("ij,ij->i", to_centre, clusters.axis[cluster])
+        away = clusters.sine[cluster] * np.linalg.norm(to_centre, axis=1) + clusters.radius[cluster]
+        facing = np.flatnonzero(along < away)
+        row, cluster = row[facing], cluster[facing]
+    placed = objects.take(row)
+    middle = placed.position + placed.scale[:, None] * rotate(placed.rotation, clusters.centre[cluster])
+    seen, _ = Bounds(middle, placed.scale * clusters.radius[cluster]).visible(view)
+    return ClusterCut(first + row[seen], cluster[seen])

@@ -1,0 +1,29 @@
+// Takes the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED: see mesh.frag.
+#include "common/cluster_vertex.glsl"
+#include "common/rotation.glsl"
+#include "common/view.glsl"
+#ifdef PAINTED
+uniform sampler2D cluster_colours;   // sRGB
+#endif
+
+centroid out vec3 normal;
+#ifdef PAINTED
+centroid out vec3 colour;
+centroid out vec2 uv;
+#endif
+
+void main() {
+    int object = cluster_object(), vertex = cluster_vertex();
+    vec4 origin = record_part(cluster_objects, PLACED_RECORD_TEXELS, object, 0);
+    vec4 turn = record_part(cluster_objects, PLACED_RECORD_TEXELS, object, 1);
+    vec4 rotation = vec4(origin.w, turn.xyz);
+    vec4 place = record_part(cluster_vertices, CLUSTER_VERTEX_TEXELS, vertex, 0);
+    vec4 look = record_part(cluster_vertices, CLUSTER_VERTEX_TEXELS, vertex, 1);
+    normal = rotate(rotation, vec3(place.w, look.xy));
+#ifdef PAINTED
+    vec3 srgb = texelFetch(cluster_colours, ivec2(vertex % RECORDS_PER_ROW, vertex / RECORDS_PER_ROW), 0).rgb;
+    colour = mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(0.04045, srgb));
+    uv = look.zw;
+#endif
+    gl_Position = clip_from_eye * vec4(origin.xyz + turn.w * rotate(rotation, place.xyz), 1.0);
+}
