@@ -33,8 +33,8 @@ _ENVIRONMENT = {
     "OPENBLAS_THREAD_TIMEOUT": "4",  # 2^4 cycles, not 2^26 on another core, in which a thread of NumPy's waits for work
     "PYDANTIC_DISABLE_PLUGINS": "__all__",  # no search of every installed package for what might watch our models
 }
-# Objects made, less those gone, after which Python looks for cycles among them. Its default of 700 takes 30 ms until the
-# first picture, of which there is no garbage.
+# Objects made, less those gone, after which Python looks for cycles among them. Its default of 700 costs 30 ms until
+# the first picture, and finds nothing.
 _GARBAGE_THRESHOLD = 20_000
 
 

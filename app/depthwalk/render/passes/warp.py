@@ -34,7 +34,7 @@ class WarpPass(Pass[WarpParams]):
     def setup(self, gl: Scope) -> None:
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         self._programs = Variants(lambda defines: Program(gl, "warp/warp.vert", "warp/warp.frag", defines))
-        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *GRID_LAYOUT))
         self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
         self._instances = InstanceStream(gl, WARP_RECORD)
         self._clear = Variants(lambda defines: Program(gl, "warp/clear.vert", "warp/clear.frag", defines))
