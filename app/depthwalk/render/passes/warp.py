@@ -46,7 +46,12 @@ class WarpPass(Pass[WarpParams]):
             pass
 
     def parts(self, frame: Frame, params: WarpParams) -> Iterator[None]:
-        """Draw as `draw` does; stop after every so many triangles, unless they are drawn in order."""
+        """Draw as `draw` does; stop after every so many triangles, unless they are drawn in order.
+
+        The atlas is touched only where there is anything to draw.
+        """
+        if not len(frame.plan.cleared) and not frame.plan.warp.batches:
+            return
         self._clear_slots(frame)
         self._instances.upload(frame.plan.warp.records)
         in_order = params.order == "epipole"
