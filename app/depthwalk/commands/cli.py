@@ -4,7 +4,6 @@ So `depthwalk --help` waits for no library of numbers or graphics, and `depthwal
 another command needs. A command that imports much does so once its options were parsed.
 """
 
-import gc
 import os
 from collections.abc import Iterator, Mapping
 from importlib import import_module
@@ -33,9 +32,6 @@ _ENVIRONMENT = {
     "OPENBLAS_THREAD_TIMEOUT": "4",  # 2^4 cycles, not 2^26 on another core, in which a thread of NumPy's waits for work
     "PYDANTIC_DISABLE_PLUGINS": "__all__",  # no search of every installed package for what might watch our models
 }
-# Objects made, less those gone, after which Python looks for cycles among them. Its default of 700 costs 30 ms until
-# the first picture, and finds nothing.
-_GARBAGE_THRESHOLD = 20_000
 
 
 class _LazyCommands(Mapping[str, Any]):
@@ -81,7 +77,6 @@ def main() -> None:
     """Run the program `depthwalk` with the arguments of the process."""
     for name, value in _ENVIRONMENT.items():
         os.environ.setdefault(name, value)
-    gc.set_threshold(_GARBAGE_THRESHOLD)
     app()
 
 
