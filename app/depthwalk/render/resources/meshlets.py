@@ -123,8 +123,8 @@ def build_meshlets(mesh: Mesh) -> Meshlets | None:
     places = np.concatenate([(a + b + c) / 3, _NORMAL_WEIGHT * size * normals.T])
     patches, part_of_patch = [], []
     for number, part in enumerate(mesh.parts):
-        rows = np.arange(part.first_face, part.first_face + part.face_count)
-        found = _patches(places[:, rows[0] : rows[-1] + 1], rows)
+        first, end = part.first_face, part.first_face + part.face_count
+        found = _patches(places[:, first:end], np.arange(first, end))
         patches += found
         part_of_patch += [number] * len(found)
     return _meshlets(mesh.faces, corners, normals, patches, np.array(part_of_patch))
