@@ -18,8 +18,9 @@ import figures
 import numpy as np
 from PIL import Image
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.images import DepthImage, Face
+from depthwalk.bake.params import BakeParams
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.pictures import png_bytes

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 from tools.make_models.model import Model, vertex_normals
 
 from depthwalk.assets.cooked import cooked_objects
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.division import Cell, part_faces
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, bake_model, submesh
+from depthwalk.bake.params import BakeParams, ModelParams
+from depthwalk.bake.parts import bake_model, submesh
 from depthwalk.cook.cook import CookedObject, CookOptions
 from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
 from depthwalk.files import write_bytes

@@ -21,7 +21,7 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked

@@ -8,7 +8,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.parallel import batches, begin, default_workers, thread_map
 from shapes import box, joined, sphere

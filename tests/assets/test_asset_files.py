@@ -19,7 +19,7 @@ from depthwalk.assets.asset_files import (
     read_mesh,
     read_relief,
 )
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.errors import InputError
 from depthwalk.ingest.sources import source_hash
 from depthwalk.scene.loader import load_scene

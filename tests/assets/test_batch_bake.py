@@ -19,7 +19,7 @@ from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.file import SUFFIX, read_baked
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
@@ -91,7 +91,7 @@ def test_a_scene_bakes_what_is_missing_at_once(
     library.bake_missing([0, 1, 2, 3])
     assert set(told) == {"b1", "b2", "bad"}
     assert sorted(path.name.count(".") for path in (tmp_path / "cache").rglob("*.exr")) == [2, 2]
-    monkeypatch.setattr("depthwalk.assets.library.bake_model", None)  # baking once more would fail
+    monkeypatch.setattr("depthwalk.bake.parts.bake_model", None)  # baking once more would fail
     first, second = library.baked(0), library.baked(1)
     assert first is not None and second is not None and first.key != second.key
     with pytest.raises(InputError, match=r"bad\.ply"):

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import depthwalk.assets.asset_files
-import depthwalk.assets.library
+import depthwalk.assets.batch_bake
 import shapes
 from depthwalk.assets.asset_files import mesh_key
 from depthwalk.assets.batch_bake import Job, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import find_cached
 from depthwalk.bake.file import read_baked
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.cooked_file import find_cooked
 from depthwalk.errors import InputError
@@ -183,7 +183,7 @@ def test_a_panorama_is_baked_once(tiny_scene: Path, tmp_path: Path, monkeypatch:
     (part,) = baked.parts
     assert part.position == pytest.approx((0, 2 * 10 / (48 / (2 * np.pi)), 0), rel=1e-5)
     assert part.cylinder.radius == pytest.approx(2, rel=1e-2)
-    monkeypatch.setattr("depthwalk.assets.library.bake_panorama", lambda *_, **__: pytest.fail("baked again"))
+    monkeypatch.setattr("depthwalk.bake.panorama.bake_panorama", lambda *_, **__: pytest.fail("baked again"))
     again = SceneLibrary((spec,)).baked(0)
     assert again is not None and again.key == baked.key
 
@@ -199,7 +199,7 @@ def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(
         raise BrokenProcessPool("A process in the process pool was terminated abruptly")
         yield
 
-    monkeypatch.setattr(depthwalk.assets.library, "bake_all", ended)
+    monkeypatch.setattr(depthwalk.assets.batch_bake, "bake_all", ended)
     library = SceneLibrary(load_scene(tiny_scene).assets, processes=2)
     library.bake_missing([0, 1])
     assert [record.message for record in caplog.records] == [

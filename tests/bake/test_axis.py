@@ -11,7 +11,8 @@ import pytest
 from depthwalk.assets.asset_files import mesh_key
 from depthwalk.bake.axis import candidate_axes, choose_axis
 from depthwalk.bake.face_grid import FaceGrid
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.bake.placement import cylinder_around, place_along, smallest_circle
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import footprints_by_layers, probe, sampled_footprints

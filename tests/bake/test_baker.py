@@ -7,12 +7,13 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.cache import bake_key, find_baked, keep_baked, sidecar
 from depthwalk.bake.face_grid import FaceGrid, texel_centres
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.grid import grid_cells, grid_nodes, layer_triangles, triangle_places
 from depthwalk.bake.images import BakedObject, DepthImage, Face
+from depthwalk.bake.params import BakeParams
 from depthwalk.errors import InputError
 from depthwalk.types import Array
 from shapes import bake, box, joined, model_of, sphere

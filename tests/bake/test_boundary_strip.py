@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_boundary_strips
+from depthwalk.bake.baker import cast_face, connect_face, trace_boundary_strips
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BoundaryStrip, DepthImage, Face, enclosing_cylinder
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.raycast import RayCaster
 from shapes import box
 

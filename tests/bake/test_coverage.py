@@ -9,7 +9,8 @@ import pytest
 from depthwalk.bake.coverage import measure_left_out
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.ingest.mesh import Mesh
 from shapes import box, joined, sphere
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from depthwalk.assets.asset_files import mesh_key
-from depthwalk.bake.baker import BakeParams, peeled_layers
+from depthwalk.bake.baker import peeled_layers
 from depthwalk.bake.depth import Depth, deep_enough
-from depthwalk.bake.parts import ModelParams, bake_model, probed_depth
+from depthwalk.bake.params import BakeParams, ModelParams
+from depthwalk.bake.parts import bake_model, probed_depth
 from depthwalk.bake.placement import place_along
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.ingest.mesh import Mesh

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from depthwalk.bake.baker import BakeParams
 from depthwalk.bake.division import Cell, divide, part_faces
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.raycast import RayCaster
 from shapes import box, joined, sphere
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
+from depthwalk.bake.levels import mesh_levels
+from depthwalk.bake.params import FEWEST, RATIOS
 from depthwalk.ingest.mesh import MeshLevel
 from shapes import box, simplified, sphere
 

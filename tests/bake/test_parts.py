@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.division import Cell, part_faces
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, bake_model, submesh
+from depthwalk.bake.params import BakeParams, ModelParams
+from depthwalk.bake.parts import bake_model, submesh
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
 from depthwalk.geometry.quaternions import rotate

@@ -13,12 +13,12 @@ from typer.testing import CliRunner
 
 from depthwalk.assets.asset_files import mesh_key
 from depthwalk.bake import six_view
-from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face
+from depthwalk.bake.baker import bake_object, cast_face, connect_face
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.grid import layer_triangles
 from depthwalk.bake.images import PAPER_FACES, Cylinder, Face, enclosing_cylinder
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import BakeParams, ModelParams, Refinements
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples
 from depthwalk.bake.six_view import sample_six_views

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, BakedObject, Face
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.texture_coordinates import (
     kept_coordinates,
     textured_faces,

@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.images import BOX_FACES, BakedObject, Face
 from depthwalk.bake.model import BakedModel
+from depthwalk.bake.params import BakeParams
 from depthwalk.cook.cases import PAPER_PIECES, Case
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import LodGeometry

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.bake.baker import BakeParams, cast_face
+from depthwalk.bake.baker import cast_face
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Face, enclosing_cylinder
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.raycast import RayCaster
 from shapes import box, joined, sphere
 

@@ -11,9 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 import shapes
-from depthwalk.bake.baker import EVERYTHING, BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.grid import layer_triangles
 from depthwalk.bake.images import BakedObject, Face
+from depthwalk.bake.params import EVERYTHING, BakeParams
 from depthwalk.commands import ablation
 from depthwalk.commands.ablation import LAYERS, Ablation, Row, ablate, main, setups, to_json, to_markdown
 from depthwalk.commands.baking import mesh_spec

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 import depthwalk
 from depthwalk.bake.file import read_baked
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.commands import comparison
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.cli import app

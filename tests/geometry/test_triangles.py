@@ -73,3 +73,13 @@ def test_equal_rows_have_one_number(columns: int) -> None:
 def test_rows_that_are_all_equal_are_one() -> None:
     number, first = row_ids(np.ones((5, 2)))
     assert not number.any() and first.tolist() == [0]
+
+
+@pytest.mark.parametrize("values", [[0.0, 1.0, 2.0], [-0.0, 0.0, np.nan, 1.0]])
+def test_rows_are_numbered_in_the_order_of_their_columns_the_last_one_first(values: list[float]) -> None:
+    columns = np.random.default_rng(1).choice(values, (60, 3))
+    ids, first = row_ids(columns)
+    order = np.lexsort(columns.T)
+    np.testing.assert_array_equal(np.argsort(ids, kind="stable"), order)
+    np.testing.assert_array_equal(ids[first], np.arange(len(first)))
+    np.testing.assert_array_equal(columns[first][ids], columns)

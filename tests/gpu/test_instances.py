@@ -1,7 +1,8 @@
 """Records of objects on the GPU: they come back as they went in, and buffers follow their number."""
 
 from collections.abc import Iterator
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import moderngl
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.instances import RECORDS_PER_ROW, AssetArrays, InstanceStream, RecordTexture
+from depthwalk.gpu.program import Program
 
 RECORD = np.dtype([("place", "3f4"), ("size", "f4")])
 VERTEX = """#version 330 core
@@ -34,7 +36,10 @@ def records_of(count: int) -> NDArray[Any]:
 def test_instances_read_their_records_from_any_first_one_on(gl_device: Device, scope: Scope) -> None:
     program = gl_device.context.program(vertex_shader=VERTEX, varyings=("found",))
     corner, index = scope.buffer(np.array([[0.5, 0]], np.float32)), scope.buffer(np.array([0], np.uint32))
-    arrays, stream = AssetArrays(scope, program, "2f", "in_corner"), InstanceStream(scope, RECORD)
+    arrays, stream = (
+        AssetArrays(scope, cast(Program, SimpleNamespace(gl=program)), "2f", "in_corner"),
+        InstanceStream(scope, RECORD),
+    )
     records = records_of(5)
     stream.upload(records)
     array = arrays.get("dot", corner, index)

@@ -152,3 +152,18 @@ def test_defines_and_uniforms_reach_the_program(gl_device: Device, shaders: Call
         made.set(other=1.0)
     scope.release()
     assert found[0] == pytest.approx([1.0, 2.0, 3.0, 4.0])
+
+
+def test_programs_of_our_shaders_are_compiled_when_they_are_used_others_at_once(
+    gl_device: Device, shaders: Callable[..., Path], tmp_path: Path
+) -> None:
+    shaders(v="void main() { gl_Position = vec4(0); }\n", f="out vec4 o; void main() { o = vec4(1) }\n")
+    scope, before = gl_device.scope("test"), gl_device.live["program"]
+    program = Program(scope, "v.glsl", "f.glsl")
+    assert gl_device.live["program"] == before
+    with pytest.raises(GpuError, match=r"shaders/f\.glsl:1"):
+        program.set(size=1)
+    (tmp_path / "own.frag").write_text("out vec4 o; void main() { o = vec4(1) }\n")
+    with pytest.raises(GpuError, match=r"own\.frag:1"):
+        Program(scope, "v.glsl", tmp_path / "own.frag")
+    scope.release()

@@ -13,6 +13,12 @@ HEAVY = {
     "OpenEXR", "PIL", "embreex", "fast_simplification", "flip_evaluator", "glfw", "imageio_ffmpeg", "imgui_bundle",
     "moderngl", "moderngl_window", "networkx", "rich", "scipy", "skimage", "trimesh",
 }  # fmt: skip
+BAKING = {  # and what else no first picture of finished assets needs
+    "depthwalk.assets.batch_bake", "depthwalk.bake.axis", "depthwalk.bake.baker", "depthwalk.bake.levels",
+    "depthwalk.bake.meso_file", "depthwalk.bake.panorama", "depthwalk.bake.parts", "depthwalk.bake.planar",
+    "depthwalk.bake.raycast", "depthwalk.cook.edge_collapse", "depthwalk.cook.grid_lods",
+    "depthwalk.ingest.range_image", "numpy.random",
+}  # fmt: skip
 MOST_MODULES = 25  # of depthwalk itself, to read a scene file
 
 LOADED = """
@@ -107,3 +113,29 @@ def test_the_window_takes_nothing_of_imgui_bundle_but_imgui(loaded: Callable[...
 def test_imgui_bundle_can_still_be_imported_whole(loaded: Callable[..., Any]) -> None:
     code = "from depthwalk.walk.native_imgui import imgui\nimport imgui_bundle\nassert imgui_bundle.imgui is imgui"
     assert "imgui_bundle.immapp" in loaded(code)
+
+
+@pytest.mark.slow
+def test_the_window_opens_without_anything_that_bakes(loaded: Callable[..., Any]) -> None:
+    modules = loaded("import depthwalk.commands.view, depthwalk.assets.background, depthwalk.walk.app")
+    assert not modules & (BAKING | {"PIL.PngImagePlugin"})
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+def test_rendering_a_mesh_imports_nothing_that_bakes(loaded: Callable[..., Any], obj_scene: Path) -> None:
+    options = ["-o", str(obj_scene.with_name("p.png")), "--representation", "mesh", "--resolution", "32,32", "--quiet"]
+    modules = loaded(RUN.format(arguments=["render", str(obj_scene), *options]))
+    assert not modules & (BAKING | {"scipy", "trimesh", "embreex", "networkx"})
+
+
+def test_libraries_are_told_not_to_waste_time_unless_the_user_wants_it(loaded: Callable[..., Any]) -> None:
+    code = (
+        "import os, sys\nfrom depthwalk.commands.cli import main\n"
+        "os.environ.pop('PYDANTIC_DISABLE_PLUGINS', None)\nos.environ['OPENBLAS_THREAD_TIMEOUT'] = '20'\n"
+        "sys.argv = ['depthwalk', '--version']\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "assert os.environ['PYDANTIC_DISABLE_PLUGINS'] == '__all__'\n"
+        "assert os.environ['OPENBLAS_THREAD_TIMEOUT'] == '20'"
+    )
+    assert "numpy" not in loaded(code)

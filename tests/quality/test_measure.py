@@ -10,7 +10,8 @@ import pytest
 import shapes
 from depthwalk.bake.images import Face
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.bake.sampling import sample_surface
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.gpu.device import Device

@@ -226,7 +226,7 @@ def test_compiler_messages_name_file_and_line(
     monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
     scope = gl_device.scope("test")
     with pytest.raises(GpuError, match=r"shaders/broken/b\.glsl:2"):
-        Program(scope, "broken/a.vert", "broken/c.frag")
+        _ = Program(scope, "broken/a.vert", "broken/c.frag").gl
     scope.release()
 
 

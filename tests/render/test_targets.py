@@ -8,7 +8,7 @@ import pytest
 from depthwalk.gpu.device import Device, GpuError
 from depthwalk.render.declared_targets import declared
 from depthwalk.render.passes import PASSES
-from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, atlas_size
+from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, TileAtlas, atlas_size
 
 SIZE = (20, 12)
 MADE = ("visibility", "albedo", "surface", "depth", "material_depth", "shadow")
@@ -92,3 +92,13 @@ def test_the_atlas_holds_four_pictures_where_it_can(
     size: tuple[int, int], limit: int, expected: tuple[int, int]
 ) -> None:
     assert atlas_size(size, limit) == expected
+
+
+def test_the_atlas_takes_no_memory_before_it_is_used(gl_device: Device) -> None:
+    before = gl_device.live["texture"]
+    atlas = TileAtlas(gl_device, (64, 32), lit=True)
+    assert gl_device.live["texture"] == before
+    assert atlas.framebuffer.size == (64, 32) and gl_device.live["texture"] == before + 2
+    assert atlas.lit_framebuffer.size == (64, 32) and gl_device.live["texture"] == before + 3
+    atlas.release()
+    assert gl_device.live["texture"] == before

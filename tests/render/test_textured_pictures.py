@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.baker import bake_object
 from depthwalk.bake.images import COORDINATE_STEPS, HAS_COORDINATES, ONE_CHART, BakedObject, Cylinder, DepthImage, Face
+from depthwalk.bake.params import BakeParams
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.texture_detail import Detail, at_detail
 from depthwalk.cook.virtual_texture import build_virtual_texture

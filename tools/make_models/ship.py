@@ -18,7 +18,7 @@ from tools.make_models.catalogue import MODELS, TEXTURES, Images
 
 from depthwalk.assets.batch_bake import Baked, Job, bake_all
 from depthwalk.bake.face_grid import square_texel
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.commands.options import Verbose
 from depthwalk.commands.program import as_program, guarded
 from depthwalk.cook.cook import CookedObject

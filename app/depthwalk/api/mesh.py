@@ -10,10 +10,9 @@ from typing import Literal
 from depthwalk.api.scene import PathLike
 from depthwalk.assets.asset_files import read_body
 from depthwalk.assets.batch_bake import Job, bake_all
-from depthwalk.bake.axis import Axis
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX, read_baked
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import Axis, ModelParams
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.limits import MAX_COORDINATE

@@ -7,21 +7,21 @@ again only while it is still right, and files that are replaced need no bookkeep
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from depthwalk.bake.cache import bake_key
-from depthwalk.bake.levels import FEWEST, RATIOS
 from depthwalk.bake.meso import Meso
-from depthwalk.bake.meso_file import load_meso
-from depthwalk.bake.parts import ModelParams
-from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
+from depthwalk.bake.params import FEWEST, RATIOS, ModelParams
 from depthwalk.errors import InputError
-from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_panorama, load_range_image
 from depthwalk.ingest.sources import Sources, names_texture, source_hash
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from depthwalk.scene.schema import DpciParams, MesoParams
+
+if TYPE_CHECKING:
+    from depthwalk.ingest.image import PlanarImage
+    from depthwalk.ingest.range_image import RangeImage
 
 _TEXTURED = "+textured"
 _MAX_READINGS = 3  # of a range image that changes while it is read
@@ -128,25 +128,31 @@ def read_meso(meso: MesoParams) -> Meso:
 
     Raises InputError for files that cannot be used.
     """
+    from depthwalk.bake.meso_file import load_meso  # here, as below: few scenes have any
+
     return load_meso(meso.depth, height=meso.height, tile=meso.tile, normal=meso.normal)
 
 
-def read_relief(spec: DepthImageAsset) -> PlanarImage:
+def read_relief(spec: DepthImageAsset) -> "PlanarImage":
     """Read the planar depth image of the asset `spec`, which has a `size`.
 
     Raises InputError for files that cannot be used.
     """
+    from depthwalk.ingest.range_image import load_depth_image
+
     assert spec.size is not None  # the scene file has exactly one of size and intrinsics
     return load_depth_image(
         spec.depth, size=spec.size, depth_range=spec.range, unit=spec.unit, colour=spec.colour, normal=spec.normal
     )
 
 
-def read_range_image(spec: DepthImageAsset) -> RangeImage:
+def read_range_image(spec: DepthImageAsset) -> "RangeImage":
     """Read the range image of the asset `spec`, which has `intrinsics` or is a `panorama`.
 
     Raises InputError for files that cannot be used.
     """
+    from depthwalk.ingest.range_image import Intrinsics, load_panorama, load_range_image
+
     if spec.panorama is not None:
         return load_panorama(spec.depth, horizon=spec.panorama.horizon, unit=spec.unit, colour=spec.colour)
     assert spec.intrinsics is not None  # the scene file has exactly one of these and `size`
@@ -154,7 +160,7 @@ def read_range_image(spec: DepthImageAsset) -> RangeImage:
     return load_range_image(spec.depth, lens=lens, unit=spec.unit, colour=spec.colour, normal=spec.normal)
 
 
-def read_keyed(spec: DepthImageAsset) -> tuple[RangeImage, str]:
+def read_keyed(spec: DepthImageAsset) -> "tuple[RangeImage, str]":
     """Read the range image of an asset that has `intrinsics` or is a `panorama`, and hash its files.
 
     NPY and OpenEXR files are read by their names, not from bytes that could be hashed as well. So the files are hashed
@@ -276,6 +282,8 @@ def clusters_key(spec: MeshAsset, source: str) -> str:
     str
         64 hex digits.
     """
+    from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
+
     return bake_key(source.removesuffix(_TEXTURED), up=spec.up, height=spec.height, clusters=CLUSTERS_VERSION)
 
 

@@ -21,7 +21,8 @@ from depthwalk.assets.worker import report_stage, set_up_worker, terminate
 from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.coverage import measure_left_out
 from depthwalk.bake.file import write_baked
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.cache import forget
 from depthwalk.cook.cook import GRID_TEXELS, CookOptions, cook_object
 from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked

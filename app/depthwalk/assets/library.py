@@ -1,7 +1,8 @@
 """Provide the assets of a scene to the renderer, as arrays, when they are first asked for.
 
 Depth images are found beside the mesh or in the cache; what is found nowhere is baked, and the cache keeps it. The same
-holds for the simplified levels of meshes.
+holds for the simplified levels of meshes. What bakes is imported when something has to be baked: the first picture of
+most scenes needs nothing of it.
 """
 
 import logging
@@ -28,16 +29,12 @@ from depthwalk.assets.asset_files import (
     read_meso,
     read_relief,
 )
-from depthwalk.assets.batch_bake import Job, bake_all
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.cache import BAKED, find_baked, has_key, keep_baked, sidecar
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.level_file import find_levels, keep_levels
-from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.panorama import bake_panorama
-from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.bake.planar import bake_planar, bake_range
+from depthwalk.bake.params import ModelParams
 from depthwalk.cache import make_room
 from depthwalk.cook.cluster_file import find_clusters, keep_clusters
 from depthwalk.cook.cook import GRID_TEXELS, AheadReader, CookedObject, CookOptions
@@ -217,9 +214,12 @@ class SceneLibrary:
         assets
             Numbers of the assets to look for.
         """
-        missing = self._missing(assets) if self._processes != 1 else []
-        if len(missing) < 2:
+        unbaked = self._unbaked_meshes(assets) if self._processes != 1 else {}
+        if len(unbaked) < 2:
             return
+        from depthwalk.assets.batch_bake import Job, bake_all
+
+        missing = [Job(spec=spec, params=params, out=BAKED.file(key)) for key, (spec, params) in unbaked.items()]
         names, done = [job.spec.name for job in missing], 0
 
         def stage(number: int, name: str) -> None:
@@ -237,16 +237,16 @@ class SceneLibrary:
         except BrokenExecutor:  # the system ended a process, for lack of memory say: one at a time needs less
             log.warning("the system ended a process that baked; the depth images that are missing are baked singly")
 
-    def _missing(self, assets: Sequence[int]) -> list[Job]:
-        """Return the bakes, into the cache, of depth images that `assets` need and that are found nowhere."""
-        jobs: dict[str, Job] = {}  # by key: assets may share one
+    def _unbaked_meshes(self, assets: Sequence[int]) -> dict[str, tuple[MeshAsset, ModelParams]]:
+        """Return the meshes, by key, whose depth images `assets` need and are found nowhere, and how to bake them."""
+        found: dict[str, tuple[MeshAsset, ModelParams]] = {}  # assets may share one
         for spec in (self._assets[asset] for asset in assets):
             if isinstance(spec, MeshAsset) and spec.dpci is not None:
                 params = model_params(spec.dpci)
                 key = mesh_key(spec, params)
                 if not (has_key(sidecar(spec.mesh), key) or has_key(BAKED.file(key), key)):
-                    jobs[key] = Job(spec=spec, params=params, out=BAKED.file(key))
-        return list(jobs.values())
+                    found[key] = spec, params
+        return found
 
     def _mesh_model(self, asset: int, spec: MeshAsset, max_stepped: int | None = None) -> BakedModel:
         """Return the depth images of a mesh, with the relief that the scene lays over them.
@@ -270,6 +270,8 @@ class SceneLibrary:
 
     def _planar(self, spec: DepthImageAsset) -> BakedModel:
         """Return a planar depth image as it is: reading it takes no longer than reading a file of the cache."""
+        from depthwalk.bake.planar import bake_planar
+
         return BakedModel(parts=(bake_planar(read_relief(spec), key="", cut=spec.method == "cut"),))
 
     def _found_or_made(
@@ -293,6 +295,8 @@ class SceneLibrary:
 
     def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams, max_stepped: int | None) -> BakedModel:
         """Read the mesh, unless it is in memory, and bake it under the key of what was read; see `bake_model`."""
+        from depthwalk.bake.parts import bake_model
+
         # Not by `mesh`, which would keep in memory a mesh that may be drawn by its depth images only.
         mesh, source = self._meshes.get(asset) or self._read_mesh(spec)
         check_height(mesh, spec.mesh)
@@ -302,6 +306,9 @@ class SceneLibrary:
 
     def _bake_range(self, asset: int, spec: DepthImageAsset) -> BakedModel:
         """Read a range image or panorama and resample it to depth images, under the key of what was read."""
+        from depthwalk.bake.panorama import bake_panorama
+        from depthwalk.bake.planar import bake_range
+
         self.report(spec.name, "reading")
         image, key = read_keyed(spec)
         self._note_key(asset, key)
@@ -371,6 +378,8 @@ class SceneLibrary:
         found = find_levels(mesh, key)
         if found is not None:
             return found
+        from depthwalk.bake.levels import mesh_levels
+
         self.report(spec.name, "simplifying")
         levels = mesh_levels(mesh)
         try:

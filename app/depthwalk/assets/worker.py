@@ -15,6 +15,7 @@ from typing import Any
 
 _IMPORTS = (  # of baking and cooking, with what their functions import when they are called
     "depthwalk.assets.background",
+    "depthwalk.bake.parts",
     "embreex.mesh_construction",
     "embreex.rtcore_scene",
     "scipy.ndimage",

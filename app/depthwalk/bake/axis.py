@@ -1,22 +1,15 @@
 """Choose the direction of an object's cylinder, so that its images sample the surface best."""
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams
+from depthwalk.bake.params import NAMED, BakeParams, Direction
 from depthwalk.bake.placement import cylinder_around, extent, place_along
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, sampled_footprints, squared_texels
 from depthwalk.geometry.triangles import spread_directions
 from depthwalk.types import Array
 
-Direction = tuple[float, float, float]
-Axis = Literal["auto", "x", "y", "z"] | Direction
-"""auto, an axis of the asset's frame, or a direction in it."""
-
-NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _SPREAD = 20  # directions that are tried besides the named ones and the principal axes
 _LEAST_GAIN = 0.2  # of the mean squared footprint, for an axis other than y
 

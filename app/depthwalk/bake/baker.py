@@ -5,9 +5,8 @@ connected to triangles, of which those are dropped that do not lie on the surfac
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from itertools import product
-from typing import Literal
 
 import numpy as np
 
@@ -26,106 +25,23 @@ from depthwalk.bake.images import (
     with_margins,
 )
 from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_layers, worth_adding, yield_triangles
+from depthwalk.bake.params import EVERYTHING, NOTHING, BakeParams, Refinements
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.bake.surface import mean_shininess
 from depthwalk.bake.texture_coordinates import TexturedFaces, are_worth_keeping, textured_faces, with_coordinates
 from depthwalk.bake.trim import trim
 from depthwalk.bake.visibility import is_crowded, peel_exposed, prune_hidden
-from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
 from depthwalk.parallel import Map, batches, thread_map
 from depthwalk.types import Mask
 
 Progress = Callable[[str], None]
-Method = Literal["raycast", "six-view", "paper"]
-Layers = int | Literal["auto"]
-Coordinates = Literal["auto", "never"]
 _LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a box face must sample better than others, to be worth the trouble
 _BATCH = 1 << 15  # samples at a time
 _VOXEL = 4  # texels, edge of the voxels over which it is averaged how much of the sky samples see
 _OVERLAP = 3  # texels of overlap: a box face extends so far beyond what it samples better than the others
-
-
-@dataclass(frozen=True, kw_only=True)
-class Refinements:
-    """Choose what the baker does beyond the paper, as docs/baking.md describes it.
-
-    All are on, except where their effect is measured one by one (docs/ablation.md).
-
-    Attributes
-    ----------
-    discontinuity_cut
-        Whether to drop triangles that do not lie on the mesh, as rays tell.
-    across_layers
-        Whether a triangle's corners may be on different layers.
-    boundary_strips
-        Whether to add boundary strips, which complete the grids up to the edges of their surfaces.
-    owners
-        Whether each piece of surface is drawn only from the face that samples it best.
-    box_faces
-        Whether to add images of the upright faces of the box around the cylinder.
-    """
-
-    discontinuity_cut: bool = True
-    across_layers: bool = True
-    boundary_strips: bool = True
-    owners: bool = True
-    box_faces: bool = True
-
-
-EVERYTHING = Refinements()
-NOTHING = Refinements(**dict.fromkeys((field.name for field in fields(Refinements)), False))
-
-
-@dataclass(frozen=True, kw_only=True)
-class BakeParams:
-    """Choose how a mesh is sampled.
-
-    Attributes
-    ----------
-    resolution
-        Side of every image, texels.
-    layers
-        How many surfaces along each ray to keep, each in an image of its own; auto: as many as a file may hold.
-    method
-        How the surfaces are sampled: by rays, or by the paper's six views; `paper`: by six views, and nothing is done
-        beyond the paper.
-    refinements
-        What is done beyond the paper, by other methods than `paper`.
-    coordinates
-        Whether to keep the mesh's texture, and for each texel its texture coordinates; auto: where the texture is finer
-        than the images. Only rays find them.
-
-    Raises
-    ------
-    InputError
-        For layers that the method cannot make.
-    """
-
-    resolution: int = 512
-    layers: Layers = 3
-    method: Method = "raycast"
-    refinements: Refinements = EVERYTHING
-    coordinates: Coordinates = "auto"
-
-    def __post_init__(self) -> None:
-        """Check that the method can make the layers."""
-        if self.by_six_views and self.layers != 1:
-            raise InputError(
-                f"layers {self.layers}: method {self.method} sees one surface per ray; say 1, or use raycast"
-            )
-
-    @property
-    def by_six_views(self) -> bool:
-        """Return whether surfaces are sampled by six views, which see one surface per ray and make no box faces."""
-        return self.method != "raycast"
-
-    @property
-    def keeps_coordinates(self) -> bool:
-        """Return whether texture coordinates are kept where they are worth it."""
-        return self.coordinates == "auto" and not self.by_six_views
 
 
 def bake_object(

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from depthwalk.bake.baker import BakeParams, peeled_layers
+from depthwalk.bake.baker import peeled_layers
 from depthwalk.bake.images import Cylinder
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.placement import Placement, extent
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, footprints_by_layers, squared_texels

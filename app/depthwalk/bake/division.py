@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from depthwalk.bake.axis import NAMED
-from depthwalk.bake.baker import BakeParams
+from depthwalk.bake.params import NAMED, BakeParams
 from depthwalk.bake.placement import cylinder_around, extent, place_along
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, probe, sampled_footprints, squared_texels

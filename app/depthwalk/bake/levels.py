@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.params import FEWEST, RATIOS
 from depthwalk.bake.sampling import sample_surface
 from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
-from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
+from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
 from depthwalk.types import Array
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
-
-RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over a level's
-FEWEST = 50  # triangles of a level, about
 
 # A patient pass keeps the shape twice as well as a hasty one, but may stop above the number of triangles that is asked
 # for: then the next one continues.

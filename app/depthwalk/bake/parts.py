@@ -1,58 +1,26 @@
 """Bake a mesh as one object, or as several where one would sample it badly: parts with a cylinder each."""
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.axis import NAMED, Axis, Direction, choose_axis
-from depthwalk.bake.baker import BakeParams, Progress, bake_object
+from depthwalk.bake.axis import choose_axis
+from depthwalk.bake.baker import Progress, bake_object
 from depthwalk.bake.depth import Depth, deep_enough, measure_depth
 from depthwalk.bake.division import divide, part_faces
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
+from depthwalk.bake.params import NAMED, BakeParams, Direction, ModelParams
 from depthwalk.bake.placement import Placement, cylinder_around, extent, place_along
 from depthwalk.bake.raycast import RayCaster, is_open
 from depthwalk.bake.sampling import probe
-from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh, Part
-from depthwalk.limits import MAX_DPCI_PARTS, MIN_DPCI_RESOLUTION
+from depthwalk.limits import MIN_DPCI_RESOLUTION
 
 _PROBES = 1000
 _DEPTH_PROBES = 4000  # a layer is worth a thousandth of the surface
 _OVERLAP = 2.0  # texels of surface beyond a cut that a part holds besides its own
-
-
-@dataclass(frozen=True, kw_only=True)
-class ModelParams(BakeParams):
-    """Choose how a mesh is baked: as `BakeParams` does, and in how many parts and about which axis.
-
-    Where `layers` is auto, images have as many layers as it takes to hold what can be seen.
-
-    Attributes
-    ----------
-    parts
-        Number of objects that share the mesh, at most; auto: as many as it takes to sample the surface well.
-    axis
-        Axis of the cylinder, or of each part's, in the asset's frame; auto: the one that samples the surface best.
-
-    Raises
-    ------
-    InputError
-        For values out of their ranges, and for layers that the method cannot make.
-    """
-
-    parts: int | Literal["auto"] = 1
-    axis: Axis = "y"
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        super().__post_init__()
-        if self.parts != "auto" and not 1 <= self.parts <= MAX_DPCI_PARTS:
-            raise InputError(f"parts {self.parts}: must be 1 to {MAX_DPCI_PARTS}, or auto")
-        if self.axis not in ("auto", *NAMED) and not 0 < np.linalg.norm(np.asarray(self.axis, float)) < np.inf:
-            raise InputError(f"axis {self.axis}: must be a direction, not all of it 0")
 
 
 def bake_model(

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_boundary_strips
+from depthwalk.bake.baker import cast_face, connect_face, trace_boundary_strips
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import grid_cells, usable_steps
 from depthwalk.bake.images import BakedObject, BoundaryStrip, Cylinder, DepthImage, Face
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.errors import InputError

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams, peeled_layers
+from depthwalk.bake.baker import peeled_layers
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BOX_FACES, Cylinder, Face
 from depthwalk.bake.ownership import footprints
+from depthwalk.bake.params import BakeParams
 from depthwalk.bake.placement import Placement
 from depthwalk.bake.raycast import Hits, RayCaster
 from depthwalk.geometry.soa import StructOfArrays

@@ -16,9 +16,8 @@ import typer
 
 import depthwalk
 from depthwalk.assets.asset_files import read_mesh
-from depthwalk.bake.baker import NOTHING, Refinements
 from depthwalk.bake.file import SUFFIX, read_baked
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import NOTHING, ModelParams, Refinements
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.options import JsonReport, Quiet, UpAxis, Verbose
 from depthwalk.commands.program import as_program, guarded

@@ -79,7 +79,7 @@ def main(
     complete: scenes name them as `baked`, and need no mesh. Depth images that are up to date, or in the cache, are
     not baked again: after Ctrl-C, the same command continues where it stopped.
     """
-    from depthwalk.bake.parts import ModelParams
+    from depthwalk.bake.params import ModelParams
     from depthwalk.commands.baking import bake_meshes, mesh_spec, output_files
 
     files = output_files(meshes, out)

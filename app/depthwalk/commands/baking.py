@@ -9,7 +9,7 @@ from typing import Literal
 from depthwalk.assets.batch_bake import Baked, Job, Kept, Stage, bake_all
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.commands.progress import live_options, log, show_progress
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder

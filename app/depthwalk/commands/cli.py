@@ -4,6 +4,7 @@ So `depthwalk --help` waits for no library of numbers or graphics, and `depthwal
 another command needs. A command that imports much does so once its options were parsed.
 """
 
+import os
 from collections.abc import Iterator, Mapping
 from importlib import import_module
 from typing import Annotated, Any
@@ -24,6 +25,13 @@ SUMMARIES = {
     "tables": "Measure the tables of the papers again, with the papers' figures beside.",
     "check": "Check scene files, path files and meshes without rendering anything.",
     "info": "Show versions, the OpenGL renderer and limits, or what a file holds.",
+}
+
+
+# What libraries read when they are imported, unless the user has set it.
+_ENVIRONMENT = {
+    "OPENBLAS_THREAD_TIMEOUT": "4",  # 2^4 cycles, not 2^26 on another core, in which a thread of NumPy's waits for work
+    "PYDANTIC_DISABLE_PLUGINS": "__all__",  # no search of every installed package for what might watch our models
 }
 
 
@@ -68,6 +76,8 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the program `depthwalk` with the arguments of the process."""
+    for name, value in _ENVIRONMENT.items():
+        os.environ.setdefault(name, value)
     app()
 
 

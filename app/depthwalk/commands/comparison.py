@@ -12,7 +12,7 @@ from pydantic import Field
 import depthwalk
 from depthwalk.assets.asset_files import mesh_key, read_body, read_mesh
 from depthwalk.bake.file import SUFFIX, read_baked, read_header
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import ModelParams
 from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError, missing_file

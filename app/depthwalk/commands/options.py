@@ -25,7 +25,7 @@ from depthwalk.limits import (
 )
 
 if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
-    from depthwalk.bake.axis import Axis as BakeAxis
+    from depthwalk.bake.params import Axis as BakeAxis
     from depthwalk.scene.arrays import Camera, Representation
     from depthwalk.scene.scene import Scene
 

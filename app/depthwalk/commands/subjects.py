@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from depthwalk.bake.axis import Axis
-from depthwalk.bake.baker import Coordinates, Layers, Method
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.params import Axis, Coordinates, Layers, Method, ModelParams
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from depthwalk.types import Array, Ints, Rows
 
 _MORTON_BITS = 10  # per axis: a thousandth of the scene
-_WORD_BITS = 63  # of a number with a sign
+_DIGIT_BITS = 16  # the widest numbers that NumPy sorts by counting
 
 
 def within_runs(counts: Rows) -> Rows:
@@ -52,7 +52,8 @@ def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
 def stable_order(key: Ints) -> Ints:
     """Return the order of whole numbers that are not negative, equal ones as they stand: what `numpy.argsort` returns.
 
-    Where key and place fit into 64 bits side by side, sorting them together takes less than half of its time.
+    They are sorted by 16 bits at a time, the lowest first, which NumPy does by counting: in a half to a fifth of the
+    time that comparisons take.
 
     Parameters
     ----------
@@ -64,14 +65,11 @@ def stable_order(key: Ints) -> Ints:
     numpy.ndarray
         (n,) int64, rows of `key`.
     """
-    bits = max(len(key) - 1, 0).bit_length()
-    if int(key.max(initial=0)).bit_length() + bits > _WORD_BITS:
-        return np.argsort(key, kind="stable")
-    placed = key << bits
-    placed |= np.arange(len(key))
-    placed.sort()
-    placed &= (1 << bits) - 1
-    return placed
+    order = np.argsort(key.astype(np.uint16), kind="stable")
+    for shift in range(_DIGIT_BITS, int(key.max(initial=0)).bit_length(), _DIGIT_BITS):
+        digit = (key >> shift).astype(np.uint16)
+        order = order[np.argsort(digit[order], kind="stable")]
+    return order
 
 
 def kd_tree_order(points: Array, size: int) -> Rows:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Scope
+from depthwalk.gpu.program import Program
 
 RECORDS_PER_ROW = 1024  # records in a row of a `RecordTexture`
 _TOO_LARGE = 16  # times the room needed: drivers allocate the whole buffer again when its contents are replaced
@@ -98,7 +99,7 @@ class AssetArrays:
     buffers, it lets every pass `forget` its arrays.
     """
 
-    def __init__(self, scope: Scope, program: moderngl.Program, layout: str, *attributes: str) -> None:
+    def __init__(self, scope: Scope, program: Program, layout: str, *attributes: str) -> None:
         """Remember what the arrays are made of, and make none yet.
 
         Parameters
@@ -106,7 +107,7 @@ class AssetArrays:
         scope
             The scope of the pass that draws, which owns the arrays.
         program
-            The program that draws with them.
+            The program that draws with them, compiled with the first of them.
         layout
             moderngl's format of a vertex, such as "3f4 2u2".
         attributes
@@ -141,7 +142,7 @@ class AssetArrays:
         if key not in self._arrays:
             content = [(vertices, *self._format)]
             options = {"index_buffer": indices, "index_element_size": index_bytes}
-            self._arrays[key] = self._scope.vertex_array(self._program, content, **options)
+            self._arrays[key] = self._scope.vertex_array(self._program.gl, content, **options)
         return self._arrays[key]
 
     def forget(self) -> None:

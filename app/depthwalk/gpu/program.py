@@ -195,10 +195,9 @@ def _included(by: str | Path, name: str) -> str | Path:
 class Program:
     """Hold a linked program, whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`.
 
-    Attributes
-    ----------
-    gl
-        moderngl's program, of which vertex arrays are made.
+    It is compiled when it is first used: of the thirty programs of a renderer most scenes use ten, and the first
+    picture waits for no other. Only shaders from elsewhere are compiled at once, so that whoever hands them over learns
+    of a mistake.
     """
 
     def __init__(
@@ -210,12 +209,12 @@ class Program:
         blocks: Mapping[str, int] = MappingProxyType({}),
         includes: Iterable[str | Path] = (),
     ) -> None:
-        """Compile and link a program, which `scope` owns.
+        """Remember what the program is made of.
 
         Parameters
         ----------
         scope
-            The owner of the program and of its vertex array.
+            The owner of the program and of its vertex array, once there are any.
         vertex, fragment
             The shaders of its two stages, as `Source` takes them.
         defines
@@ -229,23 +228,45 @@ class Program:
         Raises
         ------
         GpuError
-            Where a shader does not compile, with file and line.
+            Where a shader from elsewhere does not compile, with file and line.
         """
         pairs = (define.partition("=") for define in defines)
-        preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
+        self._preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
         self._scope = scope
-        stages = Source(vertex, preamble), Source(fragment, preamble, includes)
+        self._files, self._includes, self._blocks = (vertex, fragment), tuple(includes), blocks
+        if any(isinstance(file, Path) for file in (vertex, fragment, *self._includes)):
+            _ = self.gl
+
+    @cached_property
+    def gl(self) -> moderngl.Program:
+        """Return moderngl's program, of which vertex arrays are made; the first call compiles and links it.
+
+        Raises GpuError, with file and line, where there is no such shader or it does not compile.
+        """
+        vertex, fragment = self._files
+        stages = self._stages
         try:
-            self.gl: moderngl.Program = scope.program(stages[0].text, stages[1].text)
+            program = self._scope.program(stages[0].text, stages[1].text)
         except moderngl.Error as error:
             message = str(error)
             stage = stages["vertex_shader" not in message]
             raise GpuError(f"{vertex} + {fragment}: {stage.locate(message)}") from error
-        for name, binding in blocks.items():
-            block: Any = self.gl.get(name, None)
+        for name, binding in self._blocks.items():
+            block: Any = program.get(name, None)
             if block is not None:
                 block.binding = binding
-        self._declared = set(_UNIFORM.findall(stages[0].text) + _UNIFORM.findall(stages[1].text))
+        return program
+
+    @cached_property
+    def _stages(self) -> tuple[Source, Source]:
+        """Return the texts of both stages."""
+        vertex, fragment = self._files
+        return Source(vertex, self._preamble), Source(fragment, self._preamble, self._includes)
+
+    @cached_property
+    def _declared(self) -> set[str]:
+        """Return the names of all uniforms that the sources declare."""
+        return {name for stage in self._stages for name in _UNIFORM.findall(stage.text)}
 
     def set(self, **values: Any) -> None:
         """Set uniforms by name.

@@ -126,13 +126,15 @@ def _read(path: Path, height: float | None, sources: Sources) -> Soup:
 
 def _solid_faces(soup: Soup, path: Path) -> NDArray[np.bool_]:
     """Return which faces (F,) have an area. Raises InputError where none has, or where float32 cannot hold the mesh."""
-    corners = soup.positions[soup.faces]
-    extent = float(np.ptp(corners, axis=(0, 1)).max())
+    corners = np.ascontiguousarray(soup.faces.T)
+    axes = [np.ascontiguousarray(axis).take(corners) for axis in soup.positions.T]  # (3, F) each: reduced quickly
+    extent = max(float(np.ptp(axis)) for axis in axes)
     if not (extent == 0 or SMALLEST < extent < LARGEST):
         raise InputError(f"{path}: its extent of {extent:g} is out of range")
     # Relative to the edges, so that neither unit nor size matters.
-    longest = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)
-    area = np.linalg.norm(doubled_areas(soup.positions, soup.faces), axis=1)
+    x, y, z = (np.square(axis - axis[[2, 0, 1]]) for axis in axes)
+    longest = (x + y + z).max(axis=0)
+    area = np.sqrt(np.square(doubled_areas(soup.positions, soup.faces).T).sum(axis=0))
     kept = area > 1e-12 * longest
     if not kept.any():
         raise InputError(f"{path}: flat: none of its {len(kept)} faces has an area")
@@ -144,7 +146,7 @@ def _compacted(soup: Soup, path: Path) -> Soup:
     kept = _solid_faces(soup, path)
     faces = soup.faces[kept]
     columns = np.nan_to_num(np.hstack([soup.positions, soup.normals, soup.colours, soup.uv]), posinf=0.0, neginf=0.0)
-    used = np.unique(faces)
+    used = np.flatnonzero(np.bincount(faces.ravel()))
     ids, first = row_ids(columns[used])
     number = np.zeros(len(columns), np.int64)
     number[used] = ids

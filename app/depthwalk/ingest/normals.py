@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.adjacency import connected_groups
+from depthwalk.geometry.distinct import distinct_numbers
+from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.geometry.triangles import doubled_areas, row_ids
 from depthwalk.types import Array, Ints
 
@@ -43,12 +45,11 @@ def split_at_creases(
     group = _smooth_groups(welded, face_normals, np.cos(crease))
 
     weights = _corner_angles(positions, faces).ravel()
-    weighted = np.repeat(face_normals, 3, axis=0) * weights[:, None]
-    sums = np.stack([np.bincount(group, weights=weighted[:, axis]) for axis in range(3)], axis=1)
+    sums = np.stack([np.bincount(group, weights=np.repeat(axis, 3) * weights) for axis in face_normals.T], axis=1)
     lengths = np.linalg.norm(sums, axis=1)
 
     key = faces.ravel().astype(np.int64) * len(sums) + group
-    _, first, new = np.unique(key, return_index=True, return_inverse=True)
+    _, first, new = distinct_numbers(key)
     group = group[first]
     # Faces back to back cancel out: take the normal of any of them.
     cancelled = (lengths[group] < 1e-6)[:, None]
@@ -63,10 +64,13 @@ def _smooth_groups(welded: Ints, face_normals: Array, least_cosine: float) -> In
     end = start - start % 3 + (start + 1) % 3  # half-edge k runs from corner k to the next of its face
     a, b = welded.ravel(), welded.ravel()[end]
     edge = np.minimum(a, b) * (welded.max() + 1) + np.maximum(a, b)
-    order = np.argsort(edge, kind="stable")
-    one, other = order[:-1], order[1:]
-    folded = np.einsum("ij,ij->i", face_normals[one // 3], face_normals[other // 3])
-    smooth = (edge[one] == edge[other]) & (folded >= least_cosine)
+    order = stable_order(edge)
+    edge = edge[order]
+    shared = np.flatnonzero(edge[1:] == edge[:-1])
+    one, other = order[shared], order[shared + 1]
+    face, beside = one // 3, other // 3
+    folded = sum(axis.take(face) * axis.take(beside) for axis in np.ascontiguousarray(face_normals.T))
+    smooth = folded >= least_cosine
     one, other = one[smooth], other[smooth]
     # Neighbours run along a shared edge in opposite directions, unless one of them is wound the wrong way.
     opposite = a[one] != a[other]
@@ -77,8 +81,9 @@ def _smooth_groups(welded: Ints, face_normals: Array, least_cosine: float) -> In
 
 def _corner_angles(positions: Array, faces: Ints) -> NDArray[np.float64]:
     """Return the angle (F, 3) at every corner of every face, radians."""
-    corners = positions[faces]
-    edges = np.roll(corners, -1, axis=1) - corners  # edge k leaves corner k
-    back = -np.roll(edges, 1, axis=1)
-    sine = np.linalg.norm(np.cross(edges, back), axis=2)
-    return np.asarray(np.arctan2(sine, np.einsum("fki,fki->fk", edges, back)))
+    corners = np.ascontiguousarray(faces.T)
+    axes = (np.ascontiguousarray(axis).take(corners) for axis in positions.T)  # (3, F) each: a third of the time
+    edges = [axis[[1, 2, 0]] - axis for axis in axes]  # edge k leaves corner k
+    (ax, ay, az), (bx, by, bz) = edges, [-edge[[2, 0, 1]] for edge in edges]
+    sine = np.sqrt(np.square(ay * bz - az * by) + np.square(az * bx - ax * bz) + np.square(ax * by - ay * bx))
+    return np.asarray(np.arctan2(sine, ax * bx + ay * by + az * bz).T)

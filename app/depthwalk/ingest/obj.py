@@ -24,6 +24,7 @@ _CORNER = re.compile(rb"-?\d+(?:/(?:-?\d+)?(?:/(?:-?\d+)?)?)?")
 _KINDS = ((b"v", "vertex"), (b"vt", "texture coordinate"), (b"vn", "normal"))
 _NEWLINE, _BLANK, _SLASH = b"\n /"
 _FACE_BYTES = b"0123456789-/ "
+_OTHER_SPACES = b"\t\x0b\x0c"
 
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.int64]
@@ -165,15 +166,28 @@ def _tidy(data: bytes) -> bytes:
 
     Lines keep their numbers. Comments go first: a backslash at the end of one continues nothing.
     """
-    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if b"\r" in data:  # a single byte is found in no time
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in data:
         data = re.sub(rb"(?:^|(?<=\s))#.*", b"", data, flags=re.MULTILINE)
-    if b"\\\n" in data:
+    if b"\\" in data and b"\\\n" in data:
         data = re.sub(rb"^.*\\\n(?:.*\\\n)*.*", _joined, data, flags=re.MULTILINE)
-    data = data.translate(bytes.maketrans(b"\t\x0b\x0c", b"   "))
-    if b"  " in data:
+    if any(space in data for space in _OTHER_SPACES):
+        data = data.translate(bytes.maketrans(_OTHER_SPACES, b" " * len(_OTHER_SPACES)))
+    if _has_idle_blanks(data):
         data = re.sub(rb" {2,}", b" ", data)
-    return data.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
+        data = data.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
+    return data
+
+
+def _has_idle_blanks(data: bytes) -> bool:
+    """Return whether any blank of a text stands at the end of a line or beside another blank."""
+    values = np.frombuffer(data, np.uint8)
+    blank, newline = values == _BLANK, values == _NEWLINE
+    space = blank | newline
+    at_ends = data.startswith(b" ") or data.endswith(b" ")
+    return at_ends or bool((space[1:] & blank[:-1]).any() or (newline[:-1] & blank[1:]).any())
 
 
 def _joined(lines: re.Match[bytes]) -> bytes:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from depthwalk.errors import InputError
+from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.ingest.formats import check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
@@ -58,7 +59,7 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     mesh = parse_obj(data, path)
     check_triangle_count(mesh.triangle_count, path)
     vertex, texture, normal = mesh.corners.T - 1
-    used = np.unique(vertex)
+    used = np.flatnonzero(np.bincount(vertex))
     if broken := np.count_nonzero(~np.isfinite(mesh.vertices[used]).all(axis=1)):
         raise InputError(f"{path}: {broken} of {len(used)} vertices have NaN or infinite coordinates")
 
@@ -101,8 +102,8 @@ def _split_vertices(columns: list[Indices]) -> tuple[Indices, Indices]:
     """
     key = columns[0]
     for column in columns[1:]:
-        key = np.unique(key, return_inverse=True)[1] * (column.max() + 2) + column + 1  # below 2⁶³: (3 · 10⁹)²
-    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+        key = distinct_numbers(key)[2] * (column.max() + 2) + column + 1  # below 2⁶³: (3 · 10⁹)²
+    _, first, number = distinct_numbers(key)
     return first, number
 
 

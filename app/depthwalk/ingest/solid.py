@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.ingest.mesh import Mesh
 
@@ -23,8 +24,11 @@ def is_solid(mesh: Mesh) -> bool:
     """
     faces = row_ids(mesh.positions)[0][mesh.faces]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    count = np.int64(len(mesh.positions))
-    if not np.array_equal(np.sort(start * count + end), np.sort(end * count + start)):
+    edge = np.minimum(start, end) * np.int64(len(mesh.positions)) + np.maximum(start, end)
+    order = stable_order(edge)
+    edge = edge[order]
+    runs = np.flatnonzero(np.diff(edge, prepend=-1))  # one for each edge
+    if np.add.reduceat(np.sign(end - start)[order], runs).any():
         return False
-    a, b, c = mesh.positions[mesh.faces].astype(np.float64).transpose(1, 0, 2)
-    return bool(np.einsum("ij,ij->", a, np.cross(b, c)) > 0)
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = mesh.positions.astype(np.float64)[mesh.faces].transpose(1, 2, 0)
+    return bool((ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)).sum() > 0)

@@ -210,7 +210,7 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
         The MTL files, in the order of their names in the file.
     """
     libraries: list[Path] = []
-    if b"mtllib" not in data.lower():  # no need to look at a million lines
+    if not (b"b" in data or b"B" in data) or b"mtllib" not in data.lower():  # no need to look at a million lines
         return libraries
     data = as_utf8(data)
     for line in _arguments(data, b"mtllib"):

@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
 from depthwalk.quality.pair_renderer import PairRenderer

@@ -13,7 +13,8 @@ from depthwalk.bake.depth import Depth, deep_enough
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, probed_depth
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import probed_depth
 from depthwalk.bake.placement import Placement
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import sample_surface

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from depthwalk.assets.asset_files import read_mesh
 from depthwalk.bake.file import write_baked
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.scene.scene import MeshAsset
 
 

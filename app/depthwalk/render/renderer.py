@@ -247,7 +247,7 @@ class Renderer:
         size, atlas = view.size, self._atlas_for(view, shared.lit_tiles, memory)
         targets = self.targets
         same = targets is not None and (targets.size, targets.samples) == (size, samples)
-        if targets is None or not same or targets.atlas is not atlas.framebuffer:
+        if targets is None or not same or targets.tile_atlas is not atlas:
             self._release_targets()
             targets = Targets(self.device, size, samples, atlas)
             try:
@@ -268,7 +268,7 @@ class Renderer:
     def _atlas_for(self, view: View, lit: bool, memory: _Memory) -> TileAtlas:
         """Return an atlas for the impostor tiles of `view`, `lit` or not; that of the last such frame where it fits."""
         size = atlas_size(view.whole_size, self.device.max_texture_size)
-        if memory.atlas is None or memory.atlas.size != size or (memory.atlas.light is not None) != lit:
+        if memory.atlas is None or memory.atlas.size != size or memory.atlas.lit != lit:
             if memory.atlas is not None:
                 memory.atlas.release()
             memory.atlas = None  # should there be no memory for the next

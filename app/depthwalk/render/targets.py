@@ -7,6 +7,7 @@ and the figure docs/images/frame.svg from them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import moderngl
@@ -181,6 +182,8 @@ class Drawn:
 class TileAtlas:
     """Hold the textures of the tile atlas. They outlive the other targets, whose size may change in between.
 
+    Each is made when it is first used: a scene of meshes alone needs none of their 64 MB and more.
+
     Parameters
     ----------
     device : the owner of the GL context.
@@ -190,32 +193,36 @@ class TileAtlas:
     Attributes
     ----------
     size : width and height, texels.
-    owner, depth : the textures of the target `atlas`, see `TARGETS`.
-    light : the texture of the target `atlas_light`; None where tiles are not lit.
-    framebuffer : draws into owner and depth.
-    lit_framebuffer : draws into all three; None where tiles are not lit.
-
-    Raises
-    ------
-    GpuError
-        Where the driver refuses a texture; nothing stays created.
+    lit : whether tiles hold lit colours too.
     """
 
     def __init__(self, device: Device, size: tuple[int, int], lit: bool = False) -> None:
-        self.size, self._gl = size, device.scope("atlas")
-        self.light: moderngl.Texture | None = None
-        self.lit_framebuffer: moderngl.Framebuffer | None = None
-        formats = TARGETS["atlas"].textures
-        try:
-            self.owner = _texture(self._gl, size, formats["atlas_owner"])
-            self.depth = _texture(self._gl, size, formats["atlas_depth"])
-            self.framebuffer = self._gl.framebuffer([self.owner], self.depth)
-            if lit:
-                self.light = _texture(self._gl, size, TARGETS["atlas_light"].textures["atlas_light"])
-                self.lit_framebuffer = self._gl.framebuffer([self.owner, self.light], self.depth)
-        except BaseException:
-            self.release()
-            raise
+        self.size, self.lit, self._gl = size, lit, device.scope("atlas")
+
+    @cached_property
+    def owner(self) -> moderngl.Texture:
+        """Return the texture `atlas_owner` of the target `atlas`. Raises GpuError where the driver refuses it."""
+        return _texture(self._gl, self.size, TARGETS["atlas"].textures["atlas_owner"])
+
+    @cached_property
+    def depth(self) -> moderngl.Texture:
+        """Return the texture `atlas_depth` of the target `atlas`. Raises GpuError where the driver refuses it."""
+        return _texture(self._gl, self.size, TARGETS["atlas"].textures["atlas_depth"])
+
+    @cached_property
+    def light(self) -> moderngl.Texture:
+        """Return the texture of the target `atlas_light`, of lit tiles. Raises GpuError where the driver refuses it."""
+        return _texture(self._gl, self.size, TARGETS["atlas_light"].textures["atlas_light"])
+
+    @cached_property
+    def framebuffer(self) -> moderngl.Framebuffer:
+        """Return what draws into owner and depth. Raises GpuError where the driver refuses it."""
+        return self._gl.framebuffer([self.owner], self.depth)
+
+    @cached_property
+    def lit_framebuffer(self) -> moderngl.Framebuffer:
+        """Return what draws into owner, light and depth, of lit tiles. Raises GpuError where the driver refuses it."""
+        return self._gl.framebuffer([self.owner, self.light], self.depth)
 
     def release(self) -> None:
         """Free the textures."""
@@ -238,6 +245,7 @@ class Targets:
     drawn : the textures that `visibility` and `polygons` draw into: textures of their own if pixels have several
         samples, else those that the attributes hold. All other textures have one sample per pixel.
     screen : the framebuffer of the finished picture, set for each frame.
+    tile_atlas : the textures of the targets `atlas` and `atlas_light`.
     atlas_size : width and height of the atlas, texels.
     offsets : (samples, 2) places of the samples from the pixel's middle, pixels to the right and up.
     sun_maps, lamp_maps : the shadow maps, set by the pass that draws them; None where nothing casts shadows.
@@ -248,9 +256,6 @@ class Targets:
         Where the driver refuses a texture, as for want of memory; nothing stays created.
     """
 
-    atlas_owner: moderngl.Texture
-    atlas_depth: moderngl.Texture
-    atlas_light: moderngl.Texture
     visibility_texture: moderngl.Texture
     tile_light: moderngl.Texture
     albedo: moderngl.Texture
@@ -259,8 +264,6 @@ class Targets:
     material_depth_texture: moderngl.Texture
     shadow_texture: moderngl.Texture
     lit_texture: moderngl.Texture
-    atlas: moderngl.Framebuffer
-    lit_atlas: moderngl.Framebuffer
     visibility: moderngl.Framebuffer
     lit_visibility: moderngl.Framebuffer
     polygons: moderngl.Framebuffer
@@ -279,26 +282,29 @@ class Targets:
     def __init__(self, device: Device, size: tuple[int, int], samples: int = 1, atlas: TileAtlas | None = None) -> None:
         self.size, self.samples = size, samples
         self.gl = device.scope("targets")
-        self._own_atlas: TileAtlas | None = None
+        self._owns_atlas = atlas is None
+        self.tile_atlas = atlas or TileAtlas(device, atlas_size(size, device.max_texture_size))
+        self.atlas_size = self.tile_atlas.size
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
         self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
         try:
-            if atlas is None:
-                atlas = self._own_atlas = TileAtlas(device, atlas_size(size, device.max_texture_size))
-            self._create(device, atlas)
+            self._create(device, self.tile_atlas.lit)
         except BaseException:  # what was created before a texture is refused
             self.release()
             raise
 
-    def _create(self, device: Device, atlas: TileAtlas) -> None:
-        """Create the textures and framebuffers."""
-        self.atlas_size, self.atlas = atlas.size, atlas.framebuffer
-        self.atlas_owner, self.atlas_depth = atlas.owner, atlas.depth
-        made = ["visibility", "albedo", "surface", "depth", "material_depth", "shadow"]
-        if atlas.light is not None and atlas.lit_framebuffer is not None:
-            self.atlas_light, self.lit_atlas = atlas.light, atlas.lit_framebuffer
-            made.append("tile_light")
+    def _create(self, device: Device, lit: bool) -> None:
+        """Create the textures and framebuffers but for those of the atlas. lit: whether tiles are."""
+        made = [
+            "visibility",
+            "albedo",
+            "surface",
+            "depth",
+            "material_depth",
+            "shadow",
+            *(["tile_light"] if lit else []),
+        ]
         for target in made:
             for name, texture_format in TARGETS[target].textures.items():
                 setattr(self, name, _texture(self.gl, self.size, texture_format))
@@ -307,7 +313,7 @@ class Targets:
         if self.samples > 1:
             self.offsets = sample_offsets(device, self.samples)
         for name, framebuffer in FRAMEBUFFERS.items():
-            exists = atlas.light is not None or "tile_light" not in framebuffer.colours
+            exists = lit or "tile_light" not in framebuffer.colours
             if name not in ("atlas", "lit_atlas", "screen") and exists:
                 setattr(self, name, self._framebuffer(framebuffer))
 
@@ -326,6 +332,36 @@ class Targets:
         owner = self.drawn if declaration.all_samples else self
         depth = None if declaration.depth is None else getattr(owner, declaration.depth)
         return self.gl.framebuffer([getattr(owner, name) for name in declaration.colours], depth)
+
+    @cached_property
+    def atlas_owner(self) -> moderngl.Texture:
+        """Return the texture of the atlas that says which image owns a texel."""
+        return self.tile_atlas.owner
+
+    @cached_property
+    def atlas_depth(self) -> moderngl.Texture:
+        """Return the texture of the atlas that holds depth."""
+        return self.tile_atlas.depth
+
+    @cached_property
+    def atlas_light(self) -> moderngl.Texture:
+        """Return the texture of the atlas that holds light. Raises AttributeError where tiles are not lit."""
+        return self._lit_tiles().light
+
+    @cached_property
+    def atlas(self) -> moderngl.Framebuffer:
+        """Return what draws into the atlas, but no light."""
+        return self.tile_atlas.framebuffer
+
+    @cached_property
+    def lit_atlas(self) -> moderngl.Framebuffer:
+        """Return what draws into the atlas and its light. Raises AttributeError where tiles are not lit."""
+        return self._lit_tiles().lit_framebuffer
+
+    def _lit_tiles(self) -> TileAtlas:
+        if not self.tile_atlas.lit:
+            raise AttributeError("impostor tiles are not lit")
+        return self.tile_atlas
 
     @property
     def defines(self) -> tuple[str, ...]:
@@ -348,8 +384,8 @@ class Targets:
     def release(self) -> None:
         """Free the textures and framebuffers, but for an atlas that somebody else frees."""
         self.gl.release()
-        if self._own_atlas is not None:
-            self._own_atlas.release()
+        if self._owns_atlas:
+            self.tile_atlas.release()
 
 
 def _texture(gl: Scope, size: tuple[int, int], texture_format: TextureFormat, samples: int = 1) -> moderngl.Texture:

@@ -91,7 +91,7 @@ def room_for(area: tuple[float, float], spacing: float) -> float:
 
 
 def _spaced_places(
-    random: np.random.Generator, count: int, area: NDArray[np.float64], spacing: float
+    random: "np.random.Generator", count: int, area: NDArray[np.float64], spacing: float
 ) -> NDArray[np.float64]:
     """Return up to `count` points (n, 2) float64 by dart throwing (Cook 1986), many darts a round."""
     if spacing == 0:

@@ -4,17 +4,19 @@ import io
 import json
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 from platformdirs import user_pictures_path
 
 from depthwalk.files import write_bytes
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.files import save_new
 from depthwalk.walk.window import Window
+
+if TYPE_CHECKING:
+    from PIL.PngImagePlugin import PngInfo
 
 
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:
@@ -44,6 +46,8 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
     OSError
         Where no folder can be written to.
     """
+    from PIL import Image  # here: most walks save none
+
     folders = [folder] if folder is not None else [Path.cwd(), user_pictures_path()]
     info = _describe(scene, camera)
     image = Image.fromarray(np.ascontiguousarray(pixels))
@@ -60,7 +64,9 @@ def read_window(window: Window) -> NDArray[np.uint8]:
     return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1]
 
 
-def _describe(scene: Path, camera: Camera) -> PngInfo:
+def _describe(scene: Path, camera: Camera) -> "PngInfo":
+    from PIL.PngImagePlugin import PngInfo
+
     fov = math.degrees(camera.fov)
     place, target = (",".join(f"{value:.6g}" for value in point) for point in (camera.position, camera.target))
     info = PngInfo()

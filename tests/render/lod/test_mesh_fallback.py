@@ -11,7 +11,8 @@ import pytest
 import depthwalk.render.resources.mesh_store
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.view.bounds import outside

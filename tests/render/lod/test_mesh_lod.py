@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
+from depthwalk.bake.levels import mesh_levels
+from depthwalk.bake.params import FEWEST, RATIOS
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
 from depthwalk.ingest.solid import is_solid

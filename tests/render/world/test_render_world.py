@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.params import ModelParams
+from depthwalk.bake.parts import bake_model
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.renderer import Renderer

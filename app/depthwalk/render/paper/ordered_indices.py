@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject
 from depthwalk.cook.cases import ALL_PIECES
-from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import GRID_LAYOUT, LodGeometry
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import InstanceStream
@@ -94,6 +93,8 @@ class OrderedIndices:
 
     def _load(self, baked: BakedObject, paper_cases: bool) -> _Asset:
         """Bring whole grids of a depth object to the GPU. paper_cases: see `CookOptions`."""
+        from depthwalk.cook.grid_lods import build_grid_lods  # here: who draws by the depth test needs no grids
+
         grids = build_grid_lods(baked, paper_cases, tolerance=-np.inf)
         vertices = self._scope.buffer(grids.vertices)
         indices = self._scope.buffer(reserve=max(int(grids.count.sum(-1).max()), 1) * 4, dynamic=True)

@@ -31,6 +31,8 @@ class CompositePass(Pass[CompositeParams]):
     def draw(self, frame: Frame, params: CompositeParams) -> None:
         """Draw the impostors of `frame` into `visibility` and `depth`, in as many steps of parallax as `params` say."""
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
+        if not len(records):
+            return  # before the atlas is touched, which scenes of meshes never need
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
         lit: tuple[str, ...] = ()

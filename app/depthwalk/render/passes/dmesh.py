@@ -23,7 +23,7 @@ class DmeshPass(Pass[Params]):
     def setup(self, gl: Scope) -> None:
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         self._programs = Variants(lambda defines: Program(gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag", defines))
-        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *GRID_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
 
     def draw(self, frame: Frame, params: Params) -> None:

@@ -34,7 +34,7 @@ class MeshPass(Pass[MeshParams]):
         """Prepare the variants of the program and a buffer for the indices of meshlets; `gl` owns them."""
         layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT}
         self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
-        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *layouts[defines]))
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *layouts[defines]))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._cluster_programs = Variants(lambda defines: Program(gl, "mesh/clusters.vert", "mesh/mesh.frag", defines))
         self._clusters = ClusterDrawing(gl)

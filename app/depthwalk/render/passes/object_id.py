@@ -60,7 +60,7 @@ class ObjectIdPass(Pass[Params]):
         """Create through `gl` what every frame may need; targets are made when they are first drawn into."""
         self.requested = False
         self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
-        self._arrays = AssetArrays(gl, self._program.gl, *POSITION_LAYOUT)
+        self._arrays = AssetArrays(gl, self._program, *POSITION_LAYOUT)
         self._cluster_program = Program(gl, "object_id/clusters.vert", "object_id/object_id.frag")
         self._clusters = ClusterDrawing(gl)
         self._instances = InstanceStream(gl, PLACED_RECORD)

@@ -47,9 +47,9 @@ class ShadowsPass(Pass[ShadowParams]):
         self._view = ViewBlock(gl, MAP_VIEW)
         shaders = "shadows/grid.vert", "shadows/map.frag"
         self._grid = Variants(lambda defines: Program(gl, *shaders, defines, {"View": MAP_VIEW}))
-        self._grid_arrays = Variants(lambda defines: AssetArrays(gl, self._grid[defines].gl, *GRID_LAYOUT))
+        self._grid_arrays = Variants(lambda defines: AssetArrays(gl, self._grid[defines], *GRID_LAYOUT))
         self._mesh = Program(gl, "shadows/mesh.vert", "shadows/map.frag", blocks={"View": MAP_VIEW})
-        self._mesh_arrays = AssetArrays(gl, self._mesh.gl, *POSITION_LAYOUT)
+        self._mesh_arrays = AssetArrays(gl, self._mesh, *POSITION_LAYOUT)
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._of_sun = ShadowAtlas(gl, columns=COLUMNS)
         self._of_lamps = ShadowAtlas(gl, columns=4)

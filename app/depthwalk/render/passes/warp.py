@@ -34,7 +34,7 @@ class WarpPass(Pass[WarpParams]):
     def setup(self, gl: Scope) -> None:
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         self._programs = Variants(lambda defines: Program(gl, "warp/warp.vert", "warp/warp.frag", defines))
-        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *GRID_LAYOUT))
         self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
         self._instances = InstanceStream(gl, WARP_RECORD)
         self._clear = Variants(lambda defines: Program(gl, "warp/clear.vert", "warp/clear.frag", defines))
@@ -46,7 +46,12 @@ class WarpPass(Pass[WarpParams]):
             pass
 
     def parts(self, frame: Frame, params: WarpParams) -> Iterator[None]:
-        """Draw as `draw` does; stop after every so many triangles, unless they are drawn in order."""
+        """Draw as `draw` does; stop after every so many triangles, unless they are drawn in order.
+
+        The atlas is touched only where there is anything to draw.
+        """
+        if not len(frame.plan.cleared) and not frame.plan.warp.batches:
+            return
         self._clear_slots(frame)
         self._instances.upload(frame.plan.warp.records)
         in_order = params.order == "epipole"

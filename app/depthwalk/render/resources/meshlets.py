@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.geometry.quaternions import conjugate, rotate
+from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.view.bounds import Bounds
@@ -116,28 +118,33 @@ def build_meshlets(mesh: Mesh) -> Meshlets | None:
         return None
     corners = mesh.positions[mesh.faces].astype(np.float64)
     normals, _ = face_normals(corners)
-    size = np.ptp(corners.reshape(-1, 3), axis=0).max()
-    places = np.ascontiguousarray(np.hstack([corners.mean(1), _NORMAL_WEIGHT * size * normals]).T)
+    size = max(np.ptp(axis) for axis in corners.reshape(-1, 3).T)
+    a, b, c = corners.transpose(1, 2, 0)
+    places = np.concatenate([(a + b + c) / 3, _NORMAL_WEIGHT * size * normals.T])
     patches, part_of_patch = [], []
     for number, part in enumerate(mesh.parts):
-        found = _patches(places, np.arange(part.first_face, part.first_face + part.face_count))
+        first, end = part.first_face, part.first_face + part.face_count
+        found = _patches(places[:, first:end], np.arange(first, end))
         patches += found
         part_of_patch += [number] * len(found)
     return _meshlets(mesh.faces, corners, normals, patches, np.array(part_of_patch))
 
 
 def _patches(places: Array, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """Divide columns of `places` (6, t), those with the numbers `rows` (n,), into patches of SIZE, the last of fewer.
+    """Divide triangles with `places` (6, n) and the numbers `rows` (n,) into patches of SIZE, the last of fewer.
 
     They are halved again and again, across the coordinate in which they differ most.
     """
     if len(rows) <= SIZE:
         return [rows]
-    of_rows = np.take(places, rows, axis=1)  # not `places[:, rows]`, whose transposed layout is slow to reduce
-    along = of_rows[(of_rows.max(1) - of_rows.min(1)).argmax()]
+    along = places[(np.maximum.reduce(places, 1) - np.minimum.reduce(places, 1)).argmax()]
     half = SIZE * (-(-len(rows) // SIZE) // 2)
-    rows = rows[np.argpartition(along, half)]
-    return _patches(places, rows[:half]) + _patches(places, rows[half:])
+    order = along.argpartition(half)
+    rows = rows.take(order)
+    if len(rows) <= 2 * SIZE:  # halves are whole patches, whose places nobody asks for
+        return [rows[:half], rows[half:]]
+    places = places.take(order, 1)  # not `places[:, order]`, whose transposed layout is slow to reduce
+    return _patches(places[:, :half], rows[:half]) + _patches(places[:, half:], rows[half:])
 
 
 def _meshlets(
@@ -157,13 +164,16 @@ def _meshlets(
     count = np.array([len(patch) for patch in patches])
     place = (np.cumsum(count) - count)[:, None] + np.arange(SIZE) % count[:, None]
     rows = np.concatenate(patches)[place]  # (m, SIZE), repeated where there are fewer
-    points = corners[rows].reshape(len(rows), -1, 3)
-    centre = (points.min(1) + points.max(1)) / 2
-    radius = np.sqrt(np.square(points - centre[:, None]).sum(-1).max(1))
-    axis = normals[rows].sum(1)
+    # Coordinates apart, (m, 3 SIZE) and (m, SIZE) each, which NumPy reduces five times as fast.
+    points = [np.ascontiguousarray(x).take(rows, 0).reshape(len(rows), -1) for x in corners.transpose(2, 0, 1)]
+    centre = np.stack([(x.min(1) + x.max(1)) / 2 for x in points], -1)
+    squares = sum(np.square(x - middle[:, None]) for x, middle in zip(points, centre.T, strict=True))
+    radius = np.sqrt(squares.max(1))
+    turned = [np.ascontiguousarray(x).take(rows) for x in normals.T]
+    axis = np.stack([x.sum(1) for x in turned], -1)
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = np.divide(axis, length, out=np.zeros_like(axis), where=length > 0)
-    cosine = np.einsum("mtj,mj->mt", normals[rows], axis).min(1)
+    cosine = sum(x * along[:, None] for x, along in zip(turned, axis.T, strict=True)).min(1)
     sine = np.where(cosine > 0, np.sqrt(np.maximum(1 - cosine**2, 0)), 1.0)
     vertices, used = _by_first_use(faces[rows].ravel())
     drawn = np.where((np.arange(SIZE) < count[:, None])[..., None], used.reshape(*rows.shape, 3), 0).astype(np.uint32)
@@ -172,6 +182,8 @@ def _meshlets(
 
 def _by_first_use(indices: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the distinct `indices` (v,) in the order in which they first occur, and which of them (n,) each one is."""
-    known, first, where = np.unique(indices, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    return known[order].astype(np.intp), np.argsort(order)[where]
+    known, first, where = distinct_numbers(indices)
+    order = stable_order(first)
+    rank = np.empty(len(order), np.intp)
+    rank[order] = np.arange(len(order))
+    return known[order], rank[where]
