@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -183,6 +184,45 @@ def test_loaded_behind_frames(tmp_path: Path) -> None:
     assert done.stdout.strip() == "True"
     assert kernels.load()
     assert (kernels.folder() / "complete").is_file()
+
+
+def test_cache_that_cannot_be_written(tmp_path: Path) -> None:
+    """NumPy then serves, and a warning names the folder."""
+    (tmp_path / "file").touch()
+    code = """
+import logging
+from depthwalk.render import kernels
+logging.basicConfig()
+kernels.load_behind().join()
+print(kernels.load(), kernels.loaded())
+"""
+    home = {"PYTHONPATH": os.pathsep.join(sys.path), "XDG_CACHE_HOME": str(tmp_path / "file"), "HOME": str(tmp_path)}
+    run = [sys.executable, "-c", code]
+    done = subprocess.run(run, env=os.environ | home, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "None"]
+    assert done.stderr.count("compiled") >= 1 and "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_code_that_nobody_uses_is_removed() -> None:
+    """Folders of other states are kept for some weeks after their last use."""
+    assert kernels.load()
+    ages = {"new": 1, "old": 60, "unfinished": 60}
+    for name, days in ages.items():
+        other = kernels.folder().parent / name
+        (other / "code").mkdir(parents=True)
+        used = other if name == "unfinished" else other / "complete"
+        used.touch()
+        os.utime(used, (time.time() - days * 86_400,) * 2)
+    own = kernels.folder() / "complete"
+    os.utime(own, (0, 0))
+    kernels._remove_unused()
+    left = {path.name for path in kernels.folder().parent.iterdir()} & set(ages)
+    assert left == {"new"}
+    assert own.is_file()
+    kernels.unload()
+    assert kernels.load()
+    assert own.stat().st_mtime > time.time() - 60  # counts as used
 
 
 def test_numpy_serves_without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
