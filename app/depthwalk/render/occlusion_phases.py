@@ -226,7 +226,7 @@ class OcclusionPhases:
             opened, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
             pending.rows = np.append(pending.rows, self._resident(frame, opened))
             occluded += hidden_objects
-        plan.counts["occluded"] = occluded
+        plan.note("occluded", occluded)
         return growth(hidden)
 
     def _open_crowded(self, pending: _Pending, is_hidden: IsHidden) -> None:
@@ -272,7 +272,7 @@ class OcclusionPhases:
         if self._settings.culling.occlusion:
             with self._timers.measure_cpu("occlusion"):
                 hidden = self._hidden_by_depth(frame)(clusters.cylinders(numbers))
-            before.counts["occluded"] += int(clusters.sizes(numbers[hidden]).sum())
+            before.note("occluded", int(clusters.sizes(numbers[hidden]).sum()))
             numbers = numbers[~hidden]
         with self._timers.measure_cpu("upload"):
             numbers = numbers[clusters.resident(numbers, frame.residency.resident)]

@@ -237,8 +237,8 @@ class Renderer:
         frame = frame_of(plan=whole, materials=self._materials(view, whole))
         frame = replace(frame, shadows=self._last_shadows if fine else self._shadow_maps(frame, residency))
         yield from self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
-        whole.counts["assets"] = self.assets.depth_count
-        whole.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
+        whole.noted["assets"] = self.assets.depth_count
+        whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
         if not fine:
             self.plan, self.view = whole, view
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,15 @@ import pytest
 
 from depthwalk.render import kernels
 from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
-from depthwalk.render.draw.object_detail import choose_levels, choose_pieces
+from depthwalk.render.draw.object_detail import Way, describe
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
+from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Bounds, Cylinders, object_bounds
-from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.view.view import View
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.render.world.spatial_cells import sort_into_cells
@@ -75,19 +77,61 @@ def bounds_of(objects: Objects, table: AssetTable) -> Bounds:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("seed", SEEDS)
-def test_viewers_levels_and_pieces(table: AssetTable, seed: int) -> None:
+def test_how_objects_are_drawn(table: AssetTable, seed: int) -> None:
+    """By tiles, directly and as polygons; from within them, too; of planar images their fronts alone."""
     rng = np.random.default_rng(seed)
-    objects, view = random_objects(rng, table, 300), random_view(rng)
-    place = objects.position, objects.rotation, objects.scale
-    reference, compiled = both(lambda: viewer_in_object(view, *place))
-    np.testing.assert_allclose(compiled, reference, rtol=1e-5, atol=1e-5)
-    bounds, lod = bounds_of(objects, table), LodParams()
-    levels = both(lambda: choose_levels(view, objects, bounds, reference, table, lod))
-    np.testing.assert_array_equal(*levels)
-    assert len(np.unique(levels[0])) > 2
-    pieces = both(lambda: choose_pieces(objects.asset, levels[0], reference, table, lod))
-    np.testing.assert_array_equal(*pieces)
-    assert len(np.unique(pieces[0])) > 2
+    objects, view = random_objects(rng, table, 400), random_view(rng)
+    objects.position[:40] = view.position + rng.normal(0, 0.3, (40, 3))
+    objects.representation[:] = rng.choice([0, 1, 1, 1, 2, 3], 400)
+    planar = replace(table.volumes, has_side=rng.random(len(table.volumes.radius)) < 0.5)
+    rows = rng.permutation(400)[:300]
+    for volumes in (table.volumes, planar):
+        scene = SceneArrays(
+            objects=objects, bounds=bounds_of(objects, table), table=replace(table, volumes=volumes), generation=0
+        )
+        reference, compiled = both(lambda: describe(view, scene, rows, LodParams()))  # noqa: B023
+        for name in ("row", "level", "pieces", "triangles", "way"):
+            np.testing.assert_array_equal(getattr(reference, name), getattr(compiled, name))
+        for name in ("viewer", "step"):
+            np.testing.assert_allclose(getattr(compiled, name), getattr(reference, name), rtol=1e-5, atol=1e-5)
+        assert len(np.unique(reference.level)) > 2 and len(np.unique(reference.pieces)) > 2
+        ways = {Way.POLYGONS, Way.TILE, Way.DIRECT}
+        assert ways <= set(reference.way.tolist()) <= ways | ({Way.NOTHING} if volumes is planar else set())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_objects_near_enough_for_their_meshes(seed: int) -> None:
+    """Of assets of one and of two parts, somewhere in the frame of their asset."""
+    rng = np.random.default_rng(seed)
+    fallbacks, count = MeshFallbacks.empty(6), 300
+    parts = np.array([0, 0, 1, 0, 1, 0])  # numbers 1 and 2, 3 and 4 are parts of one asset each; 0 is a mesh
+    fallbacks.mesh[1:] = 0
+    fallbacks.part[:] = parts
+    fallbacks.offset[:] = rng.normal(0, 0.5, (6, 3))
+    fallbacks.turn[:] = (turn := rng.normal(size=(6, 4))) / np.linalg.norm(turn, axis=1, keepdims=True)
+    fallbacks.texel[:], fallbacks.span[:] = 0.01, 3.0
+    fallbacks.half_height[:], fallbacks.cylinder_radius[:] = rng.uniform(0.3, 1, (2, 6))
+    for column in (fallbacks.half_height, fallbacks.cylinder_radius):  # of the asset, as its parts are
+        column[[2, 4]] = column[[1, 3]]
+    first = rng.choice([1, 3, 5, 0], count // 2)
+    asset = np.stack([first, np.where(np.isin(first, [1, 3]), first + 1, first)], 1).reshape(-1)
+    rotation = rng.normal(size=(count, 4)).astype(np.float32)
+    objects = Objects(
+        asset=asset.astype(np.int32),
+        position=rng.uniform(-6, 6, (count, 3)).astype(np.float32),
+        rotation=rotation / np.linalg.norm(rotation, axis=1, keepdims=True),
+        scale=rng.uniform(0.3, 3, count).astype(np.float32),
+        representation=np.ones(count, np.uint8),
+    )
+    for column in (objects.position, objects.scale):
+        column[1::2] = column[::2]
+    view, rows = random_view(rng), np.arange(count)
+    (near, metres), (found, compiled) = both(lambda: fallbacks.magnified(view, objects, rows, 2.0))
+    np.testing.assert_array_equal(near, found)
+    np.testing.assert_allclose(compiled, metres, rtol=1e-4, atol=1e-4)
+    assert 5 < len(near) < count / 2
+    paired = np.isin(asset[near], [1, 2, 3, 4])
+    assert (np.bincount(near[paired] // 2)[np.unique(near[paired] // 2)] == 2).all()  # all parts or none
 
 
 @pytest.mark.gl

@@ -105,16 +105,17 @@ def tile_records(
     return record
 
 
-@compiled("F2 I1 D2 F1 F2 I1")
-def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rotation: Array, drawn: Rows) -> Array:
+@compiled("F2 N1 D2 F1 F2 I1")
+def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rotation: Array, at: Rows) -> Array:
     """Return the numbers by which pass 2 draws tiles where their objects are now, see `tile_records.place_tiles`.
 
     Parameters
     ----------
     cached : (t, 45) those of all cached tiles.
     row : (d,) which of these are drawn.
-    viewer, scale, rotation : (n, …) the objects, see `ImpostorObjects`.
-    drawn : (d,) which of these the tiles show.
+    viewer : (d, 3) the viewer in the frames of the objects that they show, metres.
+    scale, rotation : (n, …) objects.
+    at : (d,) which of these the tiles show.
 
     Returns
     -------
@@ -123,11 +124,11 @@ def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rot
     count = len(row)
     record = np.empty((count, 45), np.float32)
     for k in range(count):
-        number = drawn[k]
+        number = at[k]
         for j in range(45):
             record[k, j] = cached[row[k], j]
         for j in range(3):
-            record[k, 33 + j] = viewer[number, j]
+            record[k, 33 + j] = viewer[k, j]
         record[k, 36] = scale[number]
         for j in range(4):
             record[k, 37 + j] = rotation[number, j]
