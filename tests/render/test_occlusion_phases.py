@@ -133,13 +133,14 @@ def test_hidden_cells_are_left_out_whole(
     monkeypatch.setattr(occlusion_phases, "FIRST_BATCH", 16)
     monkeypatch.setattr("depthwalk.render.world.spatial_cells._OBJECTS", 8)
     asked = []
-    come = occlusion_phases.OcclusionPhases._open_batch
+    drop = occlusion_phases.OcclusionPhases._drop_cells
 
-    def count(self: OcclusionPhases, view: View, cells: Rows, behind: Callable[..., Any]) -> tuple[Rows, int]:
-        asked.append(behind(self._world.cells().cylinders(cells)))
-        return come(self, view, cells, behind)
+    def count(self: OcclusionPhases, pending: Any, behind: Callable[..., Any]) -> int:
+        for cells in pending.batches:
+            asked.append(behind(self._world.cells().cylinders(cells)))
+        return drop(self, pending, behind)
 
-    monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_open_batch", count)
+    monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_drop_cells", count)
     places, rng = crowd(1, 400)
     with Both(gl_device, library, places, representation) as both:
         for _ in range(12):

@@ -28,13 +28,15 @@ from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.bounds import Cylinders, cylinders
+from depthwalk.render.view.bounds import Cylinders, box_cylinders, cylinders
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
+from depthwalk.render.world.spatial_cells import boxes_about, nearest, nearest_first
 from depthwalk.scene.render_settings import RenderSettings
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Mask, Rows
 
 _SAMPLED = 1024  # objects of far cells, which are tested for all of these
+_NEIGHBOURS = 16  # objects that are tested together first
 _CROWDED = 0.25  # where more of them are hidden, testing objects singly is quicker than drawing clusters
 
 
@@ -44,7 +46,8 @@ class InSight:
 
     Attributes
     ----------
-    rows : (m,) rows of the objects, nearest first.
+    rows : (m,) rows of the objects, neighbours close together.
+    distance : (m,) distances of their centres, metres along the view axis.
     batches : (c,) numbers of spatial cells in each batch, whose objects are farther than those of `rows`, nearest
         first.
     far_cells : (f,) numbers of the spatial cells whose objects may be drawn as far clusters.
@@ -53,6 +56,7 @@ class InSight:
     """
 
     rows: Rows
+    distance: Array
     batches: list[Rows]
     far_cells: Rows
     forward: Array
@@ -73,9 +77,14 @@ class _FrameInputs:
 
 @dataclass(kw_only=True)
 class _Pending:
-    """Hold what a frame has neither drawn nor found to be hidden yet: objects, cells that are farther, far cells."""
+    """Hold what a frame has neither drawn nor found to be hidden yet.
+
+    rows: (m,) objects, the nearest first; before the first test neighbours stand close together instead, and distance
+    is that of each (m,), metres along the view axis. batches, far_cells: cells that are farther, and far cells.
+    """
 
     rows: Rows
+    distance: Array | None
     batches: list[Rows]
     far_cells: Rows
 
@@ -120,16 +129,17 @@ class OcclusionPhases:
         with self._timers.measure_cpu("cull"):
             batches = cells.batches(view, culling.min_pixels, FIRST_BATCH)
             far = [self._cluster_planner.far_cells(view, batch, self._settings) for batch in batches]
-            nearest, *others = [batch[~is_far] for batch, is_far in zip(batches, far, strict=True)]
+            first, *others = [batch[~is_far] for batch, is_far in zip(batches, far, strict=True)]
             far_cells = np.concatenate([batch[is_far] for batch, is_far in zip(batches, far, strict=True)])
-            rows, forward = cells.visible(view, bounds, culling.min_pixels, nearest)
+            rows, forward = cells.visible(view, bounds, culling.min_pixels, first)
             cells_forward, cells_reach = cells.along(view, np.concatenate([far_cells, *others]))
-            reach = bounds.bounding_radius[rows]
-            if not culling.occlusion:
-                of_others = [cells.visible(view, bounds, culling.min_pixels, batch)[0] for batch in others]
-                rows, others = np.concatenate([rows, *of_others]), []
+            reach, distance = bounds.bounding_radius[rows], forward
+            if not culling.occlusion and others:
+                more, farther = cells.visible(view, bounds, culling.min_pixels, np.concatenate(others))
+                rows, distance, others = np.append(rows, more), np.append(forward, farther), []
             return InSight(
                 rows=rows,
+                distance=distance,
                 batches=others,
                 far_cells=far_cells,
                 forward=np.concatenate([forward, cells_forward]),
@@ -170,7 +180,12 @@ class OcclusionPhases:
             warp_limit=warp_limit,
             tile_light=tile_light,
         )
-        pending = _Pending(rows=in_sight.rows, batches=list(in_sight.batches), far_cells=in_sight.far_cells)
+        pending = _Pending(
+            rows=in_sight.rows,
+            distance=in_sight.distance,
+            batches=list(in_sight.batches),
+            far_cells=in_sight.far_cells,
+        )
         rows = self._first_phase(frame, pending)
         size = max(len(rows), FIRST_PHASE)
         plan: FrameDrawLists | None = None
@@ -191,7 +206,12 @@ class OcclusionPhases:
 
         With memory they are what the last frame showed; where that is too little, as after a jump, the nearest too.
         """
-        visible = self._resident(frame, pending.rows)
+        with self._timers.measure_cpu("upload"):
+            resident = frame.residency.resident(pending.rows, pending.distance)
+        visible, distance = pending.rows, pending.distance
+        assert distance is not None  # before the first test
+        if not resident.all():
+            visible, distance = visible[resident], distance[resident]
         if len(self._last_seen) != len(self._world.objects()):
             self._last_seen = np.zeros(len(self._world.objects()), bool)
         first = np.ones(len(visible), bool)
@@ -199,9 +219,9 @@ class OcclusionPhases:
             first = self._last_seen[visible] & frame.remembers
             self._last_seen[:] = False
             if first.sum() < FIRST_PHASE:
-                first[:FIRST_PHASE] = True
-        pending.rows = visible[~first]
-        return visible[first]
+                first[nearest(distance, FIRST_PHASE)] = True
+        pending.rows, pending.distance = visible[~first], distance[~first]
+        return nearest_first(visible[first], distance[first])
 
     def _drop_hidden(self, frame: _FrameInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
         """Drop from what is `pending` the objects that are hidden, and open batches where few are left.
@@ -217,11 +237,14 @@ class OcclusionPhases:
         """
         with self._timers.measure_cpu("occlusion"):
             is_hidden = self._hidden_by_depth(frame)
-            tested = is_hidden(self._cylinders(np.append(pending.rows, retested)))
-            hidden, forgotten = np.split(tested, [len(pending.rows)])
+            neighbours = pending.distance is not None
+            hidden = (self._hidden_neighbours if neighbours else self._hidden)(is_hidden, pending.rows)
+            self._last_seen[retested[self._hidden(is_hidden, retested)]] = False
+            occluded = int(hidden.sum()) + self._drop_cells(pending, is_hidden)
             self._open_crowded(pending, is_hidden)
-        self._last_seen[retested[forgotten]] = False
-        pending.rows, occluded = pending.rows[~hidden], int(hidden.sum())
+            pending.rows = pending.rows[~hidden]
+            if pending.distance is not None:
+                pending.rows, pending.distance = nearest_first(pending.rows, pending.distance[~hidden]), None
         while len(pending.rows) < FIRST_PHASE and pending.batches:
             opened, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
             pending.rows = np.append(pending.rows, self._resident(frame, opened))
@@ -229,27 +252,48 @@ class OcclusionPhases:
         plan.note("occluded", occluded)
         return growth(hidden)
 
+    def _drop_cells(self, pending: _Pending, is_hidden: IsHidden) -> int:
+        """Drop from the batches that are `pending` the cells that are hidden as a whole, and count their objects."""
+        if not pending.batches:
+            return 0
+        cells, ends = self._world.cells(), np.cumsum([len(batch) for batch in pending.batches])
+        every = np.concatenate(pending.batches)
+        hidden = is_hidden(cells.cylinders(every))
+        left = [batch[~gone] for batch, gone in zip(pending.batches, np.split(hidden, ends[:-1]), strict=True)]
+        pending.batches = [batch for batch in left if len(batch)]
+        return cells.count_objects(every[hidden])
+
     def _open_crowded(self, pending: _Pending, is_hidden: IsHidden) -> None:
         """Make a batch of the far cells, whose objects are then tested singly, if many of these are hidden."""
         if len(pending.far_cells):
             sample = self._world.cells().sample_objects(pending.far_cells, _SAMPLED)
-            if is_hidden(self._cylinders(sample)).mean() > _CROWDED:
+            if self._hidden(is_hidden, sample).mean() > _CROWDED:
                 pending.batches.append(pending.far_cells)
                 pending.far_cells = pending.far_cells[:0]
 
     def _open_batch(self, view: View, batch: Rows, is_hidden: IsHidden) -> tuple[Rows, int]:
-        """Return the objects (m,) of the cells `batch` (k,) that are not hidden, nearest first, and how many are.
-
-        Cells that are hidden as a whole count with all their objects.
-        """
-        cells, bounds = self._world.cells(), self._world.bounds()
-        with self._timers.measure_cpu("occlusion"):
-            hidden_cells = is_hidden(cells.cylinders(batch))
+        """Return the objects (m,) of the cells `batch` (k,) that are not hidden, nearest first, and how many are."""
         with self._timers.measure_cpu("cull"):
-            rows, _ = cells.visible(view, bounds, self._settings.culling.min_pixels, batch[~hidden_cells])
+            culling, bounds = self._settings.culling, self._world.bounds()
+            rows, distance = self._world.cells().visible(view, bounds, culling.min_pixels, batch)
         with self._timers.measure_cpu("occlusion"):
-            hidden = is_hidden(self._cylinders(rows))
-        return rows[~hidden], cells.count_objects(batch[hidden_cells]) + int(hidden.sum())
+            hidden = self._hidden_neighbours(is_hidden, rows)
+            return nearest_first(rows[~hidden], distance[~hidden]), int(hidden.sum())
+
+    def _hidden_neighbours(self, is_hidden: IsHidden, rows: Rows) -> Mask:
+        """Return which (m,) of the objects `rows` (m,) are hidden; neighbours stand close together.
+
+        They are tested by boxes about several of them first, and singly where a box is not hidden.
+        """
+        boxes = box_cylinders(*boxes_about(self._world.bounds(), rows, _NEIGHBOURS))
+        hidden = np.repeat(is_hidden(boxes), _NEIGHBOURS)[: len(rows)]
+        left = (~hidden).nonzero()[0]
+        hidden[left] = self._hidden(is_hidden, rows[left])
+        return hidden
+
+    def _hidden(self, is_hidden: IsHidden, rows: Rows) -> Mask:
+        """Return which (m,) of the objects `rows` (m,) are hidden, each tested by its cylinder."""
+        return is_hidden(self._cylinders(rows)) if len(rows) else np.zeros(0, bool)
 
     def _plan(self, frame: _FrameInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
@@ -305,7 +349,13 @@ class OcclusionPhases:
         if loops is not None:
             o = self._world.objects()
             enclosing = loops.upright_cylinders(
-                rows.astype(np.int64), centre, o.rotation, o.asset, o.scale, table.half_height, table.cylinder_radius
+                rows.astype(np.int64, copy=False),
+                centre,
+                o.rotation,
+                o.asset,
+                o.scale,
+                table.half_height,
+                table.cylinder_radius,
             )
             return Cylinders(*enclosing)
         return cylinders(self._world.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)

@@ -9,7 +9,7 @@ from depthwalk.render.kernels import folder
 _config: Any = numba.config
 _default, _config.CACHE_DIR = _config.CACHE_DIR, str(folder())
 try:
-    from depthwalk.render.kernels.culling_loops import cells_in_sight, hidden, upright_cylinders, visible
+    from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
     from depthwalk.render.kernels.detail_loops import describe, magnified
     from depthwalk.render.kernels.layout_loops import place
     from depthwalk.render.kernels.reprojection_loops import errors
@@ -19,6 +19,7 @@ finally:
 
 __all__ = [
     "allocate",
+    "boxes_about",
     "cells_in_sight",
     "composite_records",
     "describe",

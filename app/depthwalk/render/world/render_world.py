@@ -205,21 +205,23 @@ class FrameResidency:
         self._has_mesh = np.zeros(len(assets), bool)
         assets.meshes.begin_frame()
 
-    def resident(self, rows: Rows) -> Mask:
+    def resident(self, rows: Rows, distance: Array | None = None) -> Mask:
         """Return which objects have their assets on the GPU, after uploading what fits the time and the budget.
 
         Parameters
         ----------
-        rows : (m,) rows of the objects, nearest first.
+        rows : (m,) rows of the objects.
+        distance : (m,) how far away they are, metres; None: the nearest come first.
 
         Returns
         -------
         (m,) whether the assets of each object are on the GPU.
         """
         asset = self._asset[rows]
-        new = asset[~self._is_needed[asset]]
+        is_new = ~self._is_needed[asset]
+        new = asset[is_new]
         if len(new):
-            self._needed += _in_order(new)
+            self._needed += _in_order(new, None if distance is None else distance[is_new])
             self._is_needed[new] = True
         if len(new) or self._on_gpu is None or not self._on_gpu[self._needed].all():
             self._on_gpu = self._assets.stream(self._needed, self._seconds)
@@ -249,10 +251,12 @@ class FrameResidency:
         return self._has_mesh[meshes]
 
 
-def _in_order(numbers: Rows) -> list[int]:
-    """Return each of some numbers once, in the order in which they first occur."""
-    first = np.full(numbers.max() + 1, -1)
-    first[numbers[::-1]] = np.arange(len(numbers))[::-1]  # of equal numbers the last one given counts
-    each = np.flatnonzero(first >= 0)
-    in_order: list[int] = each[np.argsort(first[each])].tolist()
+def _in_order(numbers: Rows, urgency: Array | None = None) -> list[int]:
+    """Return each of some numbers (n,) once, those with the least urgency (n,) first; None: as they stand."""
+    each = np.bincount(numbers).nonzero()[0]
+    if len(each) > 1:
+        least = np.full(each[-1] + 1, np.inf)
+        np.minimum.at(least, numbers, np.arange(len(numbers)) if urgency is None else urgency)
+        each = each[np.argsort(least[each], kind="stable")]
+    in_order: list[int] = each.tolist()
     return in_order
