@@ -14,6 +14,7 @@ import pytest
 
 from depthwalk.render import kernels
 from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
+from depthwalk.render.draw import material_depth
 from depthwalk.render.draw.object_detail import Way, describe
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
@@ -176,15 +177,38 @@ def test_hidden_objects(seed: int) -> None:
 def test_slots_of_an_atlas() -> None:
     sizes = np.random.default_rng(5).integers(3, 60, (80, 2))
 
-    def allocate() -> tuple[Any, Any]:
+    def allocate() -> tuple[Any, ...]:
         atlas = Atlas((256, 256))
         slots = atlas.allocate_each(sizes)
-        return slots, atlas.free_texels
+        atlas.release(slots[::3])  # some of which have free neighbours to merge with
+        return slots, atlas.free_texels, atlas.allocate_each(sizes[::-1])
 
-    (slots, free), (compiled_slots, compiled_free) = both(allocate)
-    assert 0 < len(slots) < len(sizes)
-    np.testing.assert_array_equal(slots, compiled_slots)
-    assert free == compiled_free
+    reference, compiled = both(allocate)
+    assert 0 < len(reference[0]) < len(sizes) and len(reference[2])
+    for one, other in zip(reference, compiled, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("crowd", [1 << 14, 20])
+def test_records_of_surfaces(table: AssetTable, monkeypatch: pytest.MonkeyPatch, seed: int, crowd: int) -> None:
+    """Of objects before, about and behind the viewer, in a sheared view too; of two assets, one of them a crowd."""
+    monkeypatch.setattr(material_depth, "_CROWD", crowd)
+    rng = np.random.default_rng(seed)
+    objects, view = random_objects(rng, table, 200), replace(random_view(rng), shear=(0.1, -0.05))
+    objects.asset[:190] = objects.asset.max()
+    objects.asset[190:] = objects.asset.min() if objects.asset.min() != objects.asset.max() else 0
+    scene = SceneArrays(objects=objects, bounds=bounds_of(objects, table), table=table)
+    rows, tiled = rng.permutation(200)[:180], rng.random(180) < 0.5
+    reference, compiled = both(lambda: material_depth.material_records(view, scene, rows, tiled))
+    one, other = (record_numbers(part.records) for part in (reference, compiled))
+    np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+    for name in ("assets", "material_depth"):
+        np.testing.assert_array_equal(getattr(reference, name), getattr(compiled, name))
+    for name in ("low", "high"):
+        np.testing.assert_allclose(getattr(reference, name), getattr(compiled, name), rtol=1e-5, atol=1e-5)
+    assert len(reference.assets) == 2
 
 
 @pytest.mark.gl

@@ -231,7 +231,9 @@ def _mesh_list(view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, p
     """
     if not len(rows) and not len(fallbacks):
         return DrawList(records=_NOT_PLACED)
-    table, meshes = scene.table, Objects.joined([scene.objects.take(rows), fallbacks])
+    table, meshes = scene.table, fallbacks
+    if len(rows):
+        meshes = Objects.joined([scene.objects.take(rows), fallbacks])
     asset = meshes.asset
     viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
     level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, polygons.error)

@@ -155,6 +155,74 @@ def describe(
     return viewer, level, pieces, cost, way, step
 
 
+@compiled("I1 B1 F2 F2 F1 N1 F2 F1 I1 D1 B1 D1 D2 D1 D1 f")
+def surfaces(
+    rows: Rows,
+    tiled: Mask,
+    position: Array,
+    rotation: Array,
+    scale: Array,
+    asset: Rows,
+    centre: Array,
+    bounding_radius: Array,
+    asset_number: Rows,
+    material_depth: Array,
+    crowd: Mask,
+    eye: Array,
+    axes: Array,
+    tangent: Array,
+    shear: Array,
+    near: float,
+) -> tuple[Array, Array, Array]:
+    """Return what the pass `material_resolve` reads of n objects, see `material_depth.material_records`.
+
+    Parameters
+    ----------
+    rows : (n,) rows of the objects.
+    tiled : (n,) which of these are drawn by impostor tiles.
+    position, rotation, scale, asset, centre, bounding_radius : (o, …) all objects, and their bounding spheres, world.
+    asset_number : (a,) the number of each asset among the k that these objects have.
+    material_depth, crowd : (k,) the depth that stands for each of these, and whether it is taken to be everywhere.
+    eye, axes, tangent, shear : of the `View`: `position`, `axes`, `half_extent` and `shear`.
+    near : the near plane, metres.
+
+    Returns
+    -------
+    (1 + n, 12) float32, a SURFACE_RECORD each, and (k, 2) low and high corners of the part of the picture in which each
+    asset may be.
+    """
+    record = np.zeros((1 + len(rows), 12), np.float32)
+    record[0, 8] = 1.0
+    low, high = np.ones((len(crowd), 2)), -np.ones((len(crowd), 2))
+    viewer, across = np.empty(3), np.empty(2)
+    low[crowd], high[crowd] = -1.0, 1.0
+    for k in range(len(rows)):
+        row = rows[k]
+        number = asset_number[asset[row]]
+        _viewer(position[row], rotation[row], scale[row], eye, viewer)
+        for j in range(3):
+            record[k + 1, j] = viewer[j]
+        for j in range(4):
+            record[k + 1, 4 + j] = rotation[row, j]
+        record[k + 1, 3], record[k + 1, 8], record[k + 1, 9] = scale[row], material_depth[number], tiled[k]
+        if crowd[number]:
+            continue
+        x, y, z = centre[row, 0] - eye[0], centre[row, 1] - eye[1], centre[row, 2] - eye[2]
+        across[0] = axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z
+        across[1] = axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z
+        ahead, radius = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z, np.float64(bounding_radius[row])
+        for j in range(2):  # see `view.bounds.extents`
+            first, last = -1.0, 1.0
+            if ahead - radius > near:
+                reach = radius * math.hypot(1.0, shear[j])
+                left, right = across[j] - reach, across[j] + reach
+                first = min(left / (ahead - radius), left / (ahead + radius)) / tangent[j]
+                last = max(right / (ahead - radius), right / (ahead + radius)) / tangent[j]
+            low[number, j] = min(low[number, j], min(max(first, -1.0), 1.0))
+            high[number, j] = max(high[number, j], min(max(last, -1.0), 1.0))
+    return record, low, high
+
+
 @compiled("I1 F2 F2 F1 N1 D1 I1 I1 D2 D2 D1 D1 D2 D1 D1 f")
 def magnified(
     rows: Rows,

@@ -10,10 +10,10 @@ _config: Any = numba.config
 _default, _config.CACHE_DIR = _config.CACHE_DIR, str(folder())
 try:
     from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
-    from depthwalk.render.kernels.detail_loops import describe, magnified
+    from depthwalk.render.kernels.detail_loops import describe, magnified, surfaces
     from depthwalk.render.kernels.layout_loops import place
     from depthwalk.render.kernels.reprojection_loops import errors
-    from depthwalk.render.kernels.tile_loops import allocate, composite_records, tile_records, warp_records
+    from depthwalk.render.kernels.tile_loops import allocate, composite_records, released, tile_records, warp_records
 finally:
     _config.CACHE_DIR = _default  # of others in this process
 
@@ -27,6 +27,8 @@ __all__ = [
     "hidden",
     "magnified",
     "place",
+    "released",
+    "surfaces",
     "tile_records",
     "upright_cylinders",
     "visible",

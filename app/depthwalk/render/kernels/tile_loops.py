@@ -136,6 +136,48 @@ def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rot
     return record
 
 
+@compiled()
+def _merged(free: Rows, axis: int) -> Rows:
+    """Merge rectangles (n, 4) that touch end to end along `axis`, 0 or 1, see `atlas_allocator`."""
+    key = (free[:, 1 - axis] << 40) + (free[:, 3 - axis] << 20) + free[:, axis]
+    merged, count = np.empty_like(free), 0
+    for k in np.argsort(key):
+        last = merged[count - 1]
+        if (
+            count
+            and last[1 - axis] == free[k, 1 - axis]
+            and last[3 - axis] == free[k, 3 - axis]
+            and last[axis] + last[2 + axis] == free[k, axis]
+        ):
+            last[2 + axis] += free[k, 2 + axis]
+        else:
+            merged[count] = free[k]
+            count += 1
+    return merged[:count]
+
+
+@compiled("I2 I2")
+def released(free: Rows, slots: Rows) -> Rows:
+    """Return the free rectangles of an atlas after slots were given back, see `Atlas.release`.
+
+    Parameters
+    ----------
+    free : (f, 4) free rectangles before: x, y, width, height, texels.
+    slots : (n, 4) slots that are given back.
+
+    Returns
+    -------
+    (g, 4) free rectangles.
+    """
+    every, count = np.empty((len(free) + len(slots), 4), np.int64), 0
+    for given in (free, slots):
+        for k in range(len(given)):
+            if given[k, 2] > 0 and given[k, 3] > 0:
+                every[count] = given[k]
+                count += 1
+    return _merged(_merged(every[:count], 0), 1)
+
+
 @compiled("I2 I2")
 def allocate(free: Rows, sizes: Rows) -> tuple[Rows, Rows, int]:
     """Give out slots of an atlas one after the other, until one does not fit, see `Atlas.allocate`.
