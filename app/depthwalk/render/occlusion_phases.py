@@ -31,7 +31,7 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view.bounds import Cylinders, box_cylinders, cylinders
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
-from depthwalk.render.world.spatial_cells import boxes_about, nearest, nearest_first
+from depthwalk.render.world.spatial_cells import boxes_about, in_sight, nearest, nearest_first
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Mask, Rows
 
@@ -111,6 +111,7 @@ class OcclusionPhases:
         self._cluster_planner = FarClusterPlanner(world, self._planner.tiles)
         self._depth_readback: DepthReadback | None = None  # made when there is something to cull
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
+        self._ahead: Rows = np.zeros(0, np.int64)  # of the batches, those that this frame drew first, from memory
 
     def in_sight(self, view: View) -> InSight:
         """Return the objects in the frustum of a view.
@@ -128,9 +129,11 @@ class OcclusionPhases:
         culling, bounds, cells = self._settings.culling, self._world.bounds(), self._world.cells()
         with self._timers.measure_cpu("cull"):
             batches = cells.batches(view, culling.min_pixels, FIRST_BATCH)
-            far = [self._cluster_planner.far_cells(view, batch, self._settings) for batch in batches]
-            first, *others = [batch[~is_far] for batch, is_far in zip(batches, far, strict=True)]
-            far_cells = np.concatenate([batch[is_far] for batch, is_far in zip(batches, far, strict=True)])
+            every, ends = np.concatenate(batches), np.cumsum([len(batch) for batch in batches])
+            is_far = self._cluster_planner.far_cells(view, every, self._settings)
+            if (far_cells := every[is_far]).size:
+                batches = [part[~gone] for part, gone in zip(batches, np.split(is_far, ends[:-1]), strict=True)]
+            first, *others = batches
             rows, forward = cells.visible(view, bounds, culling.min_pixels, first)
             cells_forward, cells_reach = cells.along(view, np.concatenate([far_cells, *others]))
             reach, distance = bounds.bounding_radius[rows], forward
@@ -204,24 +207,39 @@ class OcclusionPhases:
     def _first_phase(self, frame: _FrameInputs, pending: _Pending) -> Rows:
         """Return the objects (m,), nearest first, that are drawn before any is tested; the others stay `pending`.
 
-        With memory they are what the last frame showed; where that is too little, as after a jump, the nearest too.
+        With memory they are what the last frame showed, near or far; where that is too little, as after a jump, the
+        nearest too.
         """
-        with self._timers.measure_cpu("upload"):
-            resident = frame.residency.resident(pending.rows, pending.distance)
-        visible, distance = pending.rows, pending.distance
-        assert distance is not None  # before the first test
-        if not resident.all():
-            visible, distance = visible[resident], distance[resident]
-        if len(self._last_seen) != len(self._world.objects()):
-            self._last_seen = np.zeros(len(self._world.objects()), bool)
-        first = np.ones(len(visible), bool)
-        if self._settings.culling.occlusion:
+        count, culling = len(self._world.objects()), self._settings.culling
+        if len(self._last_seen) != count:
+            self._last_seen = np.zeros(count, bool)
+        assert pending.distance is not None  # before the first test
+        visible, distance = self._resident(frame, pending.rows, pending.distance)
+        ahead: Rows = np.zeros(0, np.int64)
+        farther: Array = np.zeros(0)
+        first: Mask = np.ones(len(visible), bool)
+        if culling.occlusion:
             first = self._last_seen[visible] & frame.remembers
+            if frame.remembers and pending.batches:
+                ahead, farther = self._resident(frame, *self._remembered(frame.view, pending.batches))
             self._last_seen[:] = False
-            if first.sum() < FIRST_PHASE:
+            if first.sum() + len(ahead) < FIRST_PHASE:
                 first[nearest(distance, FIRST_PHASE)] = True
+        self._ahead = ahead
         pending.rows, pending.distance = visible[~first], distance[~first]
-        return nearest_first(visible[first], distance[first])
+        return nearest_first(np.append(visible[first], ahead), np.append(distance[first], farther))
+
+    def _remembered(self, view: View, batches: list[Rows]) -> tuple[Rows, Array]:
+        """Return the objects (m,) of some batches of cells that the last frame showed and this one may show.
+
+        Their distances (m,) along the view axis come with them, metres.
+        """
+        with self._timers.measure_cpu("cull"):
+            cells, (rows,) = self._world.cells(), self._last_seen.nonzero()
+            in_batches = np.zeros(len(cells.low), bool)
+            in_batches[np.concatenate(batches)] = True
+            rows = rows[in_batches[cells.cell_of_row[rows]]]
+            return in_sight(view, self._world.bounds(), self._settings.culling.min_pixels, rows)
 
     def _drop_hidden(self, frame: _FrameInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
         """Drop from what is `pending` the objects that are hidden, and open batches where few are left.
@@ -245,9 +263,12 @@ class OcclusionPhases:
             pending.rows = pending.rows[~hidden]
             if pending.distance is not None:
                 pending.rows, pending.distance = nearest_first(pending.rows, pending.distance[~hidden]), None
-        while len(pending.rows) < FIRST_PHASE and pending.batches:
-            opened, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
-            pending.rows = np.append(pending.rows, self._resident(frame, opened))
+        if len(self._ahead) and pending.batches:  # most of what the batches show is drawn: the rest at once
+            pending.batches = [np.concatenate(pending.batches)]
+        while pending.batches and (len(pending.rows) < FIRST_PHASE or len(self._ahead)):
+            opened, distance, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
+            opened, distance = self._resident(frame, opened, distance)
+            pending.rows = np.append(pending.rows, nearest_first(opened, distance))
             occluded += hidden_objects
         plan.note("occluded", occluded)
         return growth(hidden)
@@ -259,9 +280,10 @@ class OcclusionPhases:
         cells, ends = self._world.cells(), np.cumsum([len(batch) for batch in pending.batches])
         every = np.concatenate(pending.batches)
         hidden = is_hidden(cells.cylinders(every))
+        drawn = np.bincount(cells.cell_of_row[self._ahead], minlength=len(cells.low))[every[hidden]].sum()
         left = [batch[~gone] for batch, gone in zip(pending.batches, np.split(hidden, ends[:-1]), strict=True)]
         pending.batches = [batch for batch in left if len(batch)]
-        return cells.count_objects(every[hidden])
+        return cells.count_objects(every[hidden]) - int(drawn)
 
     def _open_crowded(self, pending: _Pending, is_hidden: IsHidden) -> None:
         """Make a batch of the far cells, whose objects are then tested singly, if many of these are hidden."""
@@ -271,14 +293,20 @@ class OcclusionPhases:
                 pending.batches.append(pending.far_cells)
                 pending.far_cells = pending.far_cells[:0]
 
-    def _open_batch(self, view: View, batch: Rows, is_hidden: IsHidden) -> tuple[Rows, int]:
-        """Return the objects (m,) of the cells `batch` (k,) that are not hidden, nearest first, and how many are."""
+    def _open_batch(self, view: View, batch: Rows, is_hidden: IsHidden) -> tuple[Rows, Array, int]:
+        """Return the objects of the cells `batch` (k,) that are neither drawn nor hidden, and how many are hidden.
+
+        Their rows (m,) come with their distances (m,), metres along the view axis.
+        """
         with self._timers.measure_cpu("cull"):
             culling, bounds = self._settings.culling, self._world.bounds()
             rows, distance = self._world.cells().visible(view, bounds, culling.min_pixels, batch)
+            if len(self._ahead):
+                left = ~np.isin(rows, self._ahead, assume_unique=True)
+                rows, distance = rows[left], distance[left]
         with self._timers.measure_cpu("occlusion"):
             hidden = self._hidden_neighbours(is_hidden, rows)
-            return nearest_first(rows[~hidden], distance[~hidden]), int(hidden.sum())
+            return rows[~hidden], distance[~hidden], int(hidden.sum())
 
     def _hidden_neighbours(self, is_hidden: IsHidden, rows: Rows) -> Mask:
         """Return which (m,) of the objects `rows` (m,) are hidden; neighbours stand close together.
@@ -337,11 +365,11 @@ class OcclusionPhases:
             tile_light=frame.tile_light,
         )
 
-    def _resident(self, frame: _FrameInputs, rows: Rows) -> Rows:
-        """Return those of the objects `rows` (m,) whose assets are on the GPU."""
+    def _resident(self, frame: _FrameInputs, rows: Rows, distance: Array) -> tuple[Rows, Array]:
+        """Return those of the objects `rows` (m,) whose assets are on the GPU, with their `distance` (m,)."""
         with self._timers.measure_cpu("upload"):
-            resident = frame.residency.resident(rows)
-            return rows if resident.all() else rows[resident]
+            resident = frame.residency.resident(rows, distance)
+            return (rows, distance) if resident.all() else (rows[resident], distance[resident])
 
     def _cylinders(self, rows: Rows) -> Cylinders:
         """Return the cylinders that enclose the objects `rows` (m,)."""

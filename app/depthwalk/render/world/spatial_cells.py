@@ -42,8 +42,8 @@ class SpatialCells:
     version: Ints
 
     @cached_property
-    def _cell_of_row(self) -> NDArray[np.int32]:
-        """Return the cell (n,) of each object; computed when objects move for the first time."""
+    def cell_of_row(self) -> NDArray[np.int32]:
+        """Return the cell (n,) of each object; computed when it is first asked for."""
         cell = np.empty(len(self.order), np.int32)
         cell[self.order] = np.repeat(np.arange(len(self.low), dtype=np.int32), np.diff(self.first))
         return cell
@@ -133,31 +133,7 @@ class SpatialCells:
         (m,) int64 rows of the objects, neighbours close together, and (m,) distances of their centres, metres along the
         view axis.
         """
-        loops = kernels.loaded()
-        if loops is not None:
-            tangent, shear = np.array(view.half_extent), np.array(view.shear)
-            rows, forward = loops.visible(
-                bounds.centre,
-                bounds.bounding_radius,
-                self.order,
-                self.first,
-                cells,
-                view.position,
-                view.axes,
-                tangent,
-                shear,
-                min_pixels / (2 * view.detail_pixels),
-            )
-            return rows, forward
-        rows = self.order[cell_members(self.first, cells)].astype(np.int64)
-        near = bounds.take(rows)
-        seen, forward = near.seen(view)
-        if min_pixels:
-            apart = near.centre.take(seen, 0) - view.position
-            squared = np.einsum("ni,ni->n", apart, apart)  # a norm takes five times as long
-            large = 2 * view.detail_pixels * near.bounding_radius[seen] >= min_pixels * np.sqrt(squared)
-            seen, forward = seen[large], forward[large]
-        return rows[seen], forward
+        return _in_sight(view, bounds, min_pixels, self.order, self.first, cells)
 
     def _may_show(self, view: View, min_pixels: float) -> Mask:
         """Return whether any object of each cell (c,) may be seen."""
@@ -179,7 +155,7 @@ class SpatialCells:
         bounds : bounding spheres of all objects, world.
         rows : the rows of the objects that moved.
         """
-        cells = np.unique(self._cell_of_row[rows])
+        cells = np.unique(self.cell_of_row[rows])
         of_cells = cell_members(self.first, cells)
         starts = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
         fitted = enclosing_boxes(bounds.take(self.order[of_cells]), starts)
@@ -204,6 +180,53 @@ def sort_into_cells(bounds: Bounds) -> SpatialCells:
     low, high, largest = enclosing_boxes(bounds.take(order), first[:-1])
     version = np.zeros(len(low), np.int64)
     return SpatialCells(order=order, first=first, low=low, high=high, largest=largest, version=version)
+
+
+def in_sight(view: View, bounds: Bounds, min_pixels: float, rows: Rows) -> tuple[Rows, Array]:
+    """Return which of some objects the view may show, as `SpatialCells.visible` does of those of cells.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    bounds : bounding spheres of all objects, world.
+    min_pixels : diameter of objects, pixels, below which they are left out.
+    rows : (k,) rows of the objects.
+
+    Returns
+    -------
+    (m,) int64 rows of those in sight, as they stand, and (m,) distances of their centres, metres along the view axis.
+    """
+    return _in_sight(view, bounds, min_pixels, rows.astype(np.int32), np.array([0, len(rows)]), np.zeros(1, np.int64))
+
+
+def _in_sight(
+    view: View, bounds: Bounds, min_pixels: float, order: Rows, first: Rows, cells: Rows
+) -> tuple[Rows, Array]:
+    """Return the objects of `cells` (k,) that a view may show; order, first: see `SpatialCells`."""
+    loops = kernels.loaded()
+    if loops is not None:
+        rows, forward = loops.visible(
+            bounds.centre,
+            bounds.bounding_radius,
+            order,
+            first,
+            cells,
+            view.position,
+            view.axes,
+            np.array(view.half_extent),
+            np.array(view.shear),
+            min_pixels / (2 * view.detail_pixels),
+        )
+        return rows, forward
+    rows = order[cell_members(first, cells)].astype(np.int64)
+    near = bounds.take(rows)
+    seen, forward = near.seen(view)
+    if min_pixels:
+        apart = near.centre.take(seen, 0) - view.position
+        squared = np.einsum("ni,ni->n", apart, apart)  # a norm takes five times as long
+        large = 2 * view.detail_pixels * near.bounding_radius[seen] >= min_pixels * np.sqrt(squared)
+        seen, forward = seen[large], forward[large]
+    return rows[seen], forward
 
 
 def nearest_first(rows: Rows, forward: Array) -> Rows:
