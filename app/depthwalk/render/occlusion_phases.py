@@ -193,10 +193,11 @@ class OcclusionPhases:
         size = max(len(rows), FIRST_PHASE)
         plan: FrameDrawLists | None = None
         while plan is None or len(rows):
+            from_memory = plan is None and remembers and len(rows) > FIRST_PHASE
             plan = self._plan(frame, rows, plan)
             yield plan
             self._last_seen[rows] = True
-            retested = rows if remembers and len(rows) > FIRST_PHASE else rows[:0]
+            retested = rows if from_memory else rows[:0]
             if not self._settings.culling.occlusion or not (pending or len(retested)):
                 break
             size *= self._drop_hidden(frame, pending, retested, plan)
@@ -302,7 +303,9 @@ class OcclusionPhases:
             culling, bounds = self._settings.culling, self._world.bounds()
             rows, distance = self._world.cells().visible(view, bounds, culling.min_pixels, batch)
             if len(self._ahead):
-                left = ~np.isin(rows, self._ahead, assume_unique=True)
+                drawn = np.zeros(len(self._last_seen), bool)
+                drawn[self._ahead] = True
+                left = ~drawn[rows]
                 rows, distance = rows[left], distance[left]
         with self._timers.measure_cpu("occlusion"):
             hidden = self._hidden_neighbours(is_hidden, rows)
