@@ -133,13 +133,14 @@ def test_hidden_cells_are_left_out_whole(
     monkeypatch.setattr(occlusion_phases, "FIRST_BATCH", 16)
     monkeypatch.setattr("depthwalk.render.world.spatial_cells._OBJECTS", 8)
     asked = []
-    come = occlusion_phases.OcclusionPhases._open_batch
+    drop = occlusion_phases.OcclusionPhases._drop_cells
 
-    def count(self: OcclusionPhases, view: View, cells: Rows, behind: Callable[..., Any]) -> tuple[Rows, int]:
-        asked.append(behind(self._world.cells().cylinders(cells)))
-        return come(self, view, cells, behind)
+    def count(self: OcclusionPhases, pending: Any, behind: Callable[..., Any]) -> int:
+        for cells in pending.batches:
+            asked.append(behind(self._world.cells().cylinders(cells)))
+        return drop(self, pending, behind)
 
-    monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_open_batch", count)
+    monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_drop_cells", count)
     places, rng = crowd(1, 400)
     with Both(gl_device, library, places, representation) as both:
         for _ in range(12):
@@ -149,6 +150,37 @@ def test_hidden_cells_are_left_out_whole(
             assert_same(pictures, representation)
     unseen = np.concatenate(asked)
     assert 50 < unseen.sum() < len(unseen) - 50
+
+
+def test_far_objects_are_remembered_too(
+    gl_device: Device, library: ShapeLibrary, small_phases: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the last frame showed, in whichever batch of cells, is drawn in one phase, and what else is in a second."""
+    monkeypatch.setattr(occlusion_phases, "FIRST_BATCH", 16)
+    monkeypatch.setattr("depthwalk.render.world.spatial_cells._OBJECTS", 8)
+    phases: list[int] = []
+    plan = occlusion_phases.OcclusionPhases._plan
+
+    def count(self: OcclusionPhases, frame: Any, rows: Rows, before: Any) -> FrameDrawLists:
+        if self._settings.culling.occlusion:
+            phases.append(len(rows))
+            assert len(np.unique(rows)) == len(rows)
+        return plan(self, frame, rows, before)
+
+    monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_plan", count)
+    places, _ = crowd(3, 400)
+    with Both(gl_device, library, places, Representation.MESH, reuse_error=0.5) as both:
+        for step in range(5):
+            phases.clear()
+            eye = (0.02 * step, 4.0, 9.0)
+            pictures, plans = both.pictures(Camera(eye, (0, 0.5, 0), 1.0), 0.05, 30.0)
+            assert_same(pictures, Representation.MESH)
+            if step == 0:
+                assert len(phases) > 3
+            else:
+                assert len(phases) <= 2 and phases[0] > 30
+            assert sum(phases) == plans[0].counts["mesh"]
+            assert sum(phases) + plans[0].counts["occluded"] <= len(places)
 
 
 @pytest.mark.slow

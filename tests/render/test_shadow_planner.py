@@ -2,16 +2,18 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
+from pyglm import glm
 
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render import shadow_planner
 from depthwalk.render.lighting.irradiance import lighting
+from depthwalk.render.shadows.cascades import fit_cascades
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
@@ -19,6 +21,7 @@ from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment, LampParams
 from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.types import Rows
 
 VIEW = View(Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0), (320, 200), near=0.5, far=40.0)
 DARK = {"sun": {"intensity": 0.0}}
@@ -44,7 +47,7 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
         lambda view, rows, scene, rule, most: Planned(view=view, rows=rows.tolist(), rule=rule, most=most),
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
-    world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None)
+    world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None, changes=0)
     uploads = SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None)
     planner = shadow_planner.ShadowPlanner(
         cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
@@ -92,3 +95,50 @@ def test_the_brightest_lamps_in_sight_have_maps_and_too_many_are_told_of_once(
         assert shadows.lamps[tile].view.centre == lamps[number].position and shadows.lamps[tile].most == 16
     plan(params, lamps, **DARK)
     assert caplog.text.count("3 lamps in sight are to cast shadows; render.shadows.lamps allows 2") == 1
+
+
+def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What they see, the objects, what is on the GPU, the rule, or which meshes may be drawn."""
+    bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
+    planned, searched = [], []
+
+    def shadow_map(view: Any, rows: Rows, scene: Any, rule: Any, most: float) -> Planned:
+        rule.is_resident(np.array([7]))
+        planned.append(view)
+        return Planned(view=view, rows=rows.tolist(), rule=rule, most=most)
+
+    def find_casters(view: Any, bounds: Bounds) -> Rows:
+        searched.append(view)
+        return np.arange(2)
+
+    monkeypatch.setattr(shadow_planner, "shadow_map", shadow_map)
+    monkeypatch.setattr(shadow_planner, "find_casters", find_casters)
+    world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None, changes=0)
+    on_gpu, meshes = [True, False], [False]
+    uploads = SimpleNamespace(resident=lambda rows: np.array(on_gpu), is_mesh_resident=lambda asked: np.array(meshes))
+    timers = SimpleNamespace(measure_cpu=lambda name: nullcontext())
+    planner = shadow_planner.ShadowPlanner(cast(RenderWorld, world), cast(PassTimers, timers))
+    params = ShadowParams(enabled=True, cascades=2, distance=50.0)
+
+    def maps(eye: float = 0.0, magnification: float = 2.0) -> tuple[int, int]:
+        """Plan a frame, and return how many maps were planned for it, and how many were searched for casters."""
+        planned.clear()
+        searched.clear()
+        view = replace(VIEW, camera=VIEW.camera.moved(glm.dvec3(eye, 0, 0)))
+        light = lighting(Environment())
+        shadows = planner.plan(view, light, (), params, magnification, cast(FrameResidency, uploads), may_wait=True)
+        assert shadows.sun is not None and len(shadows.sun) == 2
+        assert shadows.sun[0].view.centre == fit_cascades(view, light.to_sun, params)[0].centre
+        return len(planned), len(searched)
+
+    assert maps() == (2, 2)
+    assert maps() == maps(0.01) == (0, 0)
+    assert maps(eye=5.0) == (1, 1)  # the nearest map moved, the other did not
+    assert maps(eye=5.0, magnification=3.0) == (2, 0)
+    on_gpu[1] = True
+    assert maps(5.0, 3.0) == (2, 0)
+    meshes[0] = True
+    assert maps(5.0, 3.0) == (2, 0)
+    assert maps(5.0, 3.0) == (0, 0)
+    world.changes += 1
+    assert maps(5.0, 3.0) == (2, 2)

@@ -28,13 +28,15 @@ from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.bounds import Cylinders, cylinders
+from depthwalk.render.view.bounds import Cylinders, box_cylinders, cylinders
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
+from depthwalk.render.world.spatial_cells import boxes_about, in_sight, nearest, nearest_first
 from depthwalk.scene.render_settings import RenderSettings
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Mask, Rows
 
 _SAMPLED = 1024  # objects of far cells, which are tested for all of these
+_NEIGHBOURS = 16  # objects that are tested together first
 _CROWDED = 0.25  # where more of them are hidden, testing objects singly is quicker than drawing clusters
 
 
@@ -44,7 +46,8 @@ class InSight:
 
     Attributes
     ----------
-    rows : (m,) rows of the objects, nearest first.
+    rows : (m,) rows of the objects, neighbours close together.
+    distance : (m,) distances of their centres, metres along the view axis.
     batches : (c,) numbers of spatial cells in each batch, whose objects are farther than those of `rows`, nearest
         first.
     far_cells : (f,) numbers of the spatial cells whose objects may be drawn as far clusters.
@@ -53,6 +56,7 @@ class InSight:
     """
 
     rows: Rows
+    distance: Array
     batches: list[Rows]
     far_cells: Rows
     forward: Array
@@ -73,9 +77,14 @@ class _FrameInputs:
 
 @dataclass(kw_only=True)
 class _Pending:
-    """Hold what a frame has neither drawn nor found to be hidden yet: objects, cells that are farther, far cells."""
+    """Hold what a frame has neither drawn nor found to be hidden yet.
+
+    rows: (m,) objects, the nearest first; before the first test neighbours stand close together instead, and distance
+    is that of each (m,), metres along the view axis. batches, far_cells: cells that are farther, and far cells.
+    """
 
     rows: Rows
+    distance: Array | None
     batches: list[Rows]
     far_cells: Rows
 
@@ -102,6 +111,7 @@ class OcclusionPhases:
         self._cluster_planner = FarClusterPlanner(world, self._planner.tiles)
         self._depth_readback: DepthReadback | None = None  # made when there is something to cull
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
+        self._ahead: Rows = np.zeros(0, np.int64)  # of the batches, those that this frame drew first, from memory
 
     def in_sight(self, view: View) -> InSight:
         """Return the objects in the frustum of a view.
@@ -119,17 +129,20 @@ class OcclusionPhases:
         culling, bounds, cells = self._settings.culling, self._world.bounds(), self._world.cells()
         with self._timers.measure_cpu("cull"):
             batches = cells.batches(view, culling.min_pixels, FIRST_BATCH)
-            far = [self._cluster_planner.far_cells(view, batch, self._settings) for batch in batches]
-            nearest, *others = [batch[~is_far] for batch, is_far in zip(batches, far, strict=True)]
-            far_cells = np.concatenate([batch[is_far] for batch, is_far in zip(batches, far, strict=True)])
-            rows, forward = cells.visible(view, bounds, culling.min_pixels, nearest)
+            every, ends = np.concatenate(batches), np.cumsum([len(batch) for batch in batches])
+            is_far = self._cluster_planner.far_cells(view, every, self._settings)
+            if (far_cells := every[is_far]).size:
+                batches = [part[~gone] for part, gone in zip(batches, np.split(is_far, ends[:-1]), strict=True)]
+            first, *others = batches
+            rows, forward = cells.visible(view, bounds, culling.min_pixels, first)
             cells_forward, cells_reach = cells.along(view, np.concatenate([far_cells, *others]))
-            reach = bounds.bounding_radius[rows]
-            if not culling.occlusion:
-                of_others = [cells.visible(view, bounds, culling.min_pixels, batch)[0] for batch in others]
-                rows, others = np.concatenate([rows, *of_others]), []
+            reach, distance = bounds.bounding_radius[rows], forward
+            if not culling.occlusion and others:
+                more, farther = cells.visible(view, bounds, culling.min_pixels, np.concatenate(others))
+                rows, distance, others = np.append(rows, more), np.append(forward, farther), []
             return InSight(
                 rows=rows,
+                distance=distance,
                 batches=others,
                 far_cells=far_cells,
                 forward=np.concatenate([forward, cells_forward]),
@@ -170,15 +183,21 @@ class OcclusionPhases:
             warp_limit=warp_limit,
             tile_light=tile_light,
         )
-        pending = _Pending(rows=in_sight.rows, batches=list(in_sight.batches), far_cells=in_sight.far_cells)
+        pending = _Pending(
+            rows=in_sight.rows,
+            distance=in_sight.distance,
+            batches=list(in_sight.batches),
+            far_cells=in_sight.far_cells,
+        )
         rows = self._first_phase(frame, pending)
         size = max(len(rows), FIRST_PHASE)
         plan: FrameDrawLists | None = None
         while plan is None or len(rows):
+            from_memory = plan is None and remembers and len(rows) > FIRST_PHASE
             plan = self._plan(frame, rows, plan)
             yield plan
             self._last_seen[rows] = True
-            retested = rows if remembers and len(rows) > FIRST_PHASE else rows[:0]
+            retested = rows if from_memory else rows[:0]
             if not self._settings.culling.occlusion or not (pending or len(retested)):
                 break
             size *= self._drop_hidden(frame, pending, retested, plan)
@@ -189,19 +208,39 @@ class OcclusionPhases:
     def _first_phase(self, frame: _FrameInputs, pending: _Pending) -> Rows:
         """Return the objects (m,), nearest first, that are drawn before any is tested; the others stay `pending`.
 
-        With memory they are what the last frame showed; where that is too little, as after a jump, the nearest too.
+        With memory they are what the last frame showed, near or far; where that is too little, as after a jump, the
+        nearest too.
         """
-        visible = self._resident(frame, pending.rows)
-        if len(self._last_seen) != len(self._world.objects()):
-            self._last_seen = np.zeros(len(self._world.objects()), bool)
-        first = np.ones(len(visible), bool)
-        if self._settings.culling.occlusion:
+        count, culling = len(self._world.objects()), self._settings.culling
+        if len(self._last_seen) != count:
+            self._last_seen = np.zeros(count, bool)
+        assert pending.distance is not None  # before the first test
+        visible, distance = self._resident(frame, pending.rows, pending.distance)
+        ahead: Rows = np.zeros(0, np.int64)
+        farther: Array = np.zeros(0)
+        first: Mask = np.ones(len(visible), bool)
+        if culling.occlusion:
             first = self._last_seen[visible] & frame.remembers
+            if frame.remembers and pending.batches:
+                ahead, farther = self._resident(frame, *self._remembered(frame.view, pending.batches))
             self._last_seen[:] = False
-            if first.sum() < FIRST_PHASE:
-                first[:FIRST_PHASE] = True
-        pending.rows = visible[~first]
-        return visible[first]
+            if first.sum() + len(ahead) < FIRST_PHASE:
+                first[nearest(distance, FIRST_PHASE)] = True
+        self._ahead = ahead
+        pending.rows, pending.distance = visible[~first], distance[~first]
+        return nearest_first(np.append(visible[first], ahead), np.append(distance[first], farther))
+
+    def _remembered(self, view: View, batches: list[Rows]) -> tuple[Rows, Array]:
+        """Return the objects (m,) of some batches of cells that the last frame showed and this one may show.
+
+        Their distances (m,) along the view axis come with them, metres.
+        """
+        with self._timers.measure_cpu("cull"):
+            cells, (rows,) = self._world.cells(), self._last_seen.nonzero()
+            in_batches = np.zeros(len(cells.low), bool)
+            in_batches[np.concatenate(batches)] = True
+            rows = rows[in_batches[cells.cell_of_row[rows]]]
+            return in_sight(view, self._world.bounds(), self._settings.culling.min_pixels, rows)
 
     def _drop_hidden(self, frame: _FrameInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
         """Drop from what is `pending` the objects that are hidden, and open batches where few are left.
@@ -217,39 +256,75 @@ class OcclusionPhases:
         """
         with self._timers.measure_cpu("occlusion"):
             is_hidden = self._hidden_by_depth(frame)
-            tested = is_hidden(self._cylinders(np.append(pending.rows, retested)))
-            hidden, forgotten = np.split(tested, [len(pending.rows)])
+            neighbours = pending.distance is not None
+            hidden = (self._hidden_neighbours if neighbours else self._hidden)(is_hidden, pending.rows)
+            self._last_seen[retested[self._hidden(is_hidden, retested)]] = False
+            occluded = int(hidden.sum()) + self._drop_cells(pending, is_hidden)
             self._open_crowded(pending, is_hidden)
-        self._last_seen[retested[forgotten]] = False
-        pending.rows, occluded = pending.rows[~hidden], int(hidden.sum())
-        while len(pending.rows) < FIRST_PHASE and pending.batches:
-            opened, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
-            pending.rows = np.append(pending.rows, self._resident(frame, opened))
+            pending.rows = pending.rows[~hidden]
+            if pending.distance is not None:
+                pending.rows, pending.distance = nearest_first(pending.rows, pending.distance[~hidden]), None
+        if len(self._ahead) and pending.batches:  # most of what the batches show is drawn: the rest at once
+            pending.batches = [np.concatenate(pending.batches)]
+        while pending.batches and (len(pending.rows) < FIRST_PHASE or len(self._ahead)):
+            opened, distance, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
+            opened, distance = self._resident(frame, opened, distance)
+            pending.rows = np.append(pending.rows, nearest_first(opened, distance))
             occluded += hidden_objects
-        plan.counts["occluded"] = occluded
+        plan.note("occluded", occluded)
         return growth(hidden)
+
+    def _drop_cells(self, pending: _Pending, is_hidden: IsHidden) -> int:
+        """Drop from the batches that are `pending` the cells that are hidden as a whole, and count their objects."""
+        if not pending.batches:
+            return 0
+        cells, ends = self._world.cells(), np.cumsum([len(batch) for batch in pending.batches])
+        every = np.concatenate(pending.batches)
+        hidden = is_hidden(cells.cylinders(every))
+        drawn = np.bincount(cells.cell_of_row[self._ahead], minlength=len(cells.low))[every[hidden]].sum()
+        left = [batch[~gone] for batch, gone in zip(pending.batches, np.split(hidden, ends[:-1]), strict=True)]
+        pending.batches = [batch for batch in left if len(batch)]
+        return cells.count_objects(every[hidden]) - int(drawn)
 
     def _open_crowded(self, pending: _Pending, is_hidden: IsHidden) -> None:
         """Make a batch of the far cells, whose objects are then tested singly, if many of these are hidden."""
         if len(pending.far_cells):
             sample = self._world.cells().sample_objects(pending.far_cells, _SAMPLED)
-            if is_hidden(self._cylinders(sample)).mean() > _CROWDED:
+            if self._hidden(is_hidden, sample).mean() > _CROWDED:
                 pending.batches.append(pending.far_cells)
                 pending.far_cells = pending.far_cells[:0]
 
-    def _open_batch(self, view: View, batch: Rows, is_hidden: IsHidden) -> tuple[Rows, int]:
-        """Return the objects (m,) of the cells `batch` (k,) that are not hidden, nearest first, and how many are.
+    def _open_batch(self, view: View, batch: Rows, is_hidden: IsHidden) -> tuple[Rows, Array, int]:
+        """Return the objects of the cells `batch` (k,) that are neither drawn nor hidden, and how many are hidden.
 
-        Cells that are hidden as a whole count with all their objects.
+        Their rows (m,) come with their distances (m,), metres along the view axis.
         """
-        cells, bounds = self._world.cells(), self._world.bounds()
-        with self._timers.measure_cpu("occlusion"):
-            hidden_cells = is_hidden(cells.cylinders(batch))
         with self._timers.measure_cpu("cull"):
-            rows, _ = cells.visible(view, bounds, self._settings.culling.min_pixels, batch[~hidden_cells])
+            culling, bounds = self._settings.culling, self._world.bounds()
+            rows, distance = self._world.cells().visible(view, bounds, culling.min_pixels, batch)
+            if len(self._ahead):
+                drawn = np.zeros(len(self._last_seen), bool)
+                drawn[self._ahead] = True
+                left = ~drawn[rows]
+                rows, distance = rows[left], distance[left]
         with self._timers.measure_cpu("occlusion"):
-            hidden = is_hidden(self._cylinders(rows))
-        return rows[~hidden], cells.count_objects(batch[hidden_cells]) + int(hidden.sum())
+            hidden = self._hidden_neighbours(is_hidden, rows)
+            return rows[~hidden], distance[~hidden], int(hidden.sum())
+
+    def _hidden_neighbours(self, is_hidden: IsHidden, rows: Rows) -> Mask:
+        """Return which (m,) of the objects `rows` (m,) are hidden; neighbours stand close together.
+
+        They are tested by boxes about several of them first, and singly where a box is not hidden.
+        """
+        boxes = box_cylinders(*boxes_about(self._world.bounds(), rows, _NEIGHBOURS))
+        hidden = np.repeat(is_hidden(boxes), _NEIGHBOURS)[: len(rows)]
+        left = (~hidden).nonzero()[0]
+        hidden[left] = self._hidden(is_hidden, rows[left])
+        return hidden
+
+    def _hidden(self, is_hidden: IsHidden, rows: Rows) -> Mask:
+        """Return which (m,) of the objects `rows` (m,) are hidden, each tested by its cylinder."""
+        return is_hidden(self._cylinders(rows)) if len(rows) else np.zeros(0, bool)
 
     def _plan(self, frame: _FrameInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
@@ -272,7 +347,7 @@ class OcclusionPhases:
         if self._settings.culling.occlusion:
             with self._timers.measure_cpu("occlusion"):
                 hidden = self._hidden_by_depth(frame)(clusters.cylinders(numbers))
-            before.counts["occluded"] += int(clusters.sizes(numbers[hidden]).sum())
+            before.note("occluded", int(clusters.sizes(numbers[hidden]).sum()))
             numbers = numbers[~hidden]
         with self._timers.measure_cpu("upload"):
             numbers = numbers[clusters.resident(numbers, frame.residency.resident)]
@@ -293,11 +368,11 @@ class OcclusionPhases:
             tile_light=frame.tile_light,
         )
 
-    def _resident(self, frame: _FrameInputs, rows: Rows) -> Rows:
-        """Return those of the objects `rows` (m,) whose assets are on the GPU."""
+    def _resident(self, frame: _FrameInputs, rows: Rows, distance: Array) -> tuple[Rows, Array]:
+        """Return those of the objects `rows` (m,) whose assets are on the GPU, with their `distance` (m,)."""
         with self._timers.measure_cpu("upload"):
-            resident = frame.residency.resident(rows)
-            return rows if resident.all() else rows[resident]
+            resident = frame.residency.resident(rows, distance)
+            return (rows, distance) if resident.all() else (rows[resident], distance[resident])
 
     def _cylinders(self, rows: Rows) -> Cylinders:
         """Return the cylinders that enclose the objects `rows` (m,)."""
@@ -305,7 +380,13 @@ class OcclusionPhases:
         if loops is not None:
             o = self._world.objects()
             enclosing = loops.upright_cylinders(
-                rows.astype(np.int64), centre, o.rotation, o.asset, o.scale, table.half_height, table.cylinder_radius
+                rows.astype(np.int64, copy=False),
+                centre,
+                o.rotation,
+                o.asset,
+                o.scale,
+                table.half_height,
+                table.cylinder_radius,
             )
             return Cylinders(*enclosing)
         return cylinders(self._world.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)

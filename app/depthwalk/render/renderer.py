@@ -237,8 +237,8 @@ class Renderer:
         frame = frame_of(plan=whole, materials=self._materials(view, whole))
         frame = replace(frame, shadows=self._last_shadows if fine else self._shadow_maps(frame, residency))
         yield from self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
-        whole.counts["assets"] = self.assets.depth_count
-        whole.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
+        whole.noted["assets"] = self.assets.depth_count
+        whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
         if not fine:
             self.plan, self.view = whole, view
 
@@ -287,11 +287,11 @@ class Renderer:
     def _materials(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
         """Return what `material_resolve` looks up of the depth-image objects of `plan`, and upload their textures."""
         with self.timers.measure_cpu("plan"):
-            objects, bounds = self.world.objects().take(plan.object_rows), self.world.bounds().take(plan.object_rows)
-            materials = material_records(view, objects, bounds, plan.tiled)
+            materials = material_records(view, self.world.arrays(), plan.object_rows, plan.tiled)
         if self.assets.has_partial:
             with self.timers.measure_cpu("upload"):
-                footprint = least_footprints(view, objects, materials, self.world.table())
+                asset = self.world.objects().asset[plan.object_rows]
+                footprint = least_footprints(view, asset, materials, self.world.table())
                 numbers, exact = materials.assets.tolist(), not self.remembers
                 self.assets.fit_textures(numbers, footprint, self.upload_seconds, exact=exact)
         return materials

@@ -2,19 +2,23 @@
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.lighting.irradiance import Lighting
-from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
+from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades
-from depthwalk.render.shadows.casters import MapView, Shadows, find_casters, shadow_map
+from depthwalk.render.shadows.casters import MapView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
+from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.types import Mask, Rows
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
@@ -24,8 +28,34 @@ log = logging.getLogger(__name__)
 _LIFTED = 4.0  # texels, and what the filter is wide: where a map is read, from the point that it is read for
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Found:
+    """Hold which objects cast shadows in a map, and for which state of the world that was found."""
+
+    view: MapView
+    changes: int
+    rows: Rows
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Planned:
+    """Hold a map, and what it was planned by.
+
+    resident: the rows of its casters that were on the GPU. asked: the meshes, an array for each question, of which it
+    was asked whether they are resident, and the answers.
+    """
+
+    map: ShadowMap
+    changes: int
+    resident: Rows
+    rule: tuple[float, float, float]
+    asked: list[tuple[Rows, Mask]]
+
+
 class ShadowPlanner:
     """Plan the shadow maps of each frame, by what casts shadows among the objects of a world.
+
+    Most maps stay where they are from frame to frame, and show the same: their plans are remembered.
 
     Parameters
     ----------
@@ -38,6 +68,8 @@ class ShadowPlanner:
     def __init__(self, world: RenderWorld, timers: PassTimers) -> None:
         self._world, self._timers = world, timers
         self._warned = False
+        self._found: dict[int, _Found] = {}  # by the map's number in a frame
+        self._planned: dict[int, _Planned] = {}
 
     def plan(
         self,
@@ -86,7 +118,7 @@ class ShadowPlanner:
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[MapView] = [*cascades, *spots]
             bounds = self._world.bounds()
-            found = [find_casters(map_view, bounds) for map_view in views]
+            found = [self._casters(number, map_view, bounds) for number, map_view in enumerate(views)]
             if cascades and not may_wait:
                 prism = SeenPrism.of(view, cascades[0].axes, params.distance)
                 margins = [(params.filter_width + _LIFTED) * cascade.texel for cascade in cascades]
@@ -95,19 +127,58 @@ class ShadowPlanner:
         with self._timers.measure_cpu("upload"):
             casters = [rows[uploads.resident(rows)] for rows in found]
         with self._timers.measure_cpu("plan"):
-            scene = self._world.arrays()
             # Far from the viewer edges are small, so that farther maps of the sun may have fewer triangles.
             fraction = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
-            rule = MeshFallbackRule(
-                magnification=magnification, is_resident=uploads.is_mesh_resident, error=params.error
-            )
             maps = [
-                shadow_map(map_view, rows, scene, rule, params.triangles_per_texel * part * detail)
-                for map_view, rows, part in zip(views, casters, fraction, strict=True)
+                self._map(
+                    number,
+                    map_view,
+                    rows,
+                    (magnification, params.error, params.triangles_per_texel * part * detail),
+                    uploads.is_mesh_resident,
+                )
+                for number, (map_view, rows, part) in enumerate(zip(views, casters, fraction, strict=True))
             ]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
         of_sun = tuple(replace(map_, provisional=detail < 1) for map_ in maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
+
+    def _casters(self, number: int, view: MapView, bounds: Bounds) -> Rows:
+        """Return the rows (m,) of the objects that cast shadows in the map with the `number`."""
+        found, changes = self._found.get(number), self._world.changes
+        if found is None or found.changes != changes or not sees_same(found.view, view):
+            found = _Found(view=view, changes=changes, rows=find_casters(view, bounds))
+            self._found[number] = found
+        return found.rows
+
+    def _map(
+        self, number: int, view: MapView, rows: Rows, rule: tuple[float, float, float], is_resident: IsResident
+    ) -> ShadowMap:
+        """Return the map with the `number`, as it was planned last where nothing that it depends on has changed.
+
+        rows: (m,) of the casters on the GPU. rule: magnification, error and triangles per texel, see `shadow_map`.
+        """
+        planned, changes = self._planned.get(number), self._world.changes
+        if (
+            planned is not None
+            and (planned.changes, planned.rule) == (changes, rule)
+            and sees_same(planned.map.view, view)
+            and np.array_equal(planned.resident, rows)
+            and all(np.array_equal(is_resident(meshes), answer) for meshes, answer in planned.asked)
+        ):
+            return planned.map
+        asked: list[tuple[Rows, Mask]] = []
+
+        def noted(meshes: Rows) -> Mask:
+            answer = is_resident(meshes)
+            asked.append((meshes, answer))
+            return answer
+
+        magnification, error, triangles = rule
+        fallback = MeshFallbackRule(magnification=magnification, is_resident=noted, error=error)
+        map_ = shadow_map(view, rows, self._world.arrays(), fallback, triangles)
+        self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, rule=rule, asked=asked)
+        return map_
 
     def _warn_of_lamps(self, requested: int, allowed: int) -> None:
         """Warn, once, that some of the lamps in sight cast no shadows though the scene wants them to."""

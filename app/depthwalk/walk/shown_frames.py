@@ -92,11 +92,11 @@ class ShownFrames:
         plan = self._renderer.plan
         if self._steps is not None or plan is None or self._settled < _SETTLING[0]:
             return False
-        if self._renderer.assets.is_waiting or plan.counts["shadow_maps_waiting"]:
+        if self._renderer.assets.is_waiting or plan.noted.get("shadow_maps_waiting"):
             return False
         if self._wants_still:  # it has impostors of its own
             return True
-        return not plan.counts["warped"] or (self._settled >= _SETTLING[1] and not plan.counts["provisional"])
+        return not plan.warp.batches or (self._settled >= _SETTLING[1] and not plan.noted["provisional"])
 
     @property
     def is_drawing(self) -> bool:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cases import PIECES, RANGES, piece_runs
-from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.draw.draw_lists import DrawBatch, DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.draw.frame_counts import DrawnTiles
 from depthwalk.render.world.asset_table import AssetTable
 
 
@@ -59,6 +60,60 @@ def records(numbers: Sequence[int]) -> NDArray[np.void]:
     return np.array([(number,) for number in numbers], np.dtype([("number", int)]))
 
 
+def drawn(count: int, *batches: DrawBatch) -> DrawList:
+    return DrawList(records=records([0] * count), batches=list(batches))
+
+
+def tiles(resolution: Sequence[float]) -> DrawnTiles:
+    """Tiles of level 0 that differ in their resolution alone."""
+    none = np.zeros(len(resolution), int)
+    return DrawnTiles(level=none, pieces=none, resolution=np.array(resolution, float), error=0.0 * none, step=none + 1)
+
+
+def frame(
+    warp: DrawList | None = None, dmesh: DrawList | None = None, mesh: DrawList | None = None, **noted: float
+) -> FrameDrawLists:
+    """Lists that draw no tiles."""
+    none = np.zeros(0, int)
+    return FrameDrawLists(
+        warp=warp or drawn(0),
+        composite=ImpostorQuads(records=records([]), aligned=0),
+        dmesh=dmesh or drawn(0),
+        mesh=mesh or drawn(0),
+        cleared=np.zeros((0, 4), int),
+        noted={**noted},
+        tiles=tiles([]),
+        object_rows=none,
+        tiled=none.astype(bool),
+    )
+
+
+def test_lists_that_draw_nothing_count_nothing() -> None:
+    found = frame(objects=100, atlas_used=0.25).counts
+    assert found.pop("objects") == 100 and found.pop("atlas_used") == 0.25 and found.pop("tile_resolution") == 1
+    assert not any(found.values())
+    assert {"occluded", "clusters", "dpci", "dmesh", "mesh", "shadow_maps", "warped", "warped_triangles"} < set(found)
+
+
+def test_triangles_are_counted_for_each_instance() -> None:
+    """Of depth images, whether they are warped or drawn straight into the picture; meshes are counted elsewhere."""
+    warp = drawn(
+        3, DrawBatch(asset=0, first=0, count=2, indices=((0, 30), (90, 6))), DrawBatch(asset=1, first=2, count=1)
+    )
+    dmesh = drawn(5, DrawBatch(asset=1, first=0, count=5, indices=((0, 3),)))
+    found = frame(warp, dmesh, drawn(4, DrawBatch(asset=2, first=0, count=4))).counts
+    assert found["warped_triangles"] == 2 * 12 + 5 * 1
+    assert (found["warped"], found["dmesh"], found["mesh"], found["draw_batches"]) == (3, 5, 4, 2)
+
+
+def test_later_steps_add_to_the_counts() -> None:
+    plan = frame(objects=9)
+    assert plan.counts["shadow_maps"] == 0
+    plan.note("shadow_maps", 2)
+    plan.note("shadow_maps", 1)
+    assert plan.counts["shadow_maps"] == 3
+
+
 def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: float) -> FrameDrawLists:
     """A phase that draws so many objects by tiles, and two directly."""
     count = len(numbered)
@@ -70,7 +125,8 @@ def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: floa
         dmesh=direct,
         mesh=direct,
         cleared=np.zeros((count, 4), int),
-        counts={"objects": 9, "occluded": occluded, "tile_resolution": resolution},
+        noted={"objects": 9, "occluded": occluded},
+        tiles=tiles([1.0] * (count - 1) + [resolution]),
         object_rows=np.asarray(numbered),
         tiled=np.ones(count, bool),
     )
@@ -78,7 +134,8 @@ def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: floa
 
 def test_phases_are_joined_by_what_their_counts_mean() -> None:
     joined = FrameDrawLists.joined([phase([5, 6, 7], 1, 2, 1.0), phase([8, 9], 2, 3, 0.5)])
-    assert joined.counts == {"objects": 9, "occluded": 5, "tile_resolution": 0.5}
+    wanted = {"objects": 9, "occluded": 5, "tile_resolution": 0.5, "dpci": 5, "warped": 4, "level_0": 5}
+    assert {name: joined.counts[name] for name in wanted} == wanted
     assert joined.composite.records["number"].tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
     assert joined.object_rows.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
     assert [batch.first for batch in joined.dmesh.batches] == [0, 2]

@@ -15,7 +15,7 @@ from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
-from depthwalk.types import Array, Mask, Rows
+from depthwalk.types import Array, Rows
 from shapes import ShapeLibrary, scene_of, sphere
 from stage import view_of
 
@@ -45,9 +45,9 @@ def level_and_pieces(selector: DetailSelector, view: View, arrays: SceneArrays, 
     plan_settings, objects = settings(**lod), arrays.objects
     selector.freeze_as_asked(view, arrays, plan_settings)
     rows = np.arange(len(objects))
-    return selector.level_and_pieces(
-        view, arrays.table, rows, objects, arrays.bounds, viewers(view, objects), plan_settings.lod
-    )
+    detail = selector.describe(view, arrays, rows, plan_settings.lod)
+    np.testing.assert_array_equal(detail.triangles, arrays.table.triangles[objects.asset, detail.level])
+    return detail.level, detail.pieces
 
 
 def test_levels_grow_with_distance_and_with_what_is_allowed(arrays: SceneArrays) -> None:
@@ -122,8 +122,8 @@ def test_frozen_meshes_are_drawn_where_they_are_resident(arrays: SceneArrays) ->
     plan_settings, rows = settings(freeze=True, magnification=0.01), np.arange(len(arrays.objects))
     selector.freeze_as_asked(view, arrays, plan_settings)
 
-    def drawn(resident: bool) -> Mask:
-        return selector.as_mesh(view, arrays, rows, plan_settings, lambda meshes: np.full(len(meshes), resident))
+    def drawn(resident: bool) -> Rows:
+        return selector.replaced(view, arrays, rows, plan_settings, lambda meshes: np.full(len(meshes), resident))
 
     every, none = drawn(True), drawn(False)
-    assert every.any() and not none.any()
+    assert len(every) and not len(none)

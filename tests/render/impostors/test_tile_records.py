@@ -76,7 +76,7 @@ def test_objects_are_placed_in_the_order_of_their_numbers(seen: tuple[Volumes, P
         representation=np.zeros(3, np.uint8),
     )
     viewers = np.concatenate([VIEWER + 0.5, VIEWER[:1] - 1])
-    records = place_tiles(before, np.array([1, 0]), viewers, objects, np.array([2, 1]))
+    records = place_tiles(before, np.array([1, 0]), viewers[[2, 1]], objects, np.array([2, 1]))
     np.testing.assert_array_equal(records["viewer"], np.column_stack([viewers[[2, 1]], [4, 3]]).astype(np.float32))
     np.testing.assert_array_equal(records["rotation"], turned[[2, 1]])
     np.testing.assert_array_equal(records["objects"], [[0, 1], [1, 1]])

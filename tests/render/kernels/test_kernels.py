@@ -3,7 +3,9 @@
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +17,17 @@ from depthwalk.geometry.adjacency import build_adjacency
 from depthwalk.render import kernels
 from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
-from depthwalk.render.draw.object_detail import choose_levels, choose_pieces
+from depthwalk.render.draw import material_depth
+from depthwalk.render.draw.object_detail import Way, describe
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
+from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.view.bounds import Bounds, Cylinders, object_bounds
-from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.view.view import View
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.render.world.spatial_cells import sort_into_cells
@@ -78,19 +82,61 @@ def bounds_of(objects: Objects, table: AssetTable) -> Bounds:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("seed", SEEDS)
-def test_viewers_levels_and_pieces(table: AssetTable, seed: int) -> None:
+def test_how_objects_are_drawn(table: AssetTable, seed: int) -> None:
+    """By tiles, directly and as polygons; from within them, too; of planar images their fronts alone."""
     rng = np.random.default_rng(seed)
-    objects, view = random_objects(rng, table, 300), random_view(rng)
-    place = objects.position, objects.rotation, objects.scale
-    reference, compiled = both(lambda: viewer_in_object(view, *place))
-    np.testing.assert_allclose(compiled, reference, rtol=1e-5, atol=1e-5)
-    bounds, lod = bounds_of(objects, table), LodParams()
-    levels = both(lambda: choose_levels(view, objects, bounds, reference, table, lod))
-    np.testing.assert_array_equal(*levels)
-    assert len(np.unique(levels[0])) > 2
-    pieces = both(lambda: choose_pieces(objects.asset, levels[0], reference, table, lod))
-    np.testing.assert_array_equal(*pieces)
-    assert len(np.unique(pieces[0])) > 2
+    objects, view = random_objects(rng, table, 400), random_view(rng)
+    objects.position[:40] = view.position + rng.normal(0, 0.3, (40, 3))
+    objects.representation[:] = rng.choice([0, 1, 1, 1, 2, 3], 400)
+    planar = replace(table.volumes, has_side=rng.random(len(table.volumes.radius)) < 0.5)
+    rows = rng.permutation(400)[:300]
+    for volumes in (table.volumes, planar):
+        scene = SceneArrays(
+            objects=objects, bounds=bounds_of(objects, table), table=replace(table, volumes=volumes), generation=0
+        )
+        reference, compiled = both(lambda: describe(view, scene, rows, LodParams()))  # noqa: B023
+        for name in ("row", "level", "pieces", "triangles", "way"):
+            np.testing.assert_array_equal(getattr(reference, name), getattr(compiled, name))
+        for name in ("viewer", "step"):
+            np.testing.assert_allclose(getattr(compiled, name), getattr(reference, name), rtol=1e-5, atol=1e-5)
+        assert len(np.unique(reference.level)) > 2 and len(np.unique(reference.pieces)) > 2
+        ways = {Way.POLYGONS, Way.TILE, Way.DIRECT}
+        assert ways <= set(reference.way.tolist()) <= ways | ({Way.NOTHING} if volumes is planar else set())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_objects_near_enough_for_their_meshes(seed: int) -> None:
+    """Of assets of one and of two parts, somewhere in the frame of their asset."""
+    rng = np.random.default_rng(seed)
+    fallbacks, count = MeshFallbacks.empty(6), 300
+    parts = np.array([0, 0, 1, 0, 1, 0])  # numbers 1 and 2, 3 and 4 are parts of one asset each; 0 is a mesh
+    fallbacks.mesh[1:] = 0
+    fallbacks.part[:] = parts
+    fallbacks.offset[:] = rng.normal(0, 0.5, (6, 3))
+    fallbacks.turn[:] = (turn := rng.normal(size=(6, 4))) / np.linalg.norm(turn, axis=1, keepdims=True)
+    fallbacks.texel[:], fallbacks.span[:] = 0.01, 3.0
+    fallbacks.half_height[:], fallbacks.cylinder_radius[:] = rng.uniform(0.3, 1, (2, 6))
+    for column in (fallbacks.half_height, fallbacks.cylinder_radius):  # of the asset, as its parts are
+        column[[2, 4]] = column[[1, 3]]
+    first = rng.choice([1, 3, 5, 0], count // 2)
+    asset = np.stack([first, np.where(np.isin(first, [1, 3]), first + 1, first)], 1).reshape(-1)
+    rotation = rng.normal(size=(count, 4)).astype(np.float32)
+    objects = Objects(
+        asset=asset.astype(np.int32),
+        position=rng.uniform(-6, 6, (count, 3)).astype(np.float32),
+        rotation=rotation / np.linalg.norm(rotation, axis=1, keepdims=True),
+        scale=rng.uniform(0.3, 3, count).astype(np.float32),
+        representation=np.ones(count, np.uint8),
+    )
+    for column in (objects.position, objects.scale):
+        column[1::2] = column[::2]
+    view, rows = random_view(rng), np.arange(count)
+    (near, metres), (found, compiled) = both(lambda: fallbacks.magnified(view, objects, rows, 2.0))
+    np.testing.assert_array_equal(near, found)
+    np.testing.assert_allclose(compiled, metres, rtol=1e-4, atol=1e-4)
+    assert 5 < len(near) < count / 2
+    paired = np.isin(asset[near], [1, 2, 3, 4])
+    assert (np.bincount(near[paired] // 2)[np.unique(near[paired] // 2)] == 2).all()  # all parts or none
 
 
 @pytest.mark.gl
@@ -135,15 +181,38 @@ def test_hidden_objects(seed: int) -> None:
 def test_slots_of_an_atlas() -> None:
     sizes = np.random.default_rng(5).integers(3, 60, (80, 2))
 
-    def allocate() -> tuple[Any, Any]:
+    def allocate() -> tuple[Any, ...]:
         atlas = Atlas((256, 256))
         slots = atlas.allocate_each(sizes)
-        return slots, atlas.free_texels
+        atlas.release(slots[::3])  # some of which have free neighbours to merge with
+        return slots, atlas.free_texels, atlas.allocate_each(sizes[::-1])
 
-    (slots, free), (compiled_slots, compiled_free) = both(allocate)
-    assert 0 < len(slots) < len(sizes)
-    np.testing.assert_array_equal(slots, compiled_slots)
-    assert free == compiled_free
+    reference, compiled = both(allocate)
+    assert 0 < len(reference[0]) < len(sizes) and len(reference[2])
+    for one, other in zip(reference, compiled, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("crowd", [1 << 14, 20])
+def test_records_of_surfaces(table: AssetTable, monkeypatch: pytest.MonkeyPatch, seed: int, crowd: int) -> None:
+    """Of objects before, about and behind the viewer, in a sheared view too; of two assets, one of them a crowd."""
+    monkeypatch.setattr(material_depth, "_CROWD", crowd)
+    rng = np.random.default_rng(seed)
+    objects, view = random_objects(rng, table, 200), replace(random_view(rng), shear=(0.1, -0.05))
+    objects.asset[:190] = objects.asset.max()
+    objects.asset[190:] = objects.asset.min() if objects.asset.min() != objects.asset.max() else 0
+    scene = SceneArrays(objects=objects, bounds=bounds_of(objects, table), table=table)
+    rows, tiled = rng.permutation(200)[:180], rng.random(180) < 0.5
+    reference, compiled = both(lambda: material_depth.material_records(view, scene, rows, tiled))
+    one, other = (record_numbers(part.records) for part in (reference, compiled))
+    np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+    for name in ("assets", "material_depth"):
+        np.testing.assert_array_equal(getattr(reference, name), getattr(compiled, name))
+    for name in ("low", "high"):
+        np.testing.assert_allclose(getattr(reference, name), getattr(compiled, name), rtol=1e-5, atol=1e-5)
+    assert len(reference.assets) == 2
 
 
 @pytest.mark.gl
@@ -187,6 +256,45 @@ def test_loaded_behind_frames(tmp_path: Path) -> None:
     assert done.stdout.strip() == "True"
     assert kernels.load()
     assert (kernels.folder() / "complete").is_file()
+
+
+def test_cache_that_cannot_be_written(tmp_path: Path) -> None:
+    """NumPy then serves, and a warning names the folder."""
+    (tmp_path / "file").touch()
+    code = """
+import logging
+from depthwalk.render import kernels
+logging.basicConfig()
+kernels.load_behind().join()
+print(kernels.load(), kernels.loaded())
+"""
+    home = {"PYTHONPATH": os.pathsep.join(sys.path), "XDG_CACHE_HOME": str(tmp_path / "file"), "HOME": str(tmp_path)}
+    run = [sys.executable, "-c", code]
+    done = subprocess.run(run, env=os.environ | home, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "None"]
+    assert done.stderr.count("compiled") >= 1 and "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_code_that_nobody_uses_is_removed() -> None:
+    """Folders of other states are kept for some weeks after their last use."""
+    assert kernels.load()
+    ages = {"new": 1, "old": 60, "unfinished": 60}
+    for name, days in ages.items():
+        other = kernels.folder().parent / name
+        (other / "code").mkdir(parents=True)
+        used = other if name == "unfinished" else other / "complete"
+        used.touch()
+        os.utime(used, (time.time() - days * 86_400,) * 2)
+    own = kernels.folder() / "complete"
+    os.utime(own, (0, 0))
+    kernels._remove_unused()
+    left = {path.name for path in kernels.folder().parent.iterdir()} & set(ages)
+    assert left == {"new"}
+    assert own.is_file()
+    kernels.unload()
+    assert kernels.load()
+    assert own.stat().st_mtime > time.time() - 60  # counts as used
 
 
 def test_numpy_serves_without_numba(monkeypatch: pytest.MonkeyPatch) -> None:

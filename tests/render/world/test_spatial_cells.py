@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
-from depthwalk.render.world.spatial_cells import sort_into_cells
+from depthwalk.render.world.spatial_cells import boxes_about, nearest, nearest_first, sort_into_cells
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Array, Rows
 
@@ -24,8 +24,10 @@ def view_from(eye: Array, seed: int, fov: float = 1.0) -> View:
 
 
 def visible(bounds: Bounds, view: View, min_pixels: float) -> tuple[Rows, Array]:
+    """Rows of the objects in sight, and how far ahead they are, nearest first."""
     cells = sort_into_cells(bounds)
-    return cells.visible(view, bounds, min_pixels, *cells.batches(view, min_pixels, 1 << 30))
+    rows, forward = cells.visible(view, bounds, min_pixels, *cells.batches(view, min_pixels, 1 << 30))
+    return nearest_first(rows, forward), np.sort(forward)
 
 
 @pytest.mark.parametrize("size", [256, 1000, 30_000])
@@ -84,3 +86,23 @@ def test_few_cells_are_asked_where_little_is_seen() -> None:
     cells = sort_into_cells(bounds)
     away = View(Camera((150, 1, 290), (150, 1, 400), 1.0), (160, 90))
     assert cells._may_show(away, 0.0).mean() < 0.05
+
+
+@given(st.lists(st.integers(0, 6), max_size=40), st.integers(1, 12))
+def test_the_nearest_are_those_that_sorting_all_puts_first(forward: list[int], count: int) -> None:
+    """Also among many that are equally distant."""
+    distance = np.array(forward, float)
+    found = nearest(distance, count)
+    assert found.tolist() == nearest_first(np.arange(len(distance)), distance)[:count].tolist() or len(forward) <= count
+    assert sorted(found) == sorted(nearest_first(np.arange(len(distance)), distance)[:count])
+
+
+def test_boxes_hold_the_spheres_that_follow_one_another() -> None:
+    bounds = spheres(50, np.array([9.0, 9.0, 9.0]), 2)
+    rows = np.random.default_rng(1).permutation(50)[:37]
+    low, high = boxes_about(bounds, rows, 16)
+    assert len(low) == len(high) == 3
+    for k, row in enumerate(rows):
+        assert (low[k // 16] < bounds.centre[row] - bounds.bounding_radius[row]).all()
+        assert (high[k // 16] > bounds.centre[row] + bounds.bounding_radius[row]).all()
+    assert (high - low < 26).all()

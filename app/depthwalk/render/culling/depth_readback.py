@@ -33,6 +33,7 @@ class DepthReadback:
         self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines))
         self._texture = self.gl.texture(cells, 1, "f4")
         self._framebuffer = self.gl.framebuffer([self._texture])
+        self._farthest = np.empty(cells[::-1], np.float32)  # kept, since touching new memory takes longer than the copy
 
     def read(self, targets: Targets) -> NDArray[np.float32]:
         """Return the farthest depth of each cell. Waits until the GPU has drawn all that it was asked for.
@@ -43,7 +44,7 @@ class DepthReadback:
 
         Returns
         -------
-        (rows, columns) float32 values of the depth buffer, 0 to 1, row 0 at the bottom.
+        (rows, columns) float32 values of the depth buffer, 0 to 1, row 0 at the bottom. The next call overwrites them.
         """
         targets.drawn.depth.use(0)
         defines = targets.defines
@@ -51,8 +52,8 @@ class DepthReadback:
         self._programs[defines].set(depth_texture=0, side=self.side, **samples)
         with self.gl.state(into=self._framebuffer):
             self._programs[defines].fill()
-        width, height = self._texture.size
-        return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
+        self._texture.read_into(self._farthest, alignment=4)
+        return self._farthest
 
     def release(self) -> None:
         """Free the textures and programs on the device."""

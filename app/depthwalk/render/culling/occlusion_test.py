@@ -4,7 +4,9 @@ After each phase of a frame (`render.occlusion_phases`) the objects that remain 
 depth is that of this frame, holes and all: nothing is guessed from the frame before, nothing is assumed about what an
 object covers, and so the picture is the one that drawing all objects gives. Greene, Kass and Miller 1993 test a
 hierarchy of depths (HZB); here a sparse table holds the maximum of windows at every position, not only at multiples of
-their size, so that few of them cover any rectangle tightly: the far objects of a crowd are a few cells large.
+their size, so that few of them cover any rectangle tightly: the far objects of a crowd are a few cells large. The
+windows of NumPy are squares that together may reach beyond a rectangle; the compiled loop looks at exactly the cells of
+the rectangle, and so finds a few more objects hidden. Neither hides anything that is seen.
 """
 
 from collections.abc import Callable

@@ -4,7 +4,7 @@ import numpy as np
 
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.render.draw.draw_lists import ClusterDraws, Counts, DrawList, draw_batches
+from depthwalk.render.draw.draw_lists import ClusterDraws, DrawList, draw_batches
 from depthwalk.render.lod.cluster_selection import ClusterCut, select_clusters
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.resources.placed_records import placed_records
@@ -56,15 +56,12 @@ def cluster_draws(view: View, objects: Objects, table: AssetTable, error: float)
     )
 
 
-def count_clusters(counts: Counts, draws: ClusterDraws, table: AssetTable) -> None:
-    """Add to the `counts` of a phase what its `draws` draw of the assets in `table`."""
-    triangles = [
+def cluster_triangles(draws: ClusterDraws, table: AssetTable) -> int:
+    """Return how many triangles of the assets in `table` are drawn by `draws`."""
+    return sum(
         int(np.diff(table.clusters[asset].first)[draws.cluster[first:last]].sum())
         for asset, first, last in zip(draws.asset.tolist(), draws.first, draws.first[1:], strict=False)
-    ]
-    counts["mesh"] += len(draws.objects.records)
-    counts["mesh_triangles"] += sum(triangles)
-    counts["mesh_clusters"] = len(draws.cluster)
+    )
 
 
 def _in_sight(

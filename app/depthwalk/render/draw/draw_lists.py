@@ -10,19 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cases import ALL_PIECES
+from depthwalk.render.draw.frame_counts import Counts, DrawnTiles
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.types import Mask, Rows
 
-Counts = dict[str, int | float]
-"""The numbers that HUD and benchmark show, by name."""
-
-_JOINED_BY: dict[str, Any] = {  # how a frame's count is made of those of its phases; others are added up
-    "objects": max,
-    "atlas_used": max,
-    "tile_resolution": min,
-    "tile_error": max,
-}
+_JOINED_BY: dict[str, Any] = {"objects": max, "atlas_used": max}  # of phases, to those of the frame; others are added
+_LATER = ("occluded", "clusters", "shadow_maps", "shadow_maps_waiting", "shadow_triangles")  # noted by later steps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +90,11 @@ class DrawList:
         """Return one list that draws what all of the `lists` draw, one list after the other."""
         starts = np.cumsum([0] + [len(part.records) for part in lists]).tolist()
         parts = zip(starts, lists, strict=False)
-        batches = [replace(batch, first=start + batch.first) for start, part in parts for batch in part.batches]
+        batches = [
+            replace(batch, first=start + batch.first) if start else batch
+            for start, part in parts
+            for batch in part.batches
+        ]
         return cls(records=np.concatenate([part.records for part in lists]), batches=batches)
 
 
@@ -179,7 +177,8 @@ class FrameDrawLists:
     mesh : polygon meshes, with `placed_records.PLACED_RECORD`.
     clusters : polygon meshes drawn by clusters.
     cleared : (n, 4) slots of the atlas (x, y, width, height), texels, that pass 1 clears before it fills them.
-    counts : numbers for HUD and benchmark, by name.
+    noted : numbers for HUD and benchmark, by name, that the lists alone do not tell; later steps add to them.
+    tiles : the impostor tiles that `composite` draws.
     object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these
         passes write for them.
     tiled : (d,) which of the `object_rows` are drawn by `composite`.
@@ -191,7 +190,8 @@ class FrameDrawLists:
     dmesh: DrawList
     mesh: DrawList
     cleared: Rows
-    counts: Counts
+    noted: Counts
+    tiles: DrawnTiles
     object_rows: Rows
     tiled: Mask
     first_object_id: int = 1
@@ -207,6 +207,24 @@ class FrameDrawLists:
         """Return the first number that the next phase may write for an object."""
         return self.first_object_id + len(self.object_rows)
 
+    @property
+    def counts(self) -> Counts:
+        """Return the numbers for HUD and benchmark, by name; they are counted anew whenever this is asked for."""
+        batches = self.warp.batches + self.dmesh.batches
+        drawn: Counts = {
+            "dpci": int(self.tiled.sum()),
+            "dmesh": len(self.dmesh.records),
+            "mesh": len(self.mesh.records) + len(self.clusters.objects.records),
+            "warped": len(self.warp.records),
+            "warped_triangles": sum(batch.count * length for batch in batches for _, length in batch.indices) // 3,
+            "draw_batches": len(self.warp.batches),
+        }
+        return dict.fromkeys(_LATER, 0) | self.noted | drawn | self.tiles.counts()
+
+    def note(self, name: str, count: int) -> None:
+        """Add to one of the numbers for HUD and benchmark."""
+        self.noted[name] = self.noted.get(name, 0) + count
+
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
         """Return one plan that draws what all `phases` of a frame draw, with their counts put together."""
@@ -215,17 +233,17 @@ class FrameDrawLists:
         lists: dict[str, Any] = {
             name: DrawList.joined([getattr(phase, name) for phase in phases]) for name in ("warp", "dmesh", "mesh")
         }
-        counts: Counts = {}
+        noted: Counts = {}
         for phase in phases:
-            for name, count in phase.counts.items():
-                counts[name] = _JOINED_BY.get(name, add)(counts[name], count) if name in counts else count
+            for name, count in phase.noted.items():
+                noted[name] = _JOINED_BY.get(name, add)(noted[name], count) if name in noted else count
         lists["clusters"] = ClusterDraws.joined([phase.clusters for phase in phases])
         lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])
             for name in ("cleared", "object_rows", "tiled")
         }
-        return cls(**lists, **columns, counts=counts)
+        return cls(**lists, **columns, noted=noted, tiles=DrawnTiles.joined([phase.tiles for phase in phases]))
 
 
 def draw_batches(
@@ -254,26 +272,27 @@ def draw_batches(
     """
     if not len(asset):
         return []
-    keys = [key for key in (asset, level, pieces) if key is not None]
-    clipped = np.zeros(len(asset), bool) if clipped is None else clipped
-    changed = np.logical_or.reduce([key[1:] != key[:-1] for key in (*keys, clipped)])
-    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    counts = np.diff(np.append(starts, len(asset)))
-    batches = []
-    for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
-        key = tuple(int(column[start]) for column in keys)
-        runs: tuple[tuple[int, int], ...] = ()
-        if pieces is not None:
-            runs = table.runs(*key)
-        batches.append(
-            DrawBatch(
-                asset=int(asset[start]),
-                first=start,
-                count=count,
-                indices=runs,
-                clipped=bool(clipped[start]),
-                level=0 if level is None else int(level[start]),
-                pieces=ALL_PIECES if pieces is None else int(pieces[start]),
-            )
+    keys = [key for key in (asset, level, pieces, clipped) if key is not None]
+    changed = keys[0][1:] != keys[0][:-1]
+    for key in keys[1:]:
+        changed |= key[1:] != key[:-1]
+    starts = [0, *(changed.nonzero()[0] + 1).tolist()]
+    first = np.array(starts)
+    levels, masks, clips = (
+        [default] * len(starts) if key is None else key[first].tolist()
+        for key, default in ((level, 0), (pieces, ALL_PIECES), (clipped, False))
+    )
+    return [
+        DrawBatch(
+            asset=number,
+            first=start,
+            count=stop - start,
+            indices=() if pieces is None else table.runs(number, of_level, mask),
+            clipped=clip,
+            level=of_level,
+            pieces=mask,
         )
-    return batches
+        for number, start, stop, of_level, mask, clip in zip(
+            asset[first].tolist(), starts, [*starts[1:], len(asset)], levels, masks, clips, strict=True
+        )
+    ]

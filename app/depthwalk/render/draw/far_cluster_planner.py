@@ -14,17 +14,16 @@ from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.geometry.support_function import box_support_values
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
-from depthwalk.render.draw.frame_counts import phase_counts
-from depthwalk.render.draw.object_detail import choose_levels, lasting_pieces
+from depthwalk.render.draw.object_detail import ObjectDetail, describe, lasting_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.draw.planner import drawn_tiles
 from depthwalk.render.impostors.tile_mapping import Tiles
 from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
 from depthwalk.render.impostors.warp_planes import Planes, Volumes
-from depthwalk.render.lod.paper_lod import iter_step
-from depthwalk.render.resources.placed_records import placed_records
-from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.view.view import View
 from depthwalk.render.world.far_clusters import FarClusters, make_far_clusters
 from depthwalk.render.world.render_world import RenderWorld, SceneArrays
 from depthwalk.render.world.spatial_cells import SpatialCells
@@ -96,7 +95,8 @@ class FarClusterPlanner:
         """
         scene, clusters = self._world.arrays(), self.clusters()
         self._spoil_changed(numbers, len(scene.objects))
-        impostors = _impostors(view, scene, clusters, numbers, settings)
+        typical = describe(view, scene, clusters.first_members(numbers).astype(np.int64), settings.lod)
+        impostors = _impostors(view, scene, clusters, numbers, typical)
         error = self._tiles.begin_phase(view, impostors, settings.layout, continues=True)
         work = self._tiles.plan(view, impostors, error, settings.layout)
         warp = _warp_list(view, scene, clusters, numbers[work.warped], work, settings)
@@ -104,17 +104,20 @@ class FarClusterPlanner:
         object_rows, count = clusters.members(numbers[work.drawn])
         work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
         composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
-        nothing = DrawList(records=placed_records(view.position, scene.objects.take(slice(0))))
-        step = _iter_steps(view, scene, clusters, numbers, impostors)[work.drawn]
-        counts = phase_counts(len(scene.objects), warp, composite, nothing, nothing, work, step)
-        counts |= {"dpci": len(object_rows), "clusters": len(composite.records), "mesh_triangles": 0}
+        nothing = DrawList(records=np.zeros(0, PLACED_RECORD))
         return FrameDrawLists(
             warp=warp,
             composite=composite,
             dmesh=nothing,
             mesh=nothing,
             cleared=work.slots,
-            counts=counts,
+            noted={
+                "objects": len(scene.objects),
+                "clusters": len(composite.records),
+                "provisional": work.provisional,
+                "atlas_used": work.atlas_used,
+            },
+            tiles=drawn_tiles(work, typical.step),
             object_rows=object_rows,
             tiled=np.ones(len(object_rows), bool),
             first_object_id=first_object_id,
@@ -133,31 +136,28 @@ class FarClusterPlanner:
 
 
 def _impostors(
-    view: View, scene: SceneArrays, clusters: FarClusters, numbers: Rows, settings: PlanSettings
+    view: View, scene: SceneArrays, clusters: FarClusters, numbers: Rows, typical: ObjectDetail
 ) -> ImpostorObjects:
     """Return the clusters `numbers` (m,) as objects in the middle of their boxes, upright and of scale 1.
 
-    What warping one costs is estimated from its first member.
+    What warping one costs is estimated from its first member, which is `typical`.
     """
-    first = clusters.first_members(numbers)
-    typical = scene.objects.take(first)
-    viewer = viewer_in_object(view, typical.position, typical.rotation, typical.scale)
-    level = choose_levels(view, typical, scene.bounds.take(first), viewer, scene.table, settings.lod)
     bounds, half = clusters.bounds(numbers), (clusters.high[numbers] - clusters.low[numbers]) / 2
     count = len(numbers)
     upright = np.broadcast_to(np.array([0, 0, 0, 1], np.float32), (count, 4))
     dpci = np.full(count, Representation.DPCI, np.uint8)
     return ImpostorObjects(
         row=len(clusters.order) + numbers,
+        at=np.arange(count),
         objects=Objects(
-            asset=typical.asset,
+            asset=scene.objects.asset[typical.row],
             position=bounds.centre,
             rotation=upright,
             scale=np.ones(count, np.float32),
             representation=dpci,
         ),
         bounds=bounds,
-        volume=np.arange(count),
+        volume=np.arange(count, dtype=np.int32),
         volumes=Volumes(
             radius=np.hypot(half[:, 0], half[:, 2]),
             bottom=-half[:, 1],
@@ -166,9 +166,9 @@ def _impostors(
             has_side=np.ones(count, bool),
         ),
         viewer=view.position - bounds.centre,
-        level=level,
+        level=typical.level,
         pieces=np.full(count, ALL_PIECES),
-        triangles=scene.table.triangles[typical.asset, level] * clusters.sizes(numbers),
+        triangles=typical.triangles * clusters.sizes(numbers),
         provisional=np.zeros(count, bool),
     )
 
@@ -179,9 +179,8 @@ def _warp_list(
     """Return the draws of pass 1, which warp all members of the clusters `warped` (k,) into their tiles."""
     rows, count = clusters.members(warped)
     tile = np.repeat(np.arange(len(count)), count)  # of each member
-    members = scene.objects.take(rows)
-    viewer = viewer_in_object(view, members.position, members.rotation, members.scale)
-    level = choose_levels(view, members, scene.bounds.take(rows), viewer, scene.table, settings.lod)
+    members, seen = scene.objects.take(rows), describe(view, scene, rows.astype(np.int64), settings.lod)
+    viewer, level = seen.viewer, seen.level
     pieces = lasting_pieces(members.asset, level, viewer, scene.table, settings.lod)
     whole = work.whole[tile]
     order = np.lexsort((~whole, pieces, level, members.asset))
@@ -246,13 +245,3 @@ def member_records(
     records = warp_records(own, scaled, corners, atlas_size, members.rotation)
     records["depths"][:, 2] = number << IMAGE_BITS
     return records
-
-
-def _iter_steps(
-    view: View, scene: SceneArrays, clusters: FarClusters, numbers: Rows, impostors: ImpostorObjects
-) -> Array:
-    """Return the paper's Iter_step (m,) of the first members of the clusters `numbers` (m,)."""
-    distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
-    first = clusters.first_members(numbers)
-    texel = scene.table.texel[scene.objects.asset[first]] * scene.objects.scale[first]
-    return iter_step(distance, texel, view.half_extent[1], view.whole_size[1])

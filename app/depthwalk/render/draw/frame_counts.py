@@ -1,56 +1,49 @@
-"""Count what each occlusion phase of a frame draws, for HUD and benchmark."""
+"""Count what a frame draws, for HUD and benchmark, once somebody asks for it."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from depthwalk.cook.cases import Case, drawn_cases
-from depthwalk.render.draw.draw_lists import Counts, DrawList, ImpostorQuads
-from depthwalk.render.impostors.tile_scheduler import TileWork
-from depthwalk.types import Array
+from depthwalk.geometry.soa import StructOfArrays
+from depthwalk.types import Array, Rows
+
+Counts = dict[str, int | float]
+"""The numbers that HUD and benchmark show, by name."""
 
 
-def phase_counts(
-    total: int, warp: DrawList, composite: ImpostorQuads, dmesh: DrawList, mesh: DrawList, work: TileWork, step: Array
-) -> Counts:
-    """Return the counts of a phase by name; counts that later steps fill in are 0.
+@dataclass(frozen=True, kw_only=True)
+class DrawnTiles(StructOfArrays):
+    """Describe the d impostor tiles that pass 2 draws.
 
-    Parameters
+    Attributes
     ----------
-    total : how many objects the scene has.
-    warp : what pass 1 warps.
-    composite : what pass 2 draws.
-    dmesh : depth images that are drawn straight into the picture.
-    mesh : meshes that are drawn.
-    work : the tiles that are warped and drawn.
-    step : (d,) the paper's Iter_step of each object that a tile shows, see `iter_step`.
-
-    Returns
-    -------
-    A number for each name.
+    level : (d,) level of detail of each tile, see `CachedTiles`.
+    pieces : (d,) pieces that each tile shows, bit masks, see `CachedTiles`.
+    resolution : (d,) texels along each side of each tile over those that it should have there, 0 to 1.
+    error : (d,) reprojection error of each tile, 1 where it is as large as allowed.
+    step : (d,) the paper's Iter_step of the object that each tile shows, see `iter_step`.
     """
-    warped = sum(batch.count * length for batch in warp.batches + dmesh.batches for _, length in batch.indices) // 3
-    drawn: Counts = {
-        "objects": total,
-        "occluded": 0,
-        "dpci": len(composite.records),
-        "clusters": 0,
-        "dmesh": len(dmesh.records),
-        "mesh": len(mesh.records),
-        "mesh_fallbacks": 0,
-        "shadow_maps": 0,
-        "shadow_maps_waiting": 0,
-        "shadow_triangles": 0,
-        "warped": len(warp.records),
-        "warped_triangles": warped,
-        "draw_batches": len(warp.batches),
-        "provisional": work.provisional,
-    }
-    levels = {f"level_{level}": int(n) for level, n in enumerate(np.bincount(work.level)) if n}
-    halvings = np.floor(np.log2(step)).astype(np.int64)
-    steps = {f"step_{1 << halving}": int(n) for halving, n in enumerate(np.bincount(halvings)) if n}
-    cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(drawn_cases(work.pieces))) if n}
-    atlas = {
-        "atlas_used": work.atlas_used,
-        "tile_resolution": float(work.resolution.min(initial=1)),
-        "tile_error": float(work.error.max(initial=0)),
-    }
-    return drawn | levels | steps | cases | atlas
+
+    level: Rows
+    pieces: Rows
+    resolution: Array
+    error: Array
+    step: Array
+
+    def counts(self) -> Counts:
+        """Return how many tiles have each level, step and case, the lowest resolution and the largest error."""
+        steps = 1 << np.floor(np.log2(self.step)).astype(np.int64)
+        return {
+            **{f"level_{level}": n for level, n in _occurrences(self.level)},
+            **{f"step_{step}": n for step, n in _occurrences(steps)},
+            **{f"case_{Case(case).name.lower()}": n for case, n in _occurrences(drawn_cases(self.pieces))},
+            "tile_resolution": float(self.resolution.min(initial=1)),
+            "tile_error": float(self.error.max(initial=0)),
+        }
+
+
+def _occurrences(numbers: Rows) -> list[tuple[int, int]]:
+    """Return each of some numbers with how often it occurs, in rising order."""
+    found, count = np.unique(numbers, return_counts=True)
+    return list(zip(found.tolist(), count.tolist(), strict=True))

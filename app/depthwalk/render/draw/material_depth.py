@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.view.bounds import Bounds, extents
+from depthwalk.render import kernels
+from depthwalk.render.view.bounds import extents
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
-from depthwalk.scene.arrays import Objects
+from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.types import Array, Mask, Rows
 
 # What material_resolve.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that
@@ -52,48 +53,93 @@ class MaterialRecords:
     high: Array
 
 
-def material_records(view: View, objects: Objects, bounds: Bounds, tiled: Mask) -> MaterialRecords:
+def material_records(view: View, scene: SceneArrays, rows: Rows, tiled: Mask) -> MaterialRecords:
     """Return what the pass `material_resolve` reads of n objects, in the order of their numbers.
 
     Parameters
     ----------
     view : the view of the picture.
-    objects : the n objects, the first of which has the number 1 in the visibility buffer.
-    bounds : (n,) bounding spheres of the objects, world.
+    scene : all objects.
+    rows : (n,) rows of the objects, the first of which has the number 1 in the visibility buffer.
     tiled : (n,) which of the objects are drawn by impostor tiles.
 
     Returns
     -------
     The records of objects and assets.
     """
-    viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-    assets, asset_number = np.unique(objects.asset, return_inverse=True)
+    count = np.bincount(scene.objects.asset[rows])
+    (assets,) = count.nonzero()
+    asset_number = np.zeros(len(count), np.int64)
+    asset_number[assets] = np.arange(len(assets))
     material_depth = FULL_COVERAGE + (1 + np.arange(len(assets))) / MATERIAL_DEPTH_STEPS
-    records = np.zeros(1 + len(objects), SURFACE_RECORD)
-    records["viewer"][1:] = np.column_stack([viewer, objects.scale])
-    records["rotation"][1:] = objects.rotation
-    records["material_depth"][0, 0] = 1
-    records["material_depth"][1:, :2] = np.column_stack([material_depth[asset_number], tiled])
-    low, high = np.ones((len(assets), 2)), -np.ones((len(assets), 2))
-    crowd = np.bincount(asset_number, minlength=len(assets)) > _CROWD
-    low[crowd], high[crowd] = -1, 1
-    few = np.flatnonzero(~crowd[asset_number])
-    few_low, few_high = extents(view, bounds.take(few))
-    np.minimum.at(low, asset_number[few], few_low)
-    np.maximum.at(high, asset_number[few], few_high)
+    crowd, loops = count[assets] > _CROWD, kernels.loaded()
+    if loops is None:
+        records, low, high = _surfaces(view, scene, rows, tiled, asset_number, material_depth, crowd)
+    else:
+        objects, bounds = scene.objects, scene.bounds
+        numbers, low, high = loops.surfaces(
+            rows,
+            tiled,
+            objects.position,
+            objects.rotation,
+            objects.scale,
+            objects.asset,
+            bounds.centre,
+            bounds.bounding_radius,
+            asset_number,
+            material_depth,
+            crowd,
+            view.position,
+            view.axes,
+            np.array(view.half_extent),
+            np.array(view.shear),
+            view.depth_range[0],
+        )
+        records = numbers.view(SURFACE_RECORD)[:, 0]
     half_pixel = 1 / np.array(view.size)  # as far a pixel's samples may be from its middle
     return MaterialRecords(
         records=records, assets=assets, material_depth=material_depth, low=low - half_pixel, high=high + half_pixel
     )
 
 
-def least_footprints(view: View, objects: Objects, materials: MaterialRecords, table: AssetTable) -> Array:
+def _surfaces(
+    view: View,
+    scene: SceneArrays,
+    rows: Rows,
+    tiled: Mask,
+    asset_number: Rows,
+    material_depth: Array,
+    crowd: Mask,
+) -> tuple[NDArray[np.void], Array, Array]:
+    """Return records (1 + n,) and the corners (k, 2) of the part of the picture in which each of k assets may be.
+
+    asset_number: (a,) the number of an asset among the k. material_depth, crowd: (k,) the depth of each, and whether it
+    has too many objects for their bounds to be computed.
+    """
+    objects = scene.objects.take(rows)
+    number = asset_number[objects.asset]
+    viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
+    records = np.zeros(1 + len(objects), SURFACE_RECORD)
+    records["viewer"][1:] = np.column_stack([viewer, objects.scale])
+    records["rotation"][1:] = objects.rotation
+    records["material_depth"][0, 0] = 1
+    records["material_depth"][1:, :2] = np.column_stack([material_depth[number], tiled])
+    low, high = np.ones((len(crowd), 2)), -np.ones((len(crowd), 2))
+    low[crowd], high[crowd] = -1, 1
+    few = np.flatnonzero(~crowd[number])
+    few_low, few_high = extents(view, scene.bounds.take(rows[few]))
+    np.minimum.at(low, number[few], few_low)
+    np.maximum.at(high, number[few], few_high)
+    return records, low, high
+
+
+def least_footprints(view: View, asset: Rows, materials: MaterialRecords, table: AssetTable) -> Array:
     """Return the least length that a pixel covers on any of the objects of each asset.
 
     Parameters
     ----------
     view : the view of the picture.
-    objects : the n objects that `materials` was made of.
+    asset : (n,) numbers in `AssetStore` of the assets of the objects that `materials` was made of.
     materials : the records of these objects.
     table : what is known of the assets.
 
@@ -101,7 +147,7 @@ def least_footprints(view: View, objects: Objects, materials: MaterialRecords, t
     -------
     (a,) metres, object frames; 0 where the viewer is within an object's cylinder.
     """
-    nearest = table.nearest(objects.asset, materials.records["viewer"][1:, :3].astype(np.float64))
+    nearest = table.nearest(asset, materials.records["viewer"][1:, :3].astype(np.float64))
     footprint = np.full(len(materials.assets), np.inf)
-    np.minimum.at(footprint, np.searchsorted(materials.assets, objects.asset), nearest / view.detail_pixels)
+    np.minimum.at(footprint, np.searchsorted(materials.assets, asset), nearest / view.detail_pixels)
     return footprint

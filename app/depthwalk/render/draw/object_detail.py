@@ -4,13 +4,18 @@ This is the one place where the renderer's own rules (geometric error, pieces by
 (`lod.mode: paper`, `lod.cases: paper`; formulas in `render.lod.paper_lod`) differ.
 """
 
+from dataclasses import dataclass
+from enum import IntEnum
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.cook.cases import ALL_PIECES, CAPS, CONE_EDGES, HORIZON_SLACK, SIDE_PIECES, seen_pieces
 from depthwalk.render import kernels
 from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, nearest_faces
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
 from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
@@ -23,6 +28,44 @@ from depthwalk.scene.render_settings import LodParams
 from depthwalk.types import Array, Ints, Mask, Rows
 
 _WORTH = 2000  # triangles from which on leaving out pieces of an object's side saves more than an extra draw call costs
+_DPCI, _DMESH = int(Representation.DPCI), int(Representation.DMESH)
+
+
+class Way(IntEnum):
+    """Say how a phase draws an object that no mesh replaces; the loop `describe` returns the same numbers."""
+
+    POLYGONS = 0
+    TILE = 1  # warped into an impostor tile
+    DIRECT = 2  # its depth samples are drawn straight into the picture
+    NOTHING = 3  # a planar image seen from behind: it has no back (Liu et al. 2007, §2)
+
+
+# Plain numbers, since those of an IntEnum are slow to look up and to compare arrays with.
+POLYGONS, TILE, DIRECT, NOTHING = (int(way) for way in Way)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectDetail:
+    """Describe how m objects of a scene are drawn, those that no mesh replaces.
+
+    Attributes
+    ----------
+    row : (m,) rows of the objects among all.
+    viewer : (m, 3) the viewer in the objects' frames, metres.
+    level : (m,) level of detail, 0 the finest.
+    pieces : (m,) bit masks of the pieces, see `cook.cases`.
+    triangles : (m,) how many triangles all pieces of that level have.
+    way : (m,) `Way` of each.
+    step : (m,) the paper's Iter_step, see `iter_step`.
+    """
+
+    row: Rows
+    viewer: Array
+    level: Ints
+    pieces: Ints
+    triangles: Ints
+    way: NDArray[np.uint8]
+    step: Array
 
 
 class _FrozenDetail(NamedTuple):
@@ -57,15 +100,16 @@ class DetailSelector:
         if not lod.freeze:
             self._frozen = None
         elif self._frozen is None or self._frozen.table is not table or len(self._frozen.level) != len(objects):
-            as_mesh = _near_enough_for_mesh(view, scene, np.arange(len(objects)), settings, _all_resident)
+            as_mesh = np.zeros(len(objects), bool)
+            as_mesh[_near_enough_for_mesh(view, scene, np.arange(len(objects)), settings, _all_resident)] = True
             viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
             level = choose_levels(view, objects, scene.bounds, viewer, table, lod)
             pieces = choose_pieces(objects.asset, level, viewer, table, lod)
             self._frozen = _FrozenDetail(table, as_mesh, level, pieces)
 
-    def as_mesh(
+    def replaced(
         self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
-    ) -> Mask:
+    ) -> Rows:
         """Return which objects are replaced by their meshes.
 
         Parameters
@@ -78,47 +122,37 @@ class DetailSelector:
 
         Returns
         -------
-        (m,) whether each object is replaced.
+        (k,) numbers of these among the m, rising.
         """
         if self._frozen is None:
             return _near_enough_for_mesh(view, scene, rows, settings, is_resident)
-        as_mesh = self._frozen.as_mesh[rows]
-        as_mesh[as_mesh] = is_resident(scene.table.mesh_fallbacks.mesh[scene.objects.asset[rows[as_mesh]]])
-        return as_mesh
+        able = self._frozen.as_mesh[rows].nonzero()[0]
+        return able[is_resident(scene.table.mesh_fallbacks.mesh[scene.objects.asset[rows[able]]])]
 
-    def level_and_pieces(
-        self, view: View, table: AssetTable, rows: Rows, objects: Objects, bounds: Bounds, viewer: Array, lod: LodParams
-    ) -> tuple[Ints, Ints]:
-        """Return the level of detail and the pieces of some objects.
+    def describe(self, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
+        """Return how some objects are drawn.
 
         Parameters
         ----------
         view : the view of the picture.
-        table : what is known of the assets.
-        rows : (m,) rows of the objects among all of the scene.
-        objects : those m objects.
-        bounds : their bounding spheres, world.
-        viewer : (m, 3) the viewer in the frames of the objects, metres.
+        scene : all objects.
+        rows : (m,) rows of the objects.
         lod : the settings of detail.
 
         Returns
         -------
-        (m,) levels, 0 the finest, and (m,) bit masks of the pieces; the caller may write into both arrays.
+        The detail of these objects, frozen or not.
         """
-        if self._frozen is not None:
-            level, pieces = self._frozen.level[rows], self._frozen.pieces[rows]
-        else:
-            level = choose_levels(view, objects, bounds, viewer, table, lod)
-            pieces = choose_pieces(objects.asset, level, viewer, table, lod)
-        if lod.cases == "complete":  # silhouette lines of what is drawn directly are found once, for all viewers
-            pieces[objects.representation == Representation.DMESH] = ALL_PIECES
-        return level, pieces
+        if self._frozen is None:
+            return describe(view, scene, rows, lod)
+        viewer = _viewers(view, scene, rows)
+        return _described(view, scene, rows, lod, viewer, self._frozen.level[rows], self._frozen.pieces[rows])
 
 
 def _near_enough_for_mesh(
     view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
-) -> Mask:
-    """Return which (m,) of the objects `rows` (m,) a mesh replaces, see `MeshFallbacks.near_by`."""
+) -> Rows:
+    """Return the numbers (k,) of those of the objects `rows` (m,) that a mesh replaces, see `MeshFallbacks.near_by`."""
     rule = MeshFallbackRule(
         magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
     )
@@ -128,6 +162,107 @@ def _near_enough_for_mesh(
 def _all_resident(meshes: Rows) -> Mask:
     """Take every mesh to be resident; an `IsResident`."""
     return np.ones(len(meshes), bool)
+
+
+def describe(view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
+    """Choose how some objects are drawn.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    scene : all objects.
+    rows : (m,) rows of the objects.
+    lod : the settings of detail.
+
+    Returns
+    -------
+    The detail of the m objects.
+    """
+    loops = kernels.loaded()
+    if loops is not None and lod.mode != "paper" and lod.cases == "complete":
+        return _compiled(loops, view, scene, rows, lod)
+    viewer, some = _viewers(view, scene, rows), scene.objects.take(rows)
+    level = choose_levels(view, some, scene.bounds.take(rows), viewer, scene.table, lod)
+    pieces = choose_pieces(some.asset, level, viewer, scene.table, lod)
+    return _described(view, scene, rows, lod, viewer, level, pieces)
+
+
+def _viewers(view: View, scene: SceneArrays, rows: Rows) -> Array:
+    """Return where the viewer stands (m, 3) in the frames of the objects `rows` (m,), metres."""
+    objects = scene.objects
+    return viewer_in_object(
+        view, *(column.take(rows, 0) for column in (objects.position, objects.rotation, objects.scale))
+    )
+
+
+def _described(
+    view: View, scene: SceneArrays, rows: Rows, lod: LodParams, viewer: Array, level: Ints, pieces: Ints
+) -> ObjectDetail:
+    """Complete the detail of the objects `rows` (m,), of which viewer, level and pieces (m, …) are chosen."""
+    table, some = scene.table, scene.objects.take(rows)
+    volumes = table.volumes.take(some.asset)
+    _, distance = nearest_faces(viewer, volumes)
+    # Within its cylinder, or nearly so, no plane serves an object.
+    near = (distance < MIN_PLANE_DISTANCE * volumes.radius) & (volumes.has_side | (distance > 0))
+    imaged, direct = some.representation == _DPCI, some.representation == _DMESH
+    pieces = np.where(imaged & near, ALL_PIECES, pieces)  # from inside, any image may be seen
+    if lod.cases == "complete":  # silhouette lines of what is drawn directly are found once, for all viewers
+        pieces = np.where(direct, ALL_PIECES, pieces)
+    way = np.full(len(rows), POLYGONS, np.uint8)
+    way[imaged] = NOTHING
+    way[imaged & (distance >= MIN_PLANE_DISTANCE * volumes.radius)] = TILE
+    way[direct | (imaged & near)] = DIRECT
+    metres = np.linalg.norm(scene.bounds.centre[rows] - view.position, axis=1)
+    return ObjectDetail(
+        row=rows,
+        viewer=viewer,
+        level=level,
+        pieces=pieces,
+        triangles=table.triangles[some.asset, level],
+        way=way,
+        step=iter_step(metres, table.texel[some.asset] * some.scale, view.half_extent[1], view.whole_size[1]),
+    )
+
+
+def _compiled(loops: ModuleType, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
+    """Do what `describe` does, for all but the paper's rules, by compiled `loops`."""
+    objects, bounds, table = scene.objects, scene.bounds, scene.table
+    volumes = table.volumes
+    viewer, level, pieces, triangles, way, step = loops.describe(
+        rows,
+        objects.position,
+        objects.rotation,
+        objects.scale,
+        objects.asset,
+        objects.representation,
+        bounds.centre,
+        bounds.bounding_radius,
+        view.position,
+        view.detail_pixels,
+        error_at_a_metre(view, lod),
+        float(lod.triangles_per_pixel),
+        2 * view.half_extent[1] / view.whole_size[1],
+        table.error,
+        table.triangles,
+        table.levels,
+        table.centre,
+        table.half_height,
+        table.cylinder_radius,
+        table.area,
+        table.texel,
+        table.horizon,
+        CONE_EDGES,
+        HORIZON_SLACK,
+        float(_WORTH),
+        SIDE_PIECES,
+        ALL_PIECES,
+        volumes.radius,
+        volumes.bottom,
+        volumes.top,
+        volumes.has_side,
+        MIN_PLANE_DISTANCE,
+    )
+    return ObjectDetail(row=rows, viewer=viewer, level=level, pieces=pieces, triangles=triangles, way=way, step=step)
 
 
 def choose_levels(
@@ -148,12 +283,6 @@ def choose_levels(
     -------
     (n,) levels, 0 the finest.
     """
-    loops = kernels.loaded()
-    if loops is not None and lod.mode != "paper":
-        seen = viewer, objects.asset, objects.scale, bounds.centre, bounds.bounding_radius, view.position
-        limits = view.detail_pixels, error_at_a_metre(view, lod), float(lod.triangles_per_pixel)
-        shape = table.centre, table.half_height, table.cylinder_radius, table.area
-        return np.asarray(loops.levels(*seen, *limits, table.error, table.triangles, table.levels, *shape))
     asset, max_level = objects.asset, table.levels[objects.asset]
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
     if lod.mode == "paper":
@@ -190,10 +319,6 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
     if lod.cases != "complete":
         case = paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])
         return CASE_PIECES[lod.cases][case]
-    loops = kernels.loaded()
-    if loops is not None:
-        cones = table.triangles, table.horizon, CONE_EDGES, HORIZON_SLACK
-        return np.asarray(loops.pieces(viewer, asset, level, *cones, float(_WORTH), SIDE_PIECES))
     caps = table.horizon[asset[:, None], level[:, None], CAPS]
     pieces = seen_pieces(caps, viewer, CAPS) | SIDE_PIECES
     large = np.flatnonzero(table.triangles[asset, level] >= _WORTH)

@@ -4,32 +4,30 @@
 that the shaders read. Nothing here touches GL. Far clusters are planned by `far_cluster_planner`.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from depthwalk.cook.cases import ALL_PIECES
-from depthwalk.render.draw.cluster_draws import cluster_draws, count_clusters
+from depthwalk.render.draw.cluster_draws import cluster_draws, cluster_triangles
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
-from depthwalk.render.draw.frame_counts import phase_counts
-from depthwalk.render.draw.object_detail import DetailSelector, choose_pieces
+from depthwalk.render.draw.frame_counts import DrawnTiles
+from depthwalk.render.draw.object_detail import DIRECT, POLYGONS, TILE, DetailSelector, ObjectDetail, choose_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_placement import ImpostorObjects
-from depthwalk.render.impostors.tile_records import warp_records
+from depthwalk.render.impostors.tile_records import WARP_RECORD, warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
-from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, plane_distances
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
-from depthwalk.render.lod.paper_lod import iter_step
 from depthwalk.render.lod.selection import levels_within
-from depthwalk.render.resources.placed_records import placed_records
-from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.resources.placed_records import PLACED_RECORD, placed_records
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.render_settings import LodParams, MeshLodParams
-from depthwalk.types import Array, Ints, Mask, Rows
+from depthwalk.types import Array, Mask, Rows
+
+_NO_WARP, _NOT_PLACED = np.zeros(0, WARP_RECORD), np.zeros(0, PLACED_RECORD)
 
 
 def _none_resident(meshes: Rows) -> Mask:
@@ -83,50 +81,46 @@ class Planner:
         if not continues:
             self._forget_if_changed(view, scene, settings)
         self._detail.freeze_as_asked(view, scene, settings)
-        as_mesh = self._detail.as_mesh(view, scene, visible, settings, is_resident)
-        fallbacks = table.mesh_fallbacks.meshes(objects, visible[as_mesh])
-        seen = self._seen(view, scene, visible[~as_mesh], settings)
-        tiled, too_near = _split_by_plane(seen, table)
-        impostors = _impostors(seen, tiled, table)
+        rows = visible.astype(np.int64, copy=False)
+        replaced = self._detail.replaced(view, scene, rows, settings, is_resident)
+        fallbacks = table.mesh_fallbacks.meshes(objects, rows[replaced])
+        seen = self._detail.describe(view, scene, np.delete(rows, replaced) if len(replaced) else rows, settings.lod)
+        tiled = (seen.way == TILE).nonzero()[0]
+        impostors = _impostors(seen, tiled, scene)
         error = self.tiles.begin_phase(view, impostors, settings.layout, settings.warp_limit, continues)
         impostors = self._lightened(impostors, error, table, settings.lod)
         work = self.tiles.plan(view, impostors, error, settings.layout)
 
         warp = _warp_list(impostors, work, table, settings.atlas_size)
-        composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
-        direct, dmesh = _direct_list(view, seen, too_near, table)
-        meshes = Objects.joined([seen.objects.take(seen.objects.polygonal), fallbacks])
-        clustered = meshes.representation == Representation.MESH_CLUSTERS
-        mesh = _mesh_list(view, meshes.take(~clustered), table, settings.polygons)
-        clusters = cluster_draws(view, meshes.take(clustered), table, settings.polygons.error)
-
-        step = _iter_steps(view, impostors, table)[work.drawn]
-        counts = phase_counts(len(objects), warp, composite, dmesh, mesh, work, step)
-        counts["mesh_fallbacks"] = len(fallbacks)
-        counts["mesh_triangles"] = sum(
-            batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
-        )
-        count_clusters(counts, clusters, table)
-        object_rows = seen.rows[np.concatenate([tiled[work.drawn], direct])]
+        direct, dmesh = _direct_list(view, scene, seen)
+        polygons = seen.row[seen.way == POLYGONS]
+        clustered = objects.representation[polygons] == Representation.MESH_CLUSTERS
+        mesh = _mesh_list(view, scene, polygons[~clustered], fallbacks, settings.polygons)
+        clusters = cluster_draws(view, objects.take(polygons[clustered]), table, settings.polygons.error)
+        object_rows = np.concatenate([impostors.row[work.drawn], seen.row[direct]])
         return FrameDrawLists(
             warp=warp,
-            composite=composite,
+            composite=ImpostorQuads(records=work.composite, aligned=work.aligned),
             dmesh=dmesh,
             mesh=mesh,
             clusters=clusters,
             cleared=work.slots,
-            counts=counts,
+            noted={
+                "objects": len(objects),
+                "mesh_fallbacks": len(fallbacks),
+                "mesh_triangles": sum(
+                    batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
+                )
+                + cluster_triangles(clusters, table),
+                "mesh_clusters": len(clusters.cluster),
+                "provisional": work.provisional,
+                "atlas_used": work.atlas_used,
+            },
+            tiles=drawn_tiles(work, seen.step[tiled]),
             object_rows=object_rows,
-            tiled=np.arange(len(object_rows)) < len(composite.records),
+            tiled=np.arange(len(object_rows)) < len(work.composite),
             first_object_id=first_object_id,
         )
-
-    def _seen(self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings) -> "_Seen":
-        """Look up the objects `rows` (m,), and choose their detail."""
-        objects, bounds = scene.objects.take(rows), scene.bounds.take(rows)
-        viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-        detail = self._detail.level_and_pieces(view, scene.table, rows, objects, bounds, viewer, settings.lod)
-        return _Seen(rows, objects, bounds, viewer, *detail)
 
     def _lightened(
         self, impostors: ImpostorObjects, error: Array, table: AssetTable, lod: LodParams
@@ -136,7 +130,9 @@ class Planner:
         if allowed is None or lod.freeze:
             return impostors
         forced, most = allowed
-        asset, level = impostors.objects.asset[forced], impostors.level[forced]
+        if not len(forced):
+            return impostors
+        asset, level = impostors.asset[forced], impostors.level[forced]
         coarser = levels_within(table.triangles[asset], level, table.levels[asset], most)
         changed = np.flatnonzero(coarser > level)
         rows, asset, level = forced[changed], asset[changed], coarser[changed]
@@ -150,7 +146,7 @@ class Planner:
         Where single objects stand does not matter: a tile depends on where the viewer is in its object's frame.
         """
         objects, groups = scene.objects, (settings.lod, settings.layout)
-        dumped = [group.model_dump() for group in groups]
+        dumped = [dict(group.__dict__) for group in groups]  # they may be changed in place
         picture = view.whole_size[1], settings.atlas_size, settings.tile_light
         made_for = scene.table, scene.generation, dumped, *picture
         same = bool(self._made_for) and scene.table is self._made_for[0] and made_for[1:] == self._made_for[1:]
@@ -160,20 +156,6 @@ class Planner:
             self.tiles.forget(len(objects), settings.atlas_size)
 
 
-class _Seen(NamedTuple):
-    """Hold the objects (m,) of a phase that no mesh replaces, nearest first.
-
-    rows: (m,) of all objects. viewer: (m, 3) in the objects' frames, metres. level, pieces: (m,), the latter bit masks.
-    """
-
-    rows: Rows
-    objects: Objects
-    bounds: Bounds
-    viewer: Array
-    level: Ints
-    pieces: Ints
-
-
 def _same_assets(objects: Objects, before: Objects) -> bool:
     """Return whether the same assets are drawn in the same way, wherever their objects are."""
     if objects is before:
@@ -181,65 +163,84 @@ def _same_assets(objects: Objects, before: Objects) -> bool:
     return all(np.array_equal(getattr(objects, name), getattr(before, name)) for name in ("asset", "representation"))
 
 
-def _split_by_plane(seen: _Seen, table: AssetTable) -> tuple[Rows, Rows]:
-    """Return the numbers (k,) of the objects that impostors show, and those (j,) of which the viewer is too near.
-
-    Within its cylinder, or nearly so, no plane serves an object: its depth samples are drawn straight into the picture,
-    all pieces of it. Planar images seen from behind are in neither set: they have no back (Liu et al. 2007, §2).
-    """
-    imaged = np.flatnonzero(seen.objects.representation == Representation.DPCI)
-    asset = seen.objects.asset[imaged]
-    distance = plane_distances(seen.viewer[imaged], table.volumes, asset)
-    has_plane = distance >= MIN_PLANE_DISTANCE * table.volumes.radius[asset]
-    too_near = imaged[~has_plane & (table.volumes.has_side[asset] | (distance > 0))]
-    seen.pieces[too_near] = ALL_PIECES  # from inside, any image may be seen
-    return imaged[has_plane], too_near
-
-
-def _impostors(seen: _Seen, tiled: Rows, table: AssetTable) -> ImpostorObjects:
+def _impostors(seen: ObjectDetail, tiled: Rows, scene: SceneArrays) -> ImpostorObjects:
     """Return the objects `tiled` (k,) of those `seen` with all that the tile scheduler needs of them."""
-    asset, level = seen.objects.asset[tiled], seen.level[tiled]
+    row = seen.row[tiled]
     return ImpostorObjects(
-        row=seen.rows[tiled],
-        objects=seen.objects.take(tiled),
-        bounds=seen.bounds.take(tiled),
-        volumes=table.volumes,
-        volume=asset,
-        viewer=seen.viewer[tiled],
-        level=level,
+        row=row,
+        at=row,
+        objects=scene.objects,
+        bounds=scene.bounds,
+        volumes=scene.table.volumes,
+        volume=scene.objects.asset,
+        viewer=seen.viewer.take(tiled, 0),
+        level=seen.level[tiled],
         pieces=seen.pieces[tiled],
-        triangles=table.triangles[asset, level],
+        triangles=seen.triangles[tiled],
         provisional=np.zeros(len(tiled), bool),
+    )
+
+
+def drawn_tiles(work: TileWork, step: Array) -> DrawnTiles:
+    """Describe the tiles that pass 2 draws.
+
+    Parameters
+    ----------
+    work : the tiles that are warped and drawn.
+    step : (m,) the paper's Iter_step of each of the `ImpostorObjects`.
+
+    Returns
+    -------
+    What is counted of the d tiles drawn.
+    """
+    return DrawnTiles(
+        level=work.level, pieces=work.pieces, resolution=work.resolution, error=work.error, step=step[work.drawn]
     )
 
 
 def _warp_list(impostors: ImpostorObjects, work: TileWork, table: AssetTable, atlas_size: tuple[int, int]) -> DrawList:
     """Return the draws of pass 1, which warp those of the `impostors` whose tiles are outdated."""
-    columns = impostors.objects.asset, impostors.level, impostors.pieces
-    asset, level, pieces = (column[work.warped] for column in columns)
-    order = np.lexsort((~work.whole, pieces, level, asset))
-    batches = draw_batches(table, asset[order], level[order], pieces[order], ~work.whole[order])
-    rotation = impostors.objects.rotation[work.warped]
+    warped = work.warped
+    if not len(warped):
+        return DrawList(records=_NO_WARP)
+    at, cut = impostors.at[warped], ~work.whole
+    asset, level, pieces = impostors.objects.asset[at], impostors.level[warped], impostors.pieces[warped]
+    order = np.lexsort((cut, pieces, level, asset))
+    batches = draw_batches(table, asset[order], level[order], pieces[order], cut[order])
+    rotation = impostors.objects.rotation.take(at, 0)
     records = warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size, rotation).take(order)
     return DrawList(records=records, batches=batches)
 
 
-def _direct_list(view: View, seen: _Seen, too_near: Rows, table: AssetTable) -> tuple[Rows, DrawList]:
+def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, DrawList]:
     """Return the numbers (d,) of the objects whose depth samples are drawn straight into the picture, and the draws."""
-    direct = np.concatenate([np.flatnonzero(seen.objects.representation == Representation.DMESH), too_near])
-    columns = seen.objects.asset, seen.level, seen.pieces
-    direct = direct[np.lexsort([column[direct] for column in reversed(columns)])]
-    batches = draw_batches(table, *(column[direct] for column in columns))
-    return direct, DrawList(records=placed_records(view.position, seen.objects.take(direct)), batches=batches)
+    direct = (seen.way == DIRECT).nonzero()[0]
+    if not len(direct):
+        return direct, DrawList(records=_NOT_PLACED)
+    asset, level, pieces = scene.objects.asset[seen.row[direct]], seen.level[direct], seen.pieces[direct]
+    order = np.lexsort((pieces, level, asset))
+    direct = direct[order]
+    batches = draw_batches(scene.table, asset[order], level[order], pieces[order])
+    return direct, DrawList(
+        records=placed_records(view.position, scene.objects.take(seen.row[direct])), batches=batches
+    )
 
 
-def _mesh_list(view: View, meshes: Objects, table: AssetTable, polygons: MeshLodParams) -> DrawList:
-    """Return draws of the `meshes`, each at the coarsest level whose error the viewer cannot see.
+def _mesh_list(view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, polygons: MeshLodParams) -> DrawList:
+    """Return draws of meshes, each at the coarsest level whose error the viewer cannot see.
 
     Objects of one asset and level stay in the order in which they are given.
+
+    Parameters
+    ----------
+    rows : (k,) of the objects that are meshes.
+    fallbacks : the meshes that are drawn in the place of depth images.
     """
-    if not len(meshes):
-        return DrawList(records=placed_records(view.position, meshes))
+    if not len(rows) and not len(fallbacks):
+        return DrawList(records=_NOT_PLACED)
+    table, meshes = scene.table, fallbacks
+    if len(rows):
+        meshes = Objects.joined([scene.objects.take(rows), fallbacks])
     asset = meshes.asset
     viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
     level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, polygons.error)
@@ -248,10 +249,3 @@ def _mesh_list(view: View, meshes: Objects, table: AssetTable, polygons: MeshLod
         records=placed_records(view.position, meshes.take(order)),
         batches=draw_batches(table, asset[order], level[order]),
     )
-
-
-def _iter_steps(view: View, impostors: ImpostorObjects, table: AssetTable) -> Array:
-    """Return the paper's Iter_step (k,) of the `impostors`."""
-    distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
-    texel = table.texel[impostors.objects.asset] * impostors.objects.scale
-    return iter_step(distance, texel, view.half_extent[1], view.whole_size[1])

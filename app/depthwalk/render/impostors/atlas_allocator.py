@@ -121,6 +121,10 @@ class Atlas:
         """Free the `slots` (n, 4), and merge free neighbours that together make a rectangle."""
         if not len(slots):
             return
+        loops = kernels.loaded()
+        if loops is not None:
+            self._free = loops.released(self._free, slots)
+            return
         free = np.concatenate([self._free, slots])
         free = free[(free[:, 2:] > 0).all(1)]
         for axis in (0, 1):

@@ -133,7 +133,10 @@ def due(error: Array, triangles: Rows, budget: int) -> Mask:
     -------
     (n,) which tiles to warp again.
     """
-    order = np.argsort(-error, kind="stable")
-    fits = np.empty(len(error), bool)
-    fits[order] = np.cumsum(triangles[order]) <= budget
-    return (error > HARDEST) | ((error > 1) & fits)
+    chosen = np.zeros(len(error), bool)
+    late = (error > 1).nonzero()[0]
+    if len(late):
+        worst = late[np.argsort(-error[late], kind="stable")]
+        fits = np.cumsum(triangles[worst]) <= budget
+        chosen[worst] = (error[worst] > HARDEST) | fits
+    return chosen

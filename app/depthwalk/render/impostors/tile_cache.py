@@ -221,9 +221,12 @@ class TileCache:
 
     def store(self, new: CachedTiles) -> None:
         """Store the tiles `new`, which were just warped, in place of those that their objects had."""
-        row = self._row[new.object]
-        self.tiles.put(row[row >= 0], new.take(row >= 0))
-        added, known = new.take(row < 0), len(self.tiles)
+        row, known = self._row[new.object], len(self.tiles)
+        (had,) = (row >= 0).nonzero()
+        added = new
+        if len(had):
+            self.tiles.put(row[had], new if len(had) == len(row) else new.take(had))
+            added = new.take(row < 0) if len(had) < len(row) else new.take(slice(0))
         if not len(added):
             return
         end = known + len(added)

@@ -22,13 +22,16 @@ from depthwalk.types import Array, Mask, Rows
 class ImpostorObjects:
     """Hold m objects that impostor tiles show in a frame, nearest first.
 
+    They are given by their numbers among n `objects`, so that nothing of these need be copied.
+
     Attributes
     ----------
     row : (m,) row of each object among all, by which its tile is found again in the next frame.
-    objects : the objects.
-    bounds : the bounding spheres of the objects, world.
+    at : (m,) which of the `objects` each is.
+    objects : n objects.
+    bounds : the bounding spheres of these, world.
     volumes : the cylinders of some objects or assets.
-    volume : (m,) which of the `volumes` is that of each object.
+    volume : (n,) which of the `volumes` is that of each of the `objects`.
     viewer : (m, 3) the viewer in the objects' frames, metres.
     level : (m,) level of detail that serves each object now.
     pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
@@ -37,6 +40,7 @@ class ImpostorObjects:
     """
 
     row: Rows
+    at: Rows
     objects: Objects
     bounds: Bounds
     volumes: Volumes
@@ -50,20 +54,10 @@ class ImpostorObjects:
     def __len__(self) -> int:
         return len(self.row)
 
-    def take(self, rows: Rows | Mask) -> "ImpostorObjects":
-        """Return some of the objects, those that `rows` selects: numbers (k,) or a mask (m,)."""
-        return ImpostorObjects(
-            row=self.row[rows],
-            objects=self.objects.take(rows),
-            bounds=self.bounds.take(rows),
-            volumes=self.volumes,
-            volume=self.volume[rows],
-            viewer=self.viewer[rows],
-            level=self.level[rows],
-            pieces=self.pieces[rows],
-            triangles=self.triangles[rows],
-            provisional=self.provisional[rows],
-        )
+    @property
+    def asset(self) -> Rows:
+        """Return the numbers (m,) of the objects' assets in `AssetStore`."""
+        return self.objects.asset[self.at]
 
     def coarsened(self, rows: Rows, level: Rows, pieces: Rows, triangles: Rows) -> "ImpostorObjects":
         """Return the objects with a provisional level for some of them.
@@ -90,8 +84,7 @@ class PlacedTiles:
 
     Attributes
     ----------
-    impostors : the k objects.
-    number : (k,) their numbers among those that were to be placed.
+    number : (k,) their numbers among the `ImpostorObjects` of the frame.
     planes : the planes that they are warped on.
     tiles : how these map to texels.
     depths : (k, 2) least and greatest depth of each object behind its plane, metres.
@@ -100,7 +93,6 @@ class PlacedTiles:
     frustum : (k, 3, 3) what a tile that is not whole holds, see `CachedTiles.frustum`.
     """
 
-    impostors: ImpostorObjects
     number: Rows
     planes: Planes
     tiles: Tiles
@@ -109,11 +101,12 @@ class PlacedTiles:
     density: Array
     frustum: Array
 
-    def described(self, slots: Rows, resolution: Array, frame: int) -> CachedTiles:
+    def described(self, impostors: ImpostorObjects, slots: Rows, resolution: Array, frame: int) -> CachedTiles:
         """Describe the tiles for the cache.
 
         Parameters
         ----------
+        impostors : those among which `number` tells the k objects.
         slots : (k, 4) where they lie in the atlas: x, y, width, height, texels.
         resolution : (k,) part of the texels along each side that they have there.
         frame : number of the present frame.
@@ -122,20 +115,50 @@ class PlacedTiles:
         -------
         The k tiles.
         """
-        impostors = self.impostors
+        number = self.number
         return CachedTiles(
-            record=tile_records(impostors.viewer, self.planes, self.depths, self.tiles, slots[:, :2]),
-            object=impostors.row,
+            record=tile_records(impostors.viewer[number], self.planes, self.depths, self.tiles, slots[:, :2]),
+            object=impostors.row[number],
             slot=slots,
             seen=np.full(len(slots), frame),
             density=self.density,
             frustum=self.frustum,
             whole=self.whole,
-            level=impostors.level,
-            pieces=impostors.pieces,
+            level=impostors.level[number],
+            pieces=impostors.pieces[number],
             resolution=resolution,
-            provisional=impostors.provisional,
+            provisional=impostors.provisional[number],
         )
+
+
+def _nothing_placed() -> PlacedTiles:
+    """Return the places of no objects."""
+    number, real, pair, vector = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))
+    matrix, size = np.zeros((0, 3, 3)), np.zeros((0, 2), np.int64)
+    planes = Planes(
+        face=number,
+        right=vector,
+        up=vector,
+        normal=vector,
+        distance=real,
+        epipole=pair,
+        offset=real,
+        low=pair,
+        high=pair,
+    )
+    return PlacedTiles(
+        number=number,
+        planes=planes,
+        tiles=Tiles(texel=matrix, nearest=real, size=size, pixel=pair),
+        depths=pair,
+        whole=np.zeros(0, bool),
+        density=real,
+        frustum=matrix,
+    )
+
+
+NOTHING_PLACED = _nothing_placed()
+"""What most frames place: the tiles of no objects."""
 
 
 def place_impostors(
@@ -159,29 +182,34 @@ def place_impostors(
     loops = kernels.loaded()
     if loops is not None and layout.tile_mapping == "screen":
         return _place_compiled(loops, view, impostors, number, layout.tile_scale, guard, limit)
-    chosen = impostors.take(number)
-    planes = choose_planes(chosen.viewer, chosen.volumes.take(chosen.volume))
-    planes, seen = crop_to_frustum(planes, view, chosen.objects.rotation, guard)
+    planes = choose_planes(impostors.viewer[number], _volumes(impostors, number))
+    planes, seen = crop_to_frustum(planes, view, impostors.objects.rotation[impostors.at[number]], guard)
     if not seen.visible.all():
         rows = np.flatnonzero(seen.visible)
-        planes, seen, chosen, number = planes.take(rows), seen.take(rows), chosen.take(rows), number[rows]
-    to_centre = chosen.bounds.centre - view.position
+        planes, seen, number = planes.take(rows), seen.take(rows), number[rows]
+    at = impostors.at[number]
+    scale, rotation = impostors.objects.scale[at], impostors.objects.rotation[at]
+    to_centre = impostors.bounds.centre[at] - view.position
     if layout.tile_mapping == "plane":
         planes, tiles = plane_tiles(planes, view.detail_pixels * layout.tile_scale, limit)
     else:
-        nearest = to_centre @ view.axes[2] - chosen.bounds.bounding_radius
-        depth = np.maximum(nearest, view.depth_range[0]) / chosen.objects.scale
+        nearest = to_centre @ view.axes[2] - impostors.bounds.bounding_radius[at]
+        depth = np.maximum(nearest, view.depth_range[0]) / scale
         tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale / view.scale, limit)
     return PlacedTiles(
-        impostors=chosen,
         number=number,
         planes=planes,
         tiles=tiles,
-        depths=depths_behind(planes, chosen.volumes.take(chosen.volume)),
+        depths=depths_behind(planes, _volumes(impostors, number)),
         whole=seen.whole,
-        density=view.detail_pixels * chosen.objects.scale / np.linalg.norm(to_centre, axis=1),
-        frustum=frustum_rows(view, chosen.objects.rotation),
+        density=view.detail_pixels * scale / np.linalg.norm(to_centre, axis=1),
+        frustum=frustum_rows(view, rotation),
     )
+
+
+def _volumes(impostors: ImpostorObjects, number: Rows) -> Volumes:
+    """Return the cylinders of those of the impostors with the numbers `number` (k,)."""
+    return impostors.volumes.take(impostors.volume[impostors.at[number]])
 
 
 def _place_compiled(
@@ -192,8 +220,9 @@ def _place_compiled(
     lens = np.array(view.half_extent), np.array(view.size, float)
     kept, face, frame, bound, texel, nearest, size, pixel, depths, whole, density, frustum = loops.place(
         number,
+        impostors.at,
         impostors.viewer,
-        impostors.volume.astype(np.int64),
+        impostors.volume,
         volumes.radius,
         volumes.bottom,
         volumes.top,
@@ -214,7 +243,6 @@ def _place_compiled(
         limit,
     )
     return PlacedTiles(
-        impostors=impostors.take(kept),
         number=kept,
         planes=Planes(
             face=face,

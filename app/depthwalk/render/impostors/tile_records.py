@@ -128,16 +128,16 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
     return records
 
 
-def place_tiles(tiles: NDArray[np.void], row: Rows, viewer: Array, objects: Objects, drawn: Rows) -> NDArray[np.void]:
+def place_tiles(tiles: NDArray[np.void], row: Rows, viewer: Array, objects: Objects, at: Rows) -> NDArray[np.void]:
     """Return the records by which pass 2 draws d tiles where their objects are now; it numbers these in this order.
 
     Parameters
     ----------
     tiles : (t,) COMPOSITE_RECORD of all tiles, without `viewer`, `rotation` and `objects`.
     row : (d,) which of these are drawn.
-    viewer : (n, 3) the present viewer in the frames of the objects, metres.
-    objects : the n objects.
-    drawn : (d,) which of the objects the tiles show.
+    viewer : (d, 3) the present viewer in the frames of the objects that they show, metres.
+    objects : n objects.
+    at : (d,) which of these the tiles show.
 
     Returns
     -------
@@ -146,11 +146,11 @@ def place_tiles(tiles: NDArray[np.void], row: Rows, viewer: Array, objects: Obje
     loops = kernels.loaded()
     if loops is not None:
         numbers = record_numbers(tiles)
-        placed = viewer, objects.scale, objects.rotation, drawn
-        return np.asarray(loops.composite_records(numbers, row.astype(np.int64), *placed).view(tiles.dtype)[:, 0])
+        placed = loops.composite_records(numbers, row, viewer, objects.scale, objects.rotation, at)
+        return np.asarray(placed.view(tiles.dtype)[:, 0])
     records = tiles.take(row)  # of records, far quicker than an index
-    records["viewer"][:, :3], records["viewer"][:, 3] = viewer[drawn], objects.scale[drawn]
-    records["rotation"] = objects.rotation[drawn]
+    records["viewer"][:, :3], records["viewer"][:, 3] = viewer, objects.scale[at]
+    records["rotation"] = objects.rotation[at]
     records["objects"] = np.column_stack([np.arange(len(records)), np.ones(len(records))])
     return records
 

@@ -17,7 +17,12 @@ from depthwalk.render.impostors.reprojection_error import (
 )
 from depthwalk.render.impostors.tile_cache import TileCache, shrunk
 from depthwalk.render.impostors.tile_mapping import Tiles
-from depthwalk.render.impostors.tile_placement import ImpostorObjects, PlacedTiles, place_impostors
+from depthwalk.render.impostors.tile_placement import (
+    NOTHING_PLACED,
+    ImpostorObjects,
+    PlacedTiles,
+    place_impostors,
+)
 from depthwalk.render.impostors.tile_records import place_tiles, record_numbers
 from depthwalk.render.impostors.warp_planes import Planes
 from depthwalk.render.view.view import View
@@ -30,6 +35,7 @@ from depthwalk.types import Array, Mask, Rows
 _LACKING = 2.0
 _LEAST_SHARE = 0.25  # of the triangles that a frame may warp, for what a later phase finds in sight
 _MOST_STALE = 0.5  # if more of the tiles that the last frame showed are stale, all are warped and packed tightly: a cut
+_NO_SLOTS = np.zeros((0, 4), np.int64)
 
 
 @dataclass(kw_only=True)
@@ -78,7 +84,7 @@ class TileScheduler:
         self._cache = TileCache()
         self._warped = 0  # triangles that were warped in this frame
         self._limit: int | None = None  # of these, where even what cannot wait has one
-        self._shown_before = 0  # how many tiles the last frame showed; in later phases, this one
+        self._shown_before = 0  # how many tiles the last frame showed
         self._continues = False  # whether this is a later phase of a frame
 
     def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
@@ -121,8 +127,9 @@ class TileScheduler:
         -------
         (n,) reprojection errors, 1 where as large as allowed; inf where a tile is missing, or lacks what is seen.
         """
-        self._shown_before, self._continues = self._cache.shown_now, continues
+        self._continues = continues
         if not continues:
+            self._shown_before = self._cache.shown_now
             self._cache.frame += 1
             self._limit = limit if layout.reuse_error else None
             self._warped = 0
@@ -142,7 +149,7 @@ class TileScheduler:
         if self._limit is None:
             return None
         left = max(self._limit - self._warped, int(_LEAST_SHARE * self._limit))
-        return np.flatnonzero(error > HARDEST), left
+        return (error > HARDEST).nonzero()[0], left
 
     def plan(self, view: View, impostors: ImpostorObjects, error: Array, layout: TileParams) -> TileWork:
         """Decide which tiles to warp and which to draw.
@@ -159,13 +166,16 @@ class TileScheduler:
         The tiles to warp, and those to draw.
         """
         stale = due(error, impostors.triangles, layout.triangle_budget - self._warped)
-        most_stale = _MOST_STALE * max(len(impostors), self._shown_before)
-        jumped = self._limit is None and not self._continues and stale.sum() > most_stale
+        jumped = self._limit is None and not self._continues
+        jumped = jumped and stale.sum() > _MOST_STALE * max(len(impostors), self._shown_before)
         cut = not layout.reuse_error or jumped
         if cut:
             stale[:] = True
-        self._warped += int(impostors.triangles[stale].sum())
-        placed, slots = self._store(view, impostors, np.flatnonzero(stale), layout, pack=cut)
+        number = stale.nonzero()[0]
+        if not (len(number) or cut):
+            return self._work(impostors, NOTHING_PLACED, _NO_SLOTS, error, stale)
+        self._warped += int(impostors.triangles[number].sum())
+        placed, slots = self._store(view, impostors, number, layout, pack=cut)
         error[placed.number] = 0
         stale[placed.number] = False  # what is stale now is out of sight
         return self._work(impostors, placed, slots, error, stale)
@@ -176,12 +186,13 @@ class TileScheduler:
         """Return what pass 1 warps, the `placed`, and what pass 2 draws: all that is not `stale` (m,)."""
         cache = self._cache
         row = cache.rows(impostors.row)
-        drawn = np.flatnonzero((row >= 0) & ~stale)
-        aligned = np.zeros(len(impostors), bool)
-        aligned[placed.number] = np.isfinite(placed.tiles.pixel[:, 0])
-        drawn = np.concatenate([drawn[aligned[drawn]], drawn[~aligned[drawn]]])
-        cached, row = cache.tiles, row[drawn]
-        composite = place_tiles(cached.record, row, impostors.viewer, impostors.objects, drawn)
+        drawn, aligned = ((row >= 0) & ~stale).nonzero()[0], 0
+        if len(placed.number):
+            lies_on_pixels = np.zeros(len(impostors), bool)
+            lies_on_pixels[placed.number] = np.isfinite(placed.tiles.pixel[:, 0])
+            of_drawn, aligned = lies_on_pixels[drawn], int(lies_on_pixels.sum())
+            drawn = np.concatenate([drawn[of_drawn], drawn[~of_drawn]])
+        cached, row, at, viewer = cache.tiles, row[drawn], impostors.at[drawn], impostors.viewer.take(drawn, 0)
         return TileWork(
             warped=placed.number,
             planes=placed.planes,
@@ -189,8 +200,8 @@ class TileScheduler:
             slots=slots,
             whole=placed.whole,
             drawn=drawn,
-            aligned=int(aligned.sum()),
-            composite=composite,
+            aligned=aligned,
+            composite=place_tiles(cached.record, row, viewer, impostors.objects, at),
             level=cached.level[row],
             pieces=cached.pieces[row],
             resolution=cached.resolution[row],
@@ -223,7 +234,7 @@ class TileScheduler:
         slots, resolution = found
         if (resolution < 1).any():
             placed = replace(placed, tiles=placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None])))
-        cache.store(placed.described(slots, resolution, cache.frame))
+        cache.store(placed.described(impostors, slots, resolution, cache.frame))
         return placed, slots
 
     def _errors(self, view: View, impostors: ImpostorObjects, layout: TileParams) -> Array:
@@ -232,25 +243,25 @@ class TileScheduler:
         It is inf where there is no tile, where the tile was cut off too near to what the view shows now, and where it
         is provisional in a frame that has no limit.
         """
-        error = np.full(len(impostors), np.inf)
         row = self._cache.rows(impostors.row)
-        known, loops = np.flatnonzero(row >= 0), kernels.loaded()
+        known = (row >= 0).nonzero()[0]
         if not layout.reuse_error or not len(known):
-            return error
+            return np.full(len(impostors), np.inf)
+        tiles, loops = self._cache.tiles, kernels.loaded()
+        tiles.seen[row[known]] = self._cache.frame
         if loops is not None:
-            self._cache.tiles.seen[row[known]] = self._cache.frame
             return self._compiled_errors(loops, view, impostors, row, layout)
-        tiles, row, viewer = self._cache.tiles, row[known], impostors.viewer[known]
-        tiles.seen[row] = self._cache.frame
-        scale = impostors.objects.scale[known]
-        to_centre = impostors.bounds.centre[known] - view.position
+        error = np.full(len(impostors), np.inf)
+        row, at, viewer = row[known], impostors.at[known], impostors.viewer[known]
+        objects, bounds = impostors.objects, impostors.bounds
+        scale, to_centre = objects.scale[at], bounds.centre[at] - view.position
         pixels = parallax(tiles.record.take(row), viewer, view.detail_pixels)
         density = view.detail_pixels * scale / np.linalg.norm(to_centre, axis=1)
         error[known] = np.maximum(pixels / layout.reuse_error, coarseness(tiles.density[row], density))
         cut = np.flatnonzero(~tiles.whole[row])
-        forward, radius = to_centre[cut] @ view.axes[2], impostors.bounds.bounding_radius[known[cut]]
+        forward, radius = to_centre[cut] @ view.axes[2], bounds.bounding_radius[at[cut]]
         span = np.stack([np.maximum(forward - radius, 0), forward + radius], -1) / scale[cut, None]
-        covers = covers_view(tiles.take(row[cut]), view, impostors.objects.rotation[known[cut]], viewer[cut], span)
+        covers = covers_view(tiles.take(row[cut]), view, objects.rotation[at[cut]], viewer[cut], span)
         error[known[cut[~covers]]] = np.inf
         lacks = known[(impostors.pieces[known] & ~tiles.pieces[row] != 0) | tiles.provisional[row]]
         error[lacks] = np.maximum(error[lacks], _LACKING)
@@ -265,19 +276,20 @@ class TileScheduler:
         tiles, objects, bounds = self._cache.tiles, impostors.objects, impostors.bounds
         return np.asarray(
             loops.errors(
-                row.astype(np.int64),
+                row,
                 record_numbers(tiles.record),
                 tiles.density,
                 tiles.frustum,
                 tiles.whole,
                 tiles.pieces,
                 tiles.provisional,
+                impostors.at,
                 impostors.viewer,
+                impostors.pieces,
                 objects.rotation,
                 bounds.centre,
                 bounds.bounding_radius,
                 objects.scale,
-                impostors.pieces,
                 view.position,
                 view.axes,
                 view.ray_from_screen,

@@ -13,9 +13,8 @@ from depthwalk.bake.images import Face
 from depthwalk.geometry.quaternions import matrices
 from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.support_function import support
-from depthwalk.render import kernels
 from depthwalk.render.view.view import View
-from depthwalk.types import Array, Mask, Rows
+from depthwalk.types import Array, Mask
 
 # Closer to every plane than this part of its radius, an object is warped straight to the screen: the tile of a
 # plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
@@ -98,26 +97,6 @@ def nearest_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Ar
     distances = np.stack([above, beside, below])
     face = distances.argmax(axis=0)
     return face, distances.max(axis=0)
-
-
-def plane_distances(viewer: Array, volumes: Volumes, volume: Rows) -> Array:
-    """Return how far viewers are from the planes that `nearest_faces` finds.
-
-    Parameters
-    ----------
-    viewer : (n, 3) the viewer in the objects' frames, metres.
-    volumes : cylinders.
-    volume : (n,) which of these is that of each object.
-
-    Returns
-    -------
-    (n,) metres; not positive where the viewer is inside the cylinder, or behind a planar image.
-    """
-    loops = kernels.loaded()
-    if loops is not None:
-        shape = volumes.radius, volumes.bottom, volumes.top, volumes.has_side
-        return np.asarray(loops.plane_distances(viewer, volume.astype(np.int64), *shape))
-    return nearest_faces(viewer, volumes.take(volume))[1]
 
 
 def choose_planes(viewer: Array, volumes: Volumes) -> Planes:

@@ -18,6 +18,7 @@ _KINDS: dict[str, numba.types.Type] = {
     "D": numba.float64,
     "I": numba.int64,
     "N": numba.int32,
+    "U": numba.uint8,
     "B": numba.boolean,
 }
 TYPES = {  # by the names that signatures have for them: F2 is a float32 array with two axes

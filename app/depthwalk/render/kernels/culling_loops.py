@@ -70,7 +70,7 @@ def visible(
     shear: Array,
     min_size: float,
 ) -> tuple[Rows, Array]:
-    """Return the objects of some cells that a view may show, in no order.
+    """Return the objects of some cells that a view may show, in the order of the cells.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def visible(
     count = 0
     for cell in cells:
         count += first[cell + 1] - first[cell]
-    rows, forward = np.empty(count, np.int32), np.empty(count)
+    rows, forward = np.empty(count, np.int64), np.empty(count)
     beyond = np.array([math.hypot(1, tangent[0] - shear[0]), math.hypot(1, tangent[0] + shear[0])])
     above = np.array([math.hypot(1, tangent[1] - shear[1]), math.hypot(1, tangent[1] + shear[1])])
     found = 0
@@ -111,6 +111,34 @@ def visible(
             rows[found], forward[found] = row, ahead
             found += 1
     return rows[:found], forward[:found]
+
+
+@compiled("I1 F2 F1 i")
+def boxes_about(rows: Rows, centre: Array, radius: Array, size: int) -> tuple[Array, Array]:
+    """Return the boxes around each `size` of some objects that stand one after the other, see `spatial_cells`.
+
+    Parameters
+    ----------
+    rows : (m,) rows of the objects.
+    centre, radius : (n, 3) and (n,) bounding spheres of all objects, metres, world.
+    size : how many objects a box holds.
+
+    Returns
+    -------
+    (k, 3) least and (k, 3) greatest corners, float32, metres, world.
+    """
+    boxes = (len(rows) + size - 1) // size
+    low, high = np.full((boxes, 3), np.inf, np.float32), np.full((boxes, 3), -np.inf, np.float32)
+    for k in range(len(rows)):
+        row, box = rows[k], k // size
+        for axis in range(3):
+            low[box, axis] = min(low[box, axis], centre[row, axis] - radius[row])
+            high[box, axis] = max(high[box, axis], centre[row, axis] + radius[row])
+    for box in range(boxes):  # rounding must not let a sphere out
+        for axis in range(3):
+            low[box, axis] = np.nextafter(low[box, axis], np.float32(-np.inf))
+            high[box, axis] = np.nextafter(high[box, axis], np.float32(np.inf))
+    return low, high
 
 
 @compiled("I1 F2 F2 N1 F1 D1 D1")

@@ -1,4 +1,4 @@
-"""Choose how finely objects are drawn.
+"""Choose how objects are drawn, and how finely.
 
 The reference is `render.draw.object_detail`, with `render.lod` and `cook.cases.seen_pieces`.
 """
@@ -8,7 +8,11 @@ import math
 import numpy as np
 
 from depthwalk.render.kernels.compilation import compiled
-from depthwalk.types import Array, Rows
+from depthwalk.render.kernels.layout_loops import nearest_face, turned_axes
+from depthwalk.types import Array, Mask, Rows
+
+_DPCI, _DMESH = 1, 2  # of `scene.arrays.Representation`
+_POLYGONS, _TILE, _DIRECT, _NOTHING = 0, 1, 2, 3  # of `object_detail.Way`
 
 
 @compiled()
@@ -34,41 +38,42 @@ def _seen_pieces(horizon: Array, edges: Array, viewer: Array, slack: float, step
     return bits
 
 
-@compiled("F2 F2 F1 D1")
-def viewers(position: Array, rotation: Array, scale: Array, eye: Array) -> Array:
-    """Return where the viewer stands in the frames of n objects, see `view.viewer_in_object`.
+@compiled()
+def _viewer(position: Array, rotation: Array, scale: float, eye: Array, viewer: Array) -> None:
+    """Write where the viewer stands in the frame of an object into `viewer` (3,), see `view.viewer_in_object`.
 
-    Parameters
-    ----------
-    position, rotation, scale : (n, …) the objects.
-    eye : (3,) the viewer, metres, world.
-
-    Returns
-    -------
-    (n, 3) metres, object frames.
+    position, rotation, scale: the object. eye: (3,) the viewer, metres, world.
     """
-    viewer = np.empty((len(scale), 3))
-    for k in range(len(scale)):
-        a, b, c, w = -rotation[k, 0], -rotation[k, 1], -rotation[k, 2], rotation[k, 3]
-        x, y, z = eye[0] - position[k, 0], eye[1] - position[k, 1], eye[2] - position[k, 2]
-        across_x, across_y, across_z = b * z - c * y + w * x, c * x - a * z + w * y, a * y - b * x + w * z
-        viewer[k, 0] = (x + 2 * (b * across_z - c * across_y)) / scale[k]
-        viewer[k, 1] = (y + 2 * (c * across_x - a * across_z)) / scale[k]
-        viewer[k, 2] = (z + 2 * (a * across_y - b * across_x)) / scale[k]
-    return viewer
+    a, b, c, w = -rotation[0], -rotation[1], -rotation[2], rotation[3]
+    x, y, z = eye[0] - position[0], eye[1] - position[1], eye[2] - position[2]
+    across_x, across_y, across_z = b * z - c * y + w * x, c * x - a * z + w * y, a * y - b * x + w * z
+    viewer[0] = (x + 2 * (b * across_z - c * across_y)) / scale
+    viewer[1] = (y + 2 * (c * across_x - a * across_z)) / scale
+    viewer[2] = (z + 2 * (a * across_y - b * across_x)) / scale
 
 
-@compiled("D2 N1 F1 F2 F1 D1 f f f D2 I2 I1 D2 D1 D1 D1")
-def levels(
-    viewer: Array,
-    asset: Rows,
+@compiled()
+def _outside(viewer: Array, centre: Array, half_height: float, radius: float) -> float:
+    """Return how far a viewer is from an upright cylinder, see `view.bounds.outside`."""
+    beside = max(math.hypot(viewer[0] - centre[0], viewer[2] - centre[2]) - radius, 0.0)
+    return math.hypot(beside, max(abs(viewer[1] - centre[1]) - half_height, 0.0))
+
+
+@compiled("I1 F2 F2 F1 N1 U1 F2 F1 D1 f f f f D2 I2 I1 D2 D1 D1 D1 D1 D4 D3 f f i i D1 D1 D1 B1 f")
+def describe(
+    rows: Rows,
+    position: Array,
+    rotation: Array,
     scale: Array,
+    asset: Rows,
+    representation: Rows,
     centre: Array,
     bounding_radius: Array,
     eye: Array,
     detail_pixels: float,
     error_at_a_metre: float,
     triangles_per_pixel: float,
+    step_at_a_metre: float,
     error: Array,
     triangles: Rows,
     max_level: Rows,
@@ -76,113 +81,200 @@ def levels(
     half_height: Array,
     cylinder_radius: Array,
     area: Array,
-) -> Rows:
-    """Return the level of detail of n objects by its error and its triangles, see `object_detail.choose_levels`.
-
-    Parameters
-    ----------
-    viewer : (n, 3) the viewer in the frames of the objects, metres.
-    asset, scale, centre, bounding_radius : (n, …) the objects, and their bounding spheres, world.
-    eye : (3,) the viewer, metres, world.
-    detail_pixels : of the `View`.
-    error_at_a_metre : see `lod.selection`.
-    triangles_per_pixel : how many triangles there may be for each pixel.
-    error, triangles, max_level, asset_centre, half_height, cylinder_radius, area : (a, …) see `AssetTable`.
-
-    Returns
-    -------
-    (n,) levels, 0 the finest.
-    """
-    count = len(asset)
-    chosen = np.empty(count, np.int64)
-    for k in range(count):
-        a = asset[k]
-        x, z = viewer[k, 0] - asset_centre[a, 0], viewer[k, 2] - asset_centre[a, 2]
-        beside = max(math.hypot(x, z) - cylinder_radius[a], 0.0)
-        above = max(abs(viewer[k, 1] - asset_centre[a, 1]) - half_height[a], 0.0)
-        allowed = error_at_a_metre * math.hypot(beside, above)
-        distance = _length(centre[k, 0] - eye[0], centre[k, 1] - eye[1], centre[k, 2] - eye[2])
-        pixels = area[a] * (scale[k] * detail_pixels / max(distance, bounding_radius[k])) ** 2
-        level, affordable = 0, 0
-        for coarser in range(error.shape[1]):
-            level += coarser > 0 and error[a, coarser] <= allowed
-            affordable += triangles[a, coarser] > triangles_per_pixel * pixels
-        chosen[k] = max(level, min(affordable, max_level[a]))
-    return chosen
-
-
-@compiled("D2 N1 I1 I2 D4 D3 f f i")
-def pieces(
-    viewer: Array,
-    asset: Rows,
-    level: Rows,
-    triangles: Rows,
+    texel: Array,
     horizon: Array,
     edges: Array,
     slack: float,
     worth: float,
     side_pieces: int,
-) -> Rows:
-    """Return the pieces of n objects that the viewer may see, see `object_detail.choose_pieces`.
-
-    Parameters
-    ----------
-    viewer : (n, 3) the viewer in the frames of the objects, metres.
-    asset, level : (n,) numbers of the assets, and levels of detail.
-    triangles, horizon : (a, levels, …) see `AssetTable`.
-    edges : (p, 4, 3) edges of the cones of the pieces' normals, see `cook.cases`; the first and last piece are caps.
-    slack : part of the viewer's distance by which it may be farther ahead.
-    worth : triangles from which on pieces of the side are left out, too.
-    side_pieces : bit mask of the pieces of the side.
-
-    Returns
-    -------
-    (n,) bit masks.
-    """
-    count, last = len(asset), len(edges) - 1
-    chosen = np.empty(count, np.int64)
-    for k in range(count):
-        of_level = horizon[asset[k], level[k]]
-        if triangles[asset[k], level[k]] >= worth:
-            chosen[k] = _seen_pieces(of_level, edges, viewer[k], slack, 1)
-        else:
-            chosen[k] = _seen_pieces(of_level, edges, viewer[k], slack, last) | side_pieces
-    return chosen
-
-
-@compiled("I1 F2 F1 N1 D1 I1 D1 D1 f")
-def close(
-    rows: Rows,
-    position: Array,
-    scale: Array,
-    asset: Rows,
-    eye: Array,
-    mesh: Rows,
-    texel: Array,
-    span: Array,
-    metres_per_texel: float,
-) -> Rows:
-    """Return which objects may be near enough to be drawn as meshes, see `MeshFallbacks.near_by`.
+    all_pieces: int,
+    radius: Array,
+    bottom: Array,
+    top: Array,
+    has_side: Mask,
+    least_distance: float,
+) -> tuple[Array, Rows, Rows, Rows, Rows, Array]:
+    """Return how some objects are drawn, see `object_detail.describe`.
 
     Parameters
     ----------
     rows : (m,) rows of the objects.
-    position, scale, asset : (n, …) of all objects.
+    position, rotation, scale, asset, representation, centre, bounding_radius : (n, …) all objects, and their bounding
+        spheres, world.
     eye : (3,) the viewer, metres, world.
-    mesh, texel, span : (a,) see `MeshFallbacks`.
+    detail_pixels : of the `View`.
+    error_at_a_metre : see `lod.selection`.
+    triangles_per_pixel : how many triangles there may be for each pixel.
+    step_at_a_metre : Iter_step, at a distance of a metre, of an object whose texels are as large.
+    error, triangles, max_level, asset_centre, half_height, cylinder_radius, area, texel, horizon : (a, …) see
+        `AssetTable`.
+    edges : (p, 4, 3) edges of the cones of the pieces' normals, see `cook.cases`; the first and last piece are caps.
+    slack : part of the viewer's distance by which it may be farther ahead.
+    worth : triangles from which on pieces of the side are left out, too.
+    side_pieces, all_pieces : bit masks of the pieces of the side, and of all.
+    radius, bottom, top, has_side : (a, …) cylinders, see `warp_planes.Volumes`.
+    least_distance : part of its radius within which no plane serves an object.
+
+    Returns
+    -------
+    viewer (m, 3), level (m,), pieces (m,), triangles (m,), way (m,) and step (m,), see `ObjectDetail`.
+    """
+    count, last = len(rows), len(edges) - 1
+    viewer, step = np.empty((count, 3)), np.empty(count)
+    level, pieces, cost = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)
+    way = np.empty(count, np.uint8)
+    for k in range(count):
+        row = rows[k]
+        a, kind, from_object = asset[row], representation[row], viewer[k]
+        _viewer(position[row], rotation[row], scale[row], eye, from_object)
+        metres = _length(centre[row, 0] - eye[0], centre[row, 1] - eye[1], centre[row, 2] - eye[2])
+        step[k] = max(step_at_a_metre * metres / (texel[a] * scale[row]), 1.0)
+
+        allowed = error_at_a_metre * _outside(from_object, asset_centre[a], half_height[a], cylinder_radius[a])
+        pixels = area[a] * (scale[row] * detail_pixels / max(metres, bounding_radius[row])) ** 2
+        accurate, affordable = 0, 0
+        for coarser in range(error.shape[1]):
+            accurate += coarser > 0 and error[a, coarser] <= allowed
+            affordable += triangles[a, coarser] > triangles_per_pixel * pixels
+        level[k] = max(accurate, min(affordable, max_level[a]))
+        cost[k] = triangles[a, level[k]]
+
+        _, distance = nearest_face(from_object, radius[a], bottom[a], top[a], has_side[a])
+        has_plane = distance >= least_distance * radius[a]
+        if kind == _DPCI:
+            way[k] = _TILE if has_plane else (_DIRECT if has_side[a] or distance > 0 else _NOTHING)
+        else:
+            way[k] = _DIRECT if kind == _DMESH else _POLYGONS
+
+        if way[k] == _DIRECT:
+            pieces[k] = all_pieces
+        elif cost[k] >= worth:
+            pieces[k] = _seen_pieces(horizon[a, level[k]], edges, from_object, slack, 1)
+        else:
+            pieces[k] = _seen_pieces(horizon[a, level[k]], edges, from_object, slack, last) | side_pieces
+    return viewer, level, pieces, cost, way, step
+
+
+@compiled("I1 B1 F2 F2 F1 N1 F2 F1 I1 D1 B1 D1 D2 D1 D1 f")
+def surfaces(
+    rows: Rows,
+    tiled: Mask,
+    position: Array,
+    rotation: Array,
+    scale: Array,
+    asset: Rows,
+    centre: Array,
+    bounding_radius: Array,
+    asset_number: Rows,
+    material_depth: Array,
+    crowd: Mask,
+    eye: Array,
+    axes: Array,
+    tangent: Array,
+    shear: Array,
+    near: float,
+) -> tuple[Array, Array, Array]:
+    """Return what the pass `material_resolve` reads of n objects, see `material_depth.material_records`.
+
+    Parameters
+    ----------
+    rows : (n,) rows of the objects.
+    tiled : (n,) which of these are drawn by impostor tiles.
+    position, rotation, scale, asset, centre, bounding_radius : (o, …) all objects, and their bounding spheres, world.
+    asset_number : (a,) the number of each asset among the k that these objects have.
+    material_depth, crowd : (k,) the depth that stands for each of these, and whether it is taken to be everywhere.
+    eye, axes, tangent, shear : of the `View`: `position`, `axes`, `half_extent` and `shear`.
+    near : the near plane, metres.
+
+    Returns
+    -------
+    (1 + n, 12) float32, a SURFACE_RECORD each, and (k, 2) low and high corners of the part of the picture in which each
+    asset may be.
+    """
+    record = np.zeros((1 + len(rows), 12), np.float32)
+    record[0, 8] = 1.0
+    low, high = np.ones((len(crowd), 2)), -np.ones((len(crowd), 2))
+    viewer, across = np.empty(3), np.empty(2)
+    low[crowd], high[crowd] = -1.0, 1.0
+    for k in range(len(rows)):
+        row = rows[k]
+        number = asset_number[asset[row]]
+        _viewer(position[row], rotation[row], scale[row], eye, viewer)
+        for j in range(3):
+            record[k + 1, j] = viewer[j]
+        for j in range(4):
+            record[k + 1, 4 + j] = rotation[row, j]
+        record[k + 1, 3], record[k + 1, 8], record[k + 1, 9] = scale[row], material_depth[number], tiled[k]
+        if crowd[number]:
+            continue
+        x, y, z = centre[row, 0] - eye[0], centre[row, 1] - eye[1], centre[row, 2] - eye[2]
+        across[0] = axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z
+        across[1] = axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z
+        ahead, radius = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z, np.float64(bounding_radius[row])
+        for j in range(2):  # see `view.bounds.extents`
+            first, last = -1.0, 1.0
+            if ahead - radius > near:
+                reach = radius * math.hypot(1.0, shear[j])
+                left, right = across[j] - reach, across[j] + reach
+                first = min(left / (ahead - radius), left / (ahead + radius)) / tangent[j]
+                last = max(right / (ahead - radius), right / (ahead + radius)) / tangent[j]
+            low[number, j] = min(low[number, j], min(max(first, -1.0), 1.0))
+            high[number, j] = max(high[number, j], min(max(last, -1.0), 1.0))
+    return record, low, high
+
+
+@compiled("I1 F2 F2 F1 N1 D1 I1 I1 D2 D2 D1 D1 D2 D1 D1 f")
+def magnified(
+    rows: Rows,
+    position: Array,
+    rotation: Array,
+    scale: Array,
+    asset: Rows,
+    eye: Array,
+    mesh: Rows,
+    part: Rows,
+    offset: Array,
+    turn: Array,
+    texel: Array,
+    span: Array,
+    asset_centre: Array,
+    half_height: Array,
+    cylinder_radius: Array,
+    metres_per_texel: float,
+) -> tuple[Rows, Array]:
+    """Return which objects are so near that their depth images would be magnified, see `MeshFallbacks.magnified`.
+
+    Parameters
+    ----------
+    rows : (m,) rows of the objects.
+    position, rotation, scale, asset : (n, …) all objects.
+    eye : (3,) the viewer, metres, world.
+    mesh, part, offset, turn, texel, span, asset_centre, half_height, cylinder_radius : (a, …) see `MeshFallbacks`.
     metres_per_texel : distance, for each metre of a texel, at which that is as large as it may be.
 
     Returns
     -------
-    (k,) numbers among the m.
+    (k,) numbers among the m, and (k,) metres, object frames, from the viewer to the assets' cylinders.
     """
-    found, count = np.empty(len(rows), np.int64), 0
+    found, nearest, count = np.empty(len(rows), np.int64), np.empty(len(rows)), 0
+    viewer, turned, matrix = np.empty(3), np.empty(3), np.empty((3, 3))
     for k in range(len(rows)):
         row = rows[k]
         a = asset[row]
-        if mesh[a] >= 0:
-            x, y, z = eye[0] - position[row, 0], eye[1] - position[row, 1], eye[2] - position[row, 2]
-            if _length(x, y, z) < (metres_per_texel * texel[a] + span[a]) * scale[row]:
-                found[count] = k
-                count += 1
-    return found[:count]
+        if mesh[a] < 0:
+            continue
+        farthest = metres_per_texel * texel[a]
+        x, y, z = eye[0] - position[row, 0], eye[1] - position[row, 1], eye[2] - position[row, 2]
+        if _length(x, y, z) >= (farthest + span[a]) * scale[row]:
+            continue
+        row -= part[a]  # all parts of an asset are replaced, or none: by where the first is
+        a = asset[row]
+        _viewer(position[row], rotation[row], scale[row], eye, viewer)
+        turned_axes(turn[a], matrix)
+        for i in range(3):
+            turned[i] = matrix[i, 0] * viewer[0] + matrix[i, 1] * viewer[1] + matrix[i, 2] * viewer[2] + offset[a, i]
+        metres = _outside(turned, asset_centre[a], half_height[a], cylinder_radius[a])
+        if metres < farthest:
+            found[count], nearest[count] = k, metres
+            count += 1
+    return found[:count], nearest[:count]

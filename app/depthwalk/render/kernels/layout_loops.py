@@ -141,11 +141,12 @@ def _seen_rectangle(
 
 
 @compiled()
-def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bool, frame: Array) -> int:
-    """Write the plane on which an object is warped into `frame` (5, 3), see `place`; return the number of its face."""
-    x, y, z = viewer[0], viewer[1], viewer[2]
-    rho = math.hypot(x, z)
-    above, beside, below = y - top, rho - radius, bottom - y
+def nearest_face(viewer: Array, radius: float, bottom: float, top: float, has_side: bool) -> tuple[int, float]:
+    """Return the face in whose plane an object is warped, and how far the viewer is from it, metres.
+
+    See `warp_planes.nearest_faces`.
+    """
+    above, beside, below = viewer[1] - top, math.hypot(viewer[0], viewer[2]) - radius, bottom - viewer[1]
     if not has_side:
         beside = below = -np.inf
     face, distance = _TOP, above
@@ -153,8 +154,17 @@ def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bo
         face, distance = _SIDE, beside
     if below > distance:
         face, distance = 2, below
+    return face, distance
+
+
+@compiled()
+def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bool, frame: Array) -> int:
+    """Write the plane on which an object is warped into `frame` (5, 3), see `place`; return the number of its face."""
+    x, y, z = viewer[0], viewer[1], viewer[2]
+    face, distance = nearest_face(viewer, radius, bottom, top, has_side)
     frame[:] = 0.0
     if face == _SIDE:
+        rho = math.hypot(x, z)
         out_x, out_z = x / max(rho, 1e-12), z / max(rho, 1e-12)
         frame[0, 0], frame[0, 2], frame[1, 1] = out_z, -out_x, 1.0
         frame[2, 0], frame[2, 2] = out_x, out_z
@@ -167,31 +177,10 @@ def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bo
     return face
 
 
-@compiled("D2 I1 D1 D1 D1 B1")
-def plane_distances(viewer: Array, volume: Rows, radius: Array, bottom: Array, top: Array, has_side: Mask) -> Array:
-    """Return how far n viewers are from the planes on which objects are warped, see `warp_planes.plane_distances`.
-
-    Parameters
-    ----------
-    viewer : (n, 3) the viewer in the objects' frames, metres.
-    volume : (n,) which of the cylinders that follow is that of each object.
-    radius, bottom, top, has_side : (v, …) cylinders, see `warp_planes.Volumes`.
-
-    Returns
-    -------
-    (n,) metres.
-    """
-    distance, frame = np.empty(len(viewer)), np.empty((5, 3))
-    for k in range(len(viewer)):
-        a = volume[k]
-        _plane(viewer[k], radius[a], bottom[a], top[a], has_side[a], frame)
-        distance[k] = frame[4, 0]
-    return distance
-
-
-@compiled("I1 D2 I1 D1 D1 D1 D2 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
+@compiled("I1 I1 D2 N1 D1 D1 D1 D2 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
 def place(
     number: Rows,
+    at: Rows,
     viewer: Array,
     volume: Rows,
     radius: Array,
@@ -218,8 +207,8 @@ def place(
 
     Parameters
     ----------
-    number : (k,) numbers of the objects among the n that follow.
-    viewer : (n, 3) the viewer in the objects' frames, metres.
+    number : (k,) numbers of those to place among the m that follow.
+    at, viewer : (m,) which of the n objects that follow are impostors, and (m, 3) the viewer in their frames, metres.
     volume : (n,) which of the cylinders that follow is that of each object.
     radius, bottom, top, footprint, has_side : (v, …) cylinders, see `warp_planes.Volumes`.
     rotation, centre, bounding_radius, scale : (n, …) the objects and their bounding spheres.
@@ -232,8 +221,8 @@ def place(
 
     Returns
     -------
-    number (m,), face (m,), frame (m, 5, 3), bounds (m, 2, 2), texel (m, 3, 3), nearest (m,), size (m, 2), pixel (m, 2),
-    depths (m, 2), whole (m,), density (m,) and frustum (m, 3, 3), see `Planes`, `Tiles` and `PlacedTiles`. The rows
+    number (j,), face (j,), frame (j, 5, 3), bounds (j, 2, 2), texel (j, 3, 3), nearest (j,), size (j, 2), pixel (j, 2),
+    depths (j, 2), whole (j,), density (j,) and frustum (j, 3, 3), see `Planes`, `Tiles` and `PlacedTiles`. The rows
     of a frame are right, up, normal; the epipole and, third, the viewer's place along the normal; the distance of the
     viewer and the offset. The rows of bounds are the low and the high corner.
     """
@@ -245,10 +234,11 @@ def place(
     density, frustum = np.empty(count), np.empty((count, 3, 3))
     turned, to_object, camera, pixel = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 2))
     found = 0
-    for index in number:
+    for one in number:
+        index = at[one]
         a = volume[index]
         frame, bound = frames[found], bounds[found]
-        face = _plane(viewer[index], radius[a], bottom[a], top[a], has_side[a], frame)
+        face = _plane(viewer[one], radius[a], bottom[a], top[a], has_side[a], frame)
         side, distance = face == _SIDE, frame[4, 0]
         _rectangle(footprint[a], radius[a], bottom[a], top[a], side, frame, distance, bound)
         turned_axes(rotation[index], turned)
@@ -287,7 +277,7 @@ def place(
             x, z = frame[2, 0], frame[2, 2]
             depths[found, 0] = radius[a] - min(_support(footprint[a], x, z), radius[a])
             depths[found, 1] = radius[a] + min(_support(footprint[a], -x, -z), radius[a])
-        kept[found], faces[found], wholes[found] = index, face, seen == 2
+        kept[found], faces[found], wholes[found] = one, face, seen == 2
         found += 1
     return (
         kept[:found],

@@ -9,30 +9,30 @@ from depthwalk.render.kernels import folder
 _config: Any = numba.config
 _default, _config.CACHE_DIR = _config.CACHE_DIR, str(folder())
 try:
-    from depthwalk.render.kernels.culling_loops import cells_in_sight, hidden, upright_cylinders, visible
-    from depthwalk.render.kernels.detail_loops import close, levels, pieces, viewers
-    from depthwalk.render.kernels.layout_loops import place, plane_distances
+    from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
+    from depthwalk.render.kernels.detail_loops import describe, magnified, surfaces
+    from depthwalk.render.kernels.layout_loops import place
     from depthwalk.render.kernels.reprojection_loops import errors
     from depthwalk.render.kernels.silhouette_loops import silhouettes
-    from depthwalk.render.kernels.tile_loops import allocate, composite_records, tile_records, warp_records
+    from depthwalk.render.kernels.tile_loops import allocate, composite_records, released, tile_records, warp_records
 finally:
     _config.CACHE_DIR = _default  # of others in this process
 
 __all__ = [
     "allocate",
+    "boxes_about",
     "cells_in_sight",
-    "close",
     "composite_records",
+    "describe",
     "errors",
     "hidden",
-    "levels",
-    "pieces",
+    "magnified",
     "place",
-    "plane_distances",
+    "released",
     "silhouettes",
+    "surfaces",
     "tile_records",
     "upright_cylinders",
-    "viewers",
     "visible",
     "warp_records",
 ]

@@ -64,7 +64,7 @@ def _covers(
     return True
 
 
-@compiled("I1 F2 D1 D3 B1 I1 B1 D2 F2 F2 F1 F1 I1 D1 D2 D2 f f f f ?")
+@compiled("N1 F2 D1 D3 B1 I1 B1 I1 D2 I1 F2 F2 F1 F1 D1 D2 D2 f f f f ?")
 def errors(
     row: Rows,
     record: Array,
@@ -73,12 +73,13 @@ def errors(
     whole: Mask,
     tile_pieces: Rows,
     provisional: Mask,
+    at: Rows,
     viewer: Array,
+    pieces: Rows,
     rotation: Array,
     centre: Array,
     bounding_radius: Array,
     scale: Array,
-    pieces: Rows,
     position: Array,
     axes: Array,
     ray_from_screen: Array,
@@ -92,10 +93,11 @@ def errors(
 
     Parameters
     ----------
-    row : (n,) where the tile of each object is among the cached tiles; −1 for none.
+    row : (m,) where the tile of each impostor is among the cached tiles; −1 for none.
     record, density, frustum, whole, tile_pieces, provisional : (t, …) the cached tiles, see `CachedTiles`; `record` as
         (t, 45) numbers.
-    viewer, rotation, centre, bounding_radius, scale, pieces : (n, …) the objects, see `ImpostorObjects`.
+    at, viewer, pieces : (m, …) the impostors, see `ImpostorObjects`.
+    rotation, centre, bounding_radius, scale : (n, …) the objects of which these are some.
     position, axes, ray_from_screen, detail_pixels : of the `View`.
     reuse_error : pixels that are an error of 1.
     coarser : pixels per texel, or texels per pixel, that are an error of 1.
@@ -104,7 +106,7 @@ def errors(
 
     Returns
     -------
-    (n,) reprojection errors, 1 where as large as allowed; inf where the tile does not serve.
+    (m,) reprojection errors, 1 where as large as allowed; inf where the tile does not serve.
     """
     count = len(row)
     error, turned = np.full(count, np.inf), np.empty((3, 3))
@@ -112,14 +114,15 @@ def errors(
         tile = row[k]
         if tile < 0 or (provisional[tile] and not limited):
             continue
-        x, y, z = centre[k, 0] - position[0], centre[k, 1] - position[1], centre[k, 2] - position[2]
+        o = at[k]
+        x, y, z = centre[o, 0] - position[0], centre[o, 1] - position[1], centre[o, 2] - position[2]
         if not whole[tile]:
             forward = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
-            low, high = max(forward - bounding_radius[k], 0.0) / scale[k], (forward + bounding_radius[k]) / scale[k]
-            turned_axes(rotation[k], turned)
+            low, high = max(forward - bounding_radius[o], 0.0) / scale[o], (forward + bounding_radius[o]) / scale[o]
+            turned_axes(rotation[o], turned)
             if not _covers(record[tile], frustum[tile], viewer[k], turned, ray_from_screen, low, high):
                 continue
-        target = detail_pixels * scale[k] / math.sqrt(x * x + y * y + z * z)
+        target = detail_pixels * scale[o] / math.sqrt(x * x + y * y + z * z)
         coarseness = abs(math.log(target / density[tile])) / math.log(coarser)
         error[k] = max(_parallax(record[tile], viewer[k], detail_pixels) / reuse_error, coarseness)
         if provisional[tile] or pieces[k] & ~tile_pieces[tile]:

@@ -105,16 +105,17 @@ def tile_records(
     return record
 
 
-@compiled("F2 I1 D2 F1 F2 I1")
-def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rotation: Array, drawn: Rows) -> Array:
+@compiled("F2 N1 D2 F1 F2 I1")
+def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rotation: Array, at: Rows) -> Array:
     """Return the numbers by which pass 2 draws tiles where their objects are now, see `tile_records.place_tiles`.
 
     Parameters
     ----------
     cached : (t, 45) those of all cached tiles.
     row : (d,) which of these are drawn.
-    viewer, scale, rotation : (n, …) the objects, see `ImpostorObjects`.
-    drawn : (d,) which of these the tiles show.
+    viewer : (d, 3) the viewer in the frames of the objects that they show, metres.
+    scale, rotation : (n, …) objects.
+    at : (d,) which of these the tiles show.
 
     Returns
     -------
@@ -123,16 +124,58 @@ def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rot
     count = len(row)
     record = np.empty((count, 45), np.float32)
     for k in range(count):
-        number = drawn[k]
+        number = at[k]
         for j in range(45):
             record[k, j] = cached[row[k], j]
         for j in range(3):
-            record[k, 33 + j] = viewer[number, j]
+            record[k, 33 + j] = viewer[k, j]
         record[k, 36] = scale[number]
         for j in range(4):
             record[k, 37 + j] = rotation[number, j]
         record[k, 43], record[k, 44] = k, 1.0
     return record
+
+
+@compiled()
+def _merged(free: Rows, axis: int) -> Rows:
+    """Merge rectangles (n, 4) that touch end to end along `axis`, 0 or 1, see `atlas_allocator`."""
+    key = (free[:, 1 - axis] << 40) + (free[:, 3 - axis] << 20) + free[:, axis]
+    merged, count = np.empty_like(free), 0
+    for k in np.argsort(key):
+        last = merged[count - 1]
+        if (
+            count
+            and last[1 - axis] == free[k, 1 - axis]
+            and last[3 - axis] == free[k, 3 - axis]
+            and last[axis] + last[2 + axis] == free[k, axis]
+        ):
+            last[2 + axis] += free[k, 2 + axis]
+        else:
+            merged[count] = free[k]
+            count += 1
+    return merged[:count]
+
+
+@compiled("I2 I2")
+def released(free: Rows, slots: Rows) -> Rows:
+    """Return the free rectangles of an atlas after slots were given back, see `Atlas.release`.
+
+    Parameters
+    ----------
+    free : (f, 4) free rectangles before: x, y, width, height, texels.
+    slots : (n, 4) slots that are given back.
+
+    Returns
+    -------
+    (g, 4) free rectangles.
+    """
+    every, count = np.empty((len(free) + len(slots), 4), np.int64), 0
+    for given in (free, slots):
+        for k in range(len(given)):
+            if given[k, 2] > 0 and given[k, 3] > 0:
+                every[count] = given[k]
+                count += 1
+    return _merged(_merged(every[:count], 0), 1)
 
 
 @compiled("I2 I2")

@@ -108,7 +108,7 @@ class MeshFallbacks:
             self.offset[number], self.turn[number] = baked.position, baked.rotation
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
 
-    def near_by(self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, rule: MeshFallbackRule) -> Mask:
+    def near_by(self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, rule: MeshFallbackRule) -> Rows:
         """Return which of some objects are replaced by their meshes.
 
         All depth objects that show one asset in one place are replaced, or none.
@@ -123,20 +123,53 @@ class MeshFallbacks:
 
         Returns
         -------
-        (m,) whether each object is replaced.
+        (k,) numbers of the objects that are replaced, rising.
         """
-        found = np.zeros(len(rows), bool)
-        near = self._close(view, objects, rows, rule.magnification)  # few, for which it is worth testing exactly
+        near, nearest = self.magnified(view, objects, rows, rule.magnification)
         if not len(near):
-            return found
+            return near
         number = objects.asset[rows[near]]
-        meshes = self.placed(objects, rows[near] - self.part[number])
-        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
-        nearest = outside(viewer, self.centre[number], self.half_height[number], self.cylinder_radius[number])
         metres = nearest / view.detail_pixels, (nearest + self.cylinder_radius[number]) / view.detail_pixels
         max_pixels = math.prod(view.whole_size)
-        found[near] = self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, max_pixels)
-        return found
+        return near[self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, max_pixels)]
+
+    def magnified(self, view: View, objects: Objects, rows: Rows, magnification: float) -> tuple[Rows, Array]:
+        """Return which of some objects have a mesh and are so near that their depth images would be magnified.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        objects : all objects of the scene.
+        rows : (m,) rows of the objects.
+        magnification : how many pixels a texel of the depth images may cover; 0: any number.
+
+        Returns
+        -------
+        (k,) numbers of those objects among the m, rising, and (k,) metres, object frames, from the viewer to the
+        cylinder that encloses the asset.
+        """
+        if not magnification:
+            return np.zeros(0, np.int64), np.zeros(0)
+        farthest, loops = view.detail_pixels / magnification, kernels.loaded()
+        if loops is not None:
+            placed = objects.position, objects.rotation, objects.scale, objects.asset, view.position
+            parts = self.mesh, self.part, self.offset, self.turn, self.texel, self.span
+            near, nearest = loops.magnified(
+                rows, *placed, *parts, self.centre, self.half_height, self.cylinder_radius, farthest
+            )
+            return near, nearest
+        asset = objects.asset[rows]
+        near = (self.mesh[asset] >= 0).nonzero()[0]  # few, by a quick test, for which it is worth testing exactly
+        limit = farthest * self.texel[asset[near]] + self.span[asset[near]]
+        distance = np.linalg.norm(objects.position[rows[near]] - view.position, axis=1)
+        near = near[distance < limit * objects.scale[rows[near]]]
+        first = rows[near] - self.part[asset[near]]
+        asset = objects.asset[first]
+        viewer = viewer_in_object(view, objects.position[first], objects.rotation[first], objects.scale[first])
+        viewer = rotate(self.turn[asset], viewer) + self.offset[asset]
+        nearest = outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
+        magnified = nearest < farthest * self.texel[asset]
+        return near[magnified], nearest[magnified]
 
     def allowed(
         self,
@@ -174,23 +207,6 @@ class MeshFallbacks:
         found[rows] = levels.triangles[mesh, level] <= triangles_per_pixel * pixels
         return found
 
-    def _close(self, view: View, objects: Objects, rows: Rows, magnification: float) -> Rows:
-        """Return the numbers (k,) of those of the objects `rows` (m,) that may be near enough, by a quick test."""
-        loops = kernels.loaded()
-        if loops is not None:
-            if not magnification:
-                return np.zeros(0, np.intp)
-            placed = objects.position, objects.scale, objects.asset, view.position
-            farthest = view.detail_pixels / magnification
-            return np.asarray(
-                loops.close(rows.astype(np.int64), *placed, self.mesh, self.texel, self.span, farthest), np.intp
-            )
-        asset = objects.asset[rows]
-        able = np.flatnonzero(self.mesh[asset] >= 0) if magnification else np.zeros(0, np.intp)
-        limit = view.detail_pixels / max(magnification, 1e-9) * self.texel[asset[able]] + self.span[asset[able]]
-        distance = np.linalg.norm(objects.position[rows[able]] - view.position, axis=1)
-        return np.asarray(able[distance < limit * objects.scale[rows[able]]])
-
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
         """Return the meshes that replace some objects, each mesh once.
 
@@ -203,6 +219,8 @@ class MeshFallbacks:
         -------
         The k meshes as objects, nearest first.
         """
+        if not len(rows):
+            return objects.take(slice(0))
         first, order = np.unique(rows - self.part[objects.asset[rows]], return_index=True)
         return self.placed(objects, first[np.argsort(order)])
 

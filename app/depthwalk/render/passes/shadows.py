@@ -101,7 +101,7 @@ class ShadowsPass(Pass[ShadowParams]):
         due = {tile: map_ for tile, map_ in stale.items() if tile not in waiting}
         yield from self._draw_maps(frame, self._of_sun, due, _CLAMPED)
         yield from self._draw_portion(frame, waiting)
-        frame.plan.counts["shadow_maps_waiting"] = len(self._of_sun.stale(waiting))
+        frame.plan.noted["shadow_maps_waiting"] = len(self._of_sun.stale(waiting))
         shown = [self._of_sun.shown(tile).view for tile in requested]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
         frame.targets.sun_maps = SunMaps(texture=texture, cascades=cascades, params=params)
@@ -171,8 +171,8 @@ class ShadowsPass(Pass[ShadowParams]):
         """Draw the meshes of a map, whose depth images have been drawn, and count it."""
         with self.gl.state(into=into, depth_test=LESS, direct=direct):
             self._draw_meshes(frame, shadow_map)
-        frame.plan.counts["shadow_maps"] += 1
-        frame.plan.counts["shadow_triangles"] += shadow_map.triangles
+        frame.plan.note("shadow_maps", 1)
+        frame.plan.note("shadow_triangles", shadow_map.triangles)
 
     def _draw_grids(self, frame: Frame, part: DrawList) -> None:
         """Draw depth images, front and back faces: the backs close gaps that the images leave in the fronts."""

@@ -65,18 +65,13 @@ class ShadowMap:
             True where both see the same and have the same draws.
         """
         return self.sees_same(other) and all(
-            drawn.batches == before.batches and np.array_equal(drawn.records, before.records)
+            drawn is before or (drawn.batches == before.batches and np.array_equal(drawn.records, before.records))
             for drawn, before in ((self.grids, other.grids), (self.meshes, other.meshes))
         )
 
     def sees_same(self, other: "ShadowMap") -> bool:
         """Return whether another map lies at the same place and has the same size, whatever is drawn into the two."""
-        mine, its = self.view, other.view
-        return (mine.centre, mine.resolution, mine.clip_from_centre) == (
-            its.centre,
-            its.resolution,
-            its.clip_from_centre,
-        )
+        return sees_same(self.view, other.view)
 
     def follows(self, before: "ShadowMap", from_afar: bool = False) -> bool:
         """Return whether an earlier map may be shown in place of this one for a few more frames.
@@ -132,6 +127,15 @@ class Shadows:
     hurried: bool = False
     lamps: dict[int, ShadowMap] = field(default_factory=dict)
     tiles: dict[int, int] = field(default_factory=dict)
+
+
+def sees_same(view: MapView, other: MapView) -> bool:
+    """Return whether two maps lie at the same place, see the same and have the same size."""
+    return (view.centre, view.resolution, view.clip_from_centre) == (
+        other.centre,
+        other.resolution,
+        other.clip_from_centre,
+    )
 
 
 def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:

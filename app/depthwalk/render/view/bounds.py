@@ -101,13 +101,28 @@ class Bounds(StructOfArrays):
         indices : (m,) numbers of these spheres, those with the nearest centres first.
         forward : (m,) distances of their centres, metres along the view axis.
         """
+        indices, forward = self.seen(view)
+        nearest_first = np.argsort(forward, kind="stable")
+        return indices[nearest_first], forward[nearest_first]
+
+    def seen(self, view: View) -> tuple[NDArray[np.intp], Array]:
+        """Find the spheres that a view may see, as `visible` does, but return them as they stand.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+
+        Returns
+        -------
+        indices : (m,) numbers of these spheres, rising.
+        forward : (m,) distances of their centres, metres along the view axis.
+        """
         right, up, forward = ((self.centre - view.position) @ view.axes.T).T
         seen = forward > -self.bounding_radius
         for tangent, shear, sideways in zip(view.half_extent, view.shear, (right, up), strict=True):
             seen &= sideways - tangent * forward < self.bounding_radius * np.hypot(1, tangent - shear)
             seen &= -sideways - tangent * forward < self.bounding_radius * np.hypot(1, tangent + shear)
         indices = np.flatnonzero(seen)
-        indices = indices[np.argsort(forward[indices], kind="stable")]
         return indices, forward[indices]
 
     def sphere(self) -> tuple[NDArray[np.float64], float]:

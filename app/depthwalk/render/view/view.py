@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.geometry.quaternions import conjugate, rotate
-from depthwalk.render import kernels
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import clip_from_view, view_from_world
 from depthwalk.types import Array
@@ -103,13 +102,13 @@ class View:
         unscreened = glm.dmat3(glm.scale(glm.dvec3(*self.half_extent, -1)))
         return matrix_array(glm.inverse(glm.dmat3(self.view_from_world)) * unscreened)
 
-    @property
+    @cached_property
     def half_extent(self) -> tuple[float, float]:
         """Return the tangents of half the horizontal and half the vertical angle of view."""
         vertical = math.tan(self.camera.fov / 2)
         return vertical * self.size[0] / self.size[1], vertical
 
-    @property
+    @cached_property
     def focal_pixels(self) -> float:
         """Return how many pixels a length of one metre covers at a distance of one metre along the view axis."""
         return self.size[1] / (2 * self.half_extent[1])
@@ -119,7 +118,7 @@ class View:
         """Return `size` as it would be with a `scale` of 1, to the nearest pixel."""
         return round(self.size[0] / self.scale), round(self.size[1] / self.scale)
 
-    @property
+    @cached_property
     def detail_pixels(self) -> float:
         """Return `focal_pixels` as they are to be when it is decided how finely objects are drawn."""
         return self.focal_pixels / self.scale
@@ -155,9 +154,6 @@ def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array)
     -------
     (n, 3) positions of the viewer, metres in the objects' frames.
     """
-    loops = kernels.loaded()
-    if loops is not None and position.dtype == np.float32:
-        return np.asarray(loops.viewers(position, rotation, scale, view.position))
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 
 

@@ -52,7 +52,7 @@ class RenderWorld:
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
         self._cells: SpatialCells | None = None
-        self._generation = 0
+        self._generation = self._changes = 0
         self._stand_ins = StandIns.none(len(library))
         self._viewer: Array | None = None
 
@@ -87,6 +87,11 @@ class RenderWorld:
         return self._generation
 
     @property
+    def changes(self) -> int:
+        """Return a number that changes whenever anything that `arrays` returns does, down to single objects."""
+        return self._changes
+
+    @property
     def is_whole(self) -> bool:
         """Return whether every object of the scene is shown in some way.
 
@@ -97,6 +102,7 @@ class RenderWorld:
     def _forget(self) -> None:
         self._objects = self._table = self._bounds = self._cells = None
         self._generation += 1
+        self._changes += 1
 
     def table(self) -> AssetTable:
         """Return bounds, cylinders and index ranges of the assets, which are loaded first if need be."""
@@ -149,6 +155,7 @@ class RenderWorld:
         ----------
         changed : the slice of the scene's objects that `set_node_transform` returned; None: any may have moved.
         """
+        self._changes += 1
         if changed is None or self._cells is None or self._bounds is None:
             self._objects = self._bounds = self._cells = None
             self._generation += 1
@@ -191,28 +198,34 @@ class FrameResidency:
         self._asset, self._meshes = world.objects().asset, world.table().meshes
         self._assets, self._seconds = assets, seconds
         self._needed: list[int] = []
-        self._absent: set[int] = set()
+        self._is_needed = np.zeros(len(assets), bool)
+        self._is_needed[: assets.first_depth] = True  # meshes, which are always there
+        self._on_gpu: Mask | None = None  # of all numbers, when `resident` was called last
+        self._asked = np.zeros(len(assets), bool)  # for which meshes `is_mesh_resident` was
+        self._has_mesh = np.zeros(len(assets), bool)
         assets.meshes.begin_frame()
 
-    def resident(self, rows: Rows) -> Mask:
+    def resident(self, rows: Rows, distance: Array | None = None) -> Mask:
         """Return which objects have their assets on the GPU, after uploading what fits the time and the budget.
 
         Parameters
         ----------
-        rows : (m,) rows of the objects, nearest first.
+        rows : (m,) rows of the objects.
+        distance : (m,) how far away they are, metres; None: the nearest come first.
 
         Returns
         -------
         (m,) whether the assets of each object are on the GPU.
         """
         asset = self._asset[rows]
-        new = np.bincount(asset, minlength=len(self._assets)) > 0
-        new[: self._assets.first_depth] = new[self._needed] = False
-        if new.any():
-            numbers, first = np.unique(asset, return_index=True)
-            nearest = numbers[np.argsort(first)]
-            self._needed += nearest[new[nearest]].tolist()
-        return self._assets.stream(self._needed, self._seconds)[asset]
+        is_new = ~self._is_needed[asset]
+        new = asset[is_new]
+        if len(new):
+            self._needed += _in_order(new, None if distance is None else distance[is_new])
+            self._is_needed[new] = True
+        if len(new) or self._on_gpu is None or not self._on_gpu[self._needed].all():
+            self._on_gpu = self._assets.stream(self._needed, self._seconds)
+        return self._on_gpu[asset]
 
     def is_mesh_resident(self, meshes: Rows) -> Mask:
         """Return which meshes may replace depth images in this frame; an `IsResident`.
@@ -228,10 +241,22 @@ class FrameResidency:
         -------
         (n,) whether each mesh may replace depth images.
         """
-        numbers, first = np.unique(meshes, return_index=True)
-        asked = [number for number in numbers[np.argsort(first)].tolist() if number not in self._absent]
-        resident = self._assets.meshes.mesh_fallbacks(asked, wait=self._seconds is None)
-        self._absent.update(number for number in asked if number not in resident)
-        for number, levels in resident.items():
-            self._meshes.add(number, levels)
-        return np.isin(meshes, list(resident))
+        new = meshes[~self._asked[meshes]]
+        if len(new):
+            self._asked[new] = True
+            resident = self._assets.meshes.mesh_fallbacks(_in_order(new), wait=self._seconds is None)
+            for number, levels in resident.items():
+                self._meshes.add(number, levels)
+            self._has_mesh[list(resident)] = True
+        return self._has_mesh[meshes]
+
+
+def _in_order(numbers: Rows, urgency: Array | None = None) -> list[int]:
+    """Return each of some numbers (n,) once, those with the least urgency (n,) first; None: as they stand."""
+    each = np.bincount(numbers).nonzero()[0]
+    if len(each) > 1:
+        least = np.full(each[-1] + 1, np.inf)
+        np.minimum.at(least, numbers, np.arange(len(numbers)) if urgency is None else urgency)
+        each = each[np.argsort(least[each], kind="stable")]
+    in_order: list[int] = each.tolist()
+    return in_order

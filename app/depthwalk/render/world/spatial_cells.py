@@ -5,6 +5,7 @@ A frame tests the boxes of cells first, and only the objects of cells that it ma
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +42,8 @@ class SpatialCells:
     version: Ints
 
     @cached_property
-    def _cell_of_row(self) -> NDArray[np.int32]:
-        """Return the cell (n,) of each object; computed when objects move for the first time."""
+    def cell_of_row(self) -> NDArray[np.int32]:
+        """Return the cell (n,) of each object; computed when it is first asked for."""
         cell = np.empty(len(self.order), np.int32)
         cell[self.order] = np.repeat(np.arange(len(self.low), dtype=np.int32), np.diff(self.first))
         return cell
@@ -71,13 +72,15 @@ class SpatialCells:
             cells = np.flatnonzero(self._may_show(view, min_pixels))
         forward, reach = self.along(view, cells)
         cells = cells[np.argsort(forward - reach, kind="stable")]
-        before = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
+        objects = self.first[cells + 1] - self.first[cells]
+        before = np.cumsum(objects) - objects
         batch = np.log2(3 * before / size + 1) // 2  # size · (1 + 4 + … + 4^(k − 1)) objects come before batch k
-        return np.split(cells, np.flatnonzero(np.diff(batch)) + 1)
+        ends = [0, *((batch[1:] != batch[:-1]).nonzero()[0] + 1).tolist(), len(cells)]
+        return [cells[start:end] for start, end in pairwise(ends)]
 
     def count_objects(self, cells: Rows) -> int:
         """Return how many objects the cells with the numbers `cells` (k,) have together."""
-        return int(np.diff(self.first)[cells].sum())
+        return int((self.first[cells + 1] - self.first[cells]).sum())
 
     def sample_objects(self, cells: Rows, count: int) -> Rows:
         """Return some objects of some cells, evenly spread over them.
@@ -107,7 +110,8 @@ class SpatialCells:
         (k,) distances of the middles of the cells' boxes, and (k,) how far the boxes reach to either side of these,
         metres along the view axis.
         """
-        middle, half = (self.high + self.low)[cells] / 2, (self.high - self.low)[cells] / 2
+        low, high = self.low.take(cells, 0), self.high.take(cells, 0)
+        middle, half = (high + low) / 2, (high - low) / 2
         return (middle - view.position) @ view.axes[2], half @ np.abs(view.axes[2])
 
     def cylinders(self, cells: Rows) -> Cylinders:
@@ -115,7 +119,7 @@ class SpatialCells:
         return box_cylinders(self.low[cells], self.high[cells])
 
     def visible(self, view: View, bounds: Bounds, min_pixels: float, cells: Rows) -> tuple[Rows, Array]:
-        """Return the objects of some cells that the view may show, and where they are along the view axis.
+        """Return the objects of some cells that the view may show, cell by cell, and where they are.
 
         Parameters
         ----------
@@ -126,34 +130,10 @@ class SpatialCells:
 
         Returns
         -------
-        (m,) rows of the objects, nearest first, and (m,) distances of their centres, metres along the view axis.
+        (m,) int64 rows of the objects, neighbours close together, and (m,) distances of their centres, metres along the
+        view axis.
         """
-        loops = kernels.loaded()
-        if loops is not None:
-            tangent, shear = np.array(view.half_extent), np.array(view.shear)
-            rows, forward = loops.visible(
-                bounds.centre,
-                bounds.bounding_radius,
-                self.order,
-                self.first,
-                cells,
-                view.position,
-                view.axes,
-                tangent,
-                shear,
-                min_pixels / (2 * view.detail_pixels),
-            )
-            nearest_first = np.argsort(forward, kind="stable")
-            return rows[nearest_first], forward[nearest_first]
-        rows = self.order[cell_members(self.first, cells)]
-        near = bounds.take(rows)
-        seen, forward = near.visible(view)
-        if min_pixels:
-            apart = near.centre.take(seen, 0) - view.position
-            squared = np.einsum("ni,ni->n", apart, apart)  # a norm takes five times as long
-            large = 2 * view.detail_pixels * near.bounding_radius[seen] >= min_pixels * np.sqrt(squared)
-            seen, forward = seen[large], forward[large]
-        return rows[seen], forward
+        return _in_sight(view, bounds, min_pixels, self.order, self.first, cells)
 
     def _may_show(self, view: View, min_pixels: float) -> Mask:
         """Return whether any object of each cell (c,) may be seen."""
@@ -175,7 +155,7 @@ class SpatialCells:
         bounds : bounding spheres of all objects, world.
         rows : the rows of the objects that moved.
         """
-        cells = np.unique(self._cell_of_row[rows])
+        cells = np.unique(self.cell_of_row[rows])
         of_cells = cell_members(self.first, cells)
         starts = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
         fitted = enclosing_boxes(bounds.take(self.order[of_cells]), starts)
@@ -200,6 +180,107 @@ def sort_into_cells(bounds: Bounds) -> SpatialCells:
     low, high, largest = enclosing_boxes(bounds.take(order), first[:-1])
     version = np.zeros(len(low), np.int64)
     return SpatialCells(order=order, first=first, low=low, high=high, largest=largest, version=version)
+
+
+def in_sight(view: View, bounds: Bounds, min_pixels: float, rows: Rows) -> tuple[Rows, Array]:
+    """Return which of some objects the view may show, as `SpatialCells.visible` does of those of cells.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    bounds : bounding spheres of all objects, world.
+    min_pixels : diameter of objects, pixels, below which they are left out.
+    rows : (k,) rows of the objects.
+
+    Returns
+    -------
+    (m,) int64 rows of those in sight, as they stand, and (m,) distances of their centres, metres along the view axis.
+    """
+    return _in_sight(view, bounds, min_pixels, rows.astype(np.int32), np.array([0, len(rows)]), np.zeros(1, np.int64))
+
+
+def _in_sight(
+    view: View, bounds: Bounds, min_pixels: float, order: Rows, first: Rows, cells: Rows
+) -> tuple[Rows, Array]:
+    """Return the objects of `cells` (k,) that a view may show; order, first: see `SpatialCells`."""
+    loops = kernels.loaded()
+    if loops is not None:
+        rows, forward = loops.visible(
+            bounds.centre,
+            bounds.bounding_radius,
+            order,
+            first,
+            cells,
+            view.position,
+            view.axes,
+            np.array(view.half_extent),
+            np.array(view.shear),
+            min_pixels / (2 * view.detail_pixels),
+        )
+        return rows, forward
+    rows = order[cell_members(first, cells)].astype(np.int64)
+    near = bounds.take(rows)
+    seen, forward = near.seen(view)
+    if min_pixels:
+        apart = near.centre.take(seen, 0) - view.position
+        squared = np.einsum("ni,ni->n", apart, apart)  # a norm takes five times as long
+        large = 2 * view.detail_pixels * near.bounding_radius[seen] >= min_pixels * np.sqrt(squared)
+        seen, forward = seen[large], forward[large]
+    return rows[seen], forward
+
+
+def nearest_first(rows: Rows, forward: Array) -> Rows:
+    """Return some objects in order of their distance; equally distant ones as they stand.
+
+    Parameters
+    ----------
+    rows : (m,) rows of the objects.
+    forward : (m,) distances of their centres, metres along the view axis.
+
+    Returns
+    -------
+    (m,) the rows, the nearest first.
+    """
+    return rows[np.argsort(forward, kind="stable")]
+
+
+def nearest(forward: Array, count: int) -> Rows:
+    """Return which objects are nearest, without putting the others in order.
+
+    Parameters
+    ----------
+    forward : (m,) distances of the objects' centres, metres along the view axis.
+    count : how many to return, at least 1.
+
+    Returns
+    -------
+    (count,), or (m,) if these are fewer: numbers of the nearest, of equally distant ones those that stand first.
+    """
+    if len(forward) <= count:
+        return np.arange(len(forward))
+    (candidates,) = (forward <= np.partition(forward, count - 1)[count - 1]).nonzero()
+    return nearest_first(candidates, forward[candidates])[:count]
+
+
+def boxes_about(bounds: Bounds, rows: Rows, size: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the boxes around each `size` of some objects that stand one after the other.
+
+    Parameters
+    ----------
+    bounds : bounding spheres of all objects, world.
+    rows : (m,) rows of the objects.
+    size : how many objects a box holds; the last box may hold fewer.
+
+    Returns
+    -------
+    (k, 3) least and (k, 3) greatest corners, metres, world.
+    """
+    loops = kernels.loaded()
+    if loops is not None:
+        low, high = loops.boxes_about(rows, bounds.centre, bounds.bounding_radius, size)
+        return low, high
+    low, high, _ = enclosing_boxes(bounds.take(rows), np.arange(0, len(rows), size))
+    return low, high
 
 
 def enclosing_boxes(
