@@ -80,9 +80,14 @@ class Both:
 
 
 def assert_same(pictures: Sequence[Rows], representation: Representation | None = Representation.DPCI) -> None:
-    """Tiles lie elsewhere in the atlas where fewer are drawn, and so their edges are rounded otherwise."""
+    """Tiles lie elsewhere in the atlas where fewer are drawn, and so their edges are rounded otherwise.
+
+    Clusters of objects that intersect come in another order, and of two surfaces that are equally far the first is
+    seen.
+    """
     differ = (pictures[0] != pictures[1]).any(-1)
     allowed = 0.002 if representation in (None, Representation.DPCI) else 0
+    allowed = 1e-4 if representation is Representation.MESH_CLUSTERS else allowed
     assert differ.mean() <= allowed
 
 
