@@ -33,6 +33,9 @@ class MeshesAlone:
     def has_baked(self, asset: int) -> bool:
         return True
 
+    def has_height_field(self, asset: int) -> bool:
+        return asset == 0
+
     def has_mesh(self, asset: int) -> bool:
         return asset == 1
 

@@ -26,7 +26,13 @@ from depthwalk.types import Picture
 
 log = logging.getLogger(__name__)
 
-RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
+RepresentationName = Literal[
+    "dpci",
+    "mesh",
+    "mesh-lod",
+    "dmesh",
+    "relief",
+]
 
 
 @dataclass(frozen=True, kw_only=True)

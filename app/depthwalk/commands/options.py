@@ -66,6 +66,7 @@ class RepresentationName(StrEnum):
     MESH = "mesh"
     MESH_LOD = "mesh-lod"
     DMESH = "dmesh"
+    RELIEF = "relief"
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]

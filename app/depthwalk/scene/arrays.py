@@ -17,6 +17,7 @@ class Representation(IntEnum):
     DPCI = 1  # depth images warped onto a plane (the paper)
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
     MESH_LOD = 3  # a simplified mesh, as coarse as the error on the screen allows
+    RELIEF = 5  # relief mapping: rays meet the height field of a planar depth image after linear and binary search
 
     @property
     def label(self) -> str:
@@ -25,6 +26,10 @@ class Representation(IntEnum):
 
 
 MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as polygons
+HEIGHT_FIELDS = (Representation.RELIEF,)  # rivals of the warp, for assets of one planar depth image
+
+
+_IS_HEIGHT_FIELD = np.isin(np.arange(256), HEIGHT_FIELDS)  # by the number of the representation
 
 
 @dataclass(kw_only=True)
@@ -54,6 +59,11 @@ class Objects(StructOfArrays):
     def __len__(self) -> int:
         """Return how many objects there are."""
         return len(self.asset)
+
+    @property
+    def as_height_field(self) -> NDArray[np.bool_]:
+        """Return which objects, (n,) bool, are drawn by one of `HEIGHT_FIELDS`."""
+        return _IS_HEIGHT_FIELD[self.representation]
 
     @property
     def polygonal(self) -> NDArray[np.bool_]:

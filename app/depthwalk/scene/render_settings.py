@@ -109,6 +109,15 @@ class TileParams(Params):
     )
 
 
+class ReliefParams(Params):
+    """Set relief mapping (Policarpo, Oliveira and Comba 2005), in effect with `representation: relief`."""
+
+    linear_steps: int = param(
+        10, "Steps of equal length in which a ray looks for a first point below the surface", ge=1, le=1024
+    )
+    binary_steps: int = param(6, "Times that the last of these steps is then halved about the surface", ge=0, le=24)
+
+
 class WarpParams(TileParams):
     """Set how depth images are warped into impostors, and for how long impostors are reused."""
 
@@ -395,6 +404,7 @@ class RenderSettings(PictureParams):
     culling: CullingParams = Field(default_factory=CullingParams)
     warp: WarpParams = Field(default_factory=WarpParams)
     composite: CompositeParams = Field(default_factory=CompositeParams)
+    relief: ReliefParams = Field(default_factory=ReliefParams)
     mesh: MeshParams = Field(default_factory=MeshParams)
     shadows: ShadowParams = Field(default_factory=ShadowParams)
     light: LightParams = Field(default_factory=LightParams)

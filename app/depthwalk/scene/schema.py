@@ -38,7 +38,13 @@ from depthwalk.scene.validate import KIND, shown
 _Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
 Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
 GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
-RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
+RepresentationName = Literal[
+    "dpci",
+    "mesh",
+    "mesh-lod",
+    "dmesh",
+    "relief",
+]
 BakeMethod = Literal["raycast", "six-view", "paper"]
 Coordinates = Literal["auto", "never"]
 

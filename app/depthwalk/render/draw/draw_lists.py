@@ -1,6 +1,6 @@
 """Define what a frame's plan consists of: the draw lists that the planner makes and the passes draw."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from operator import add, attrgetter
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.render.world.asset_table import AssetTable
+from depthwalk.scene.arrays import Representation
 from depthwalk.types import Mask, Rows
 
 Counts = dict[str, int | float]
@@ -133,9 +134,12 @@ class FrameDrawLists:
     mesh : polygon meshes, with `placed_records.PLACED_RECORD`.
     cleared : (n, 4) slots of the atlas (x, y, width, height), texels, that pass 1 clears before it fills them.
     counts : numbers for HUD and benchmark, by name.
-    object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these
-        passes write for them.
-    tiled : (d,) which of the `object_rows` are drawn by `composite`.
+    object_rows : (d,) rows of the objects that `composite`, `dmesh` and the passes of `height_fields` draw, in the
+        order of the numbers that these passes write for them.
+    drawn_as : (d,) uint8, the `Representation` by which each of the `object_rows` is drawn: DPCI by `composite`, DMESH
+        by `dmesh`, be it asked for or not.
+    height_fields : planar depth images drawn by another of `scene.arrays.HEIGHT_FIELDS`, with
+        `placed_records.PLACED_RECORD`; only those representations that draw anything.
     first_object_id : the number that passes write for the first of the `object_rows`; 0 stands for no object.
     """
 
@@ -146,13 +150,23 @@ class FrameDrawLists:
     cleared: Rows
     counts: Counts
     object_rows: Rows
-    tiled: Mask
+    drawn_as: NDArray[np.uint8]
+    height_fields: Mapping[Representation, DrawList] = field(default_factory=dict)
     first_object_id: int = 1
+
+    @property
+    def tiled(self) -> Mask:
+        """Return which of the `object_rows`, (d,) bool, are drawn by `composite`."""
+        return self.drawn_as == Representation.DPCI
 
     @property
     def next_object_id(self) -> int:
         """Return the first number that the next phase may write for an object."""
         return self.first_object_id + len(self.object_rows)
+
+    def first_id_of(self, representation: Representation) -> int:
+        """Return the number that a pass writes for the first object of `height_fields` in one representation."""
+        return self.first_object_id + int(np.argmax(self.drawn_as == representation))
 
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
@@ -166,10 +180,15 @@ class FrameDrawLists:
         for phase in phases:
             for name, count in phase.counts.items():
                 counts[name] = _JOINED_BY.get(name, add)(counts[name], count) if name in counts else count
+        kinds = dict.fromkeys(kind for phase in phases for kind in phase.height_fields)
+        lists["height_fields"] = {
+            kind: DrawList.joined([phase.height_fields[kind] for phase in phases if kind in phase.height_fields])
+            for kind in kinds
+        }
         lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])
-            for name in ("cleared", "object_rows", "tiled")
+            for name in ("cleared", "object_rows", "drawn_as")
         }
         return cls(**lists, **columns, counts=counts)
 

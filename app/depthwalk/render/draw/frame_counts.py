@@ -35,6 +35,7 @@ def phase_counts(
         "clusters": 0,
         "dmesh": len(dmesh.records),
         "mesh": len(mesh.records),
+        "height_fields": 0,
         "mesh_fallbacks": 0,
         "shadow_maps": 0,
         "shadow_maps_waiting": 0,

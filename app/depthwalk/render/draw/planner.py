@@ -94,6 +94,7 @@ class Planner:
         warp = _warp_list(impostors, work, table, settings.atlas_size)
         composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
         direct, dmesh = _direct_list(view, seen, too_near, table)
+        traced, height_fields = _height_field_lists(view, seen, table)
         meshes = Objects.joined([seen.objects.take(seen.objects.polygonal), fallbacks])
         mesh = _mesh_list(view, meshes, table, settings.polygons)
 
@@ -103,7 +104,11 @@ class Planner:
         counts["mesh_triangles"] = sum(
             batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
         )
-        object_rows = seen.rows[np.concatenate([tiled[work.drawn], direct])]
+        counts["height_fields"] = len(traced)
+        object_rows = seen.rows[np.concatenate([tiled[work.drawn], direct, traced])]
+        drawn_as = np.full(len(object_rows), Representation.DPCI, np.uint8)
+        drawn_as[len(composite.records) :] = Representation.DMESH
+        drawn_as[len(object_rows) - len(traced) :] = seen.objects.representation[traced]
         return FrameDrawLists(
             warp=warp,
             composite=composite,
@@ -112,7 +117,8 @@ class Planner:
             cleared=work.slots,
             counts=counts,
             object_rows=object_rows,
-            tiled=np.arange(len(object_rows)) < len(composite.records),
+            drawn_as=drawn_as,
+            height_fields=height_fields,
             first_object_id=first_object_id,
         )
 
@@ -226,6 +232,27 @@ def _direct_list(view: View, seen: _Seen, too_near: Rows, table: AssetTable) -> 
     direct = direct[np.lexsort([column[direct] for column in reversed(columns)])]
     batches = draw_batches(table, *(column[direct] for column in columns))
     return direct, DrawList(records=placed_records(view.position, seen.objects.take(direct)), batches=batches)
+
+
+def _height_field_lists(
+    view: View, seen: _Seen, table: AssetTable
+) -> tuple[Rows, dict[Representation, DrawList]]:
+    """Return the numbers (d,) of the objects drawn by `HEIGHT_FIELDS`, and the draws of each representation.
+
+    As by impostors, nothing is drawn of a planar image from behind.
+    """
+    traced = np.flatnonzero(seen.objects.as_height_field)
+    if not len(traced):
+        return traced, {}
+    asset, kind = seen.objects.asset, seen.objects.representation
+    traced = traced[plane_distances(seen.viewer[traced], table.volumes, asset[traced]) > 0]
+    traced = traced[np.lexsort([asset[traced], kind[traced]])]
+    lists = {}
+    for number in np.unique(kind[traced]).tolist():
+        rows = traced[kind[traced] == number]
+        records = placed_records(view.position, seen.objects.take(rows))
+        lists[Representation(number)] = DrawList(records=records, batches=draw_batches(table, asset[rows]))
+    return traced, lists
 
 
 def _mesh_list(view: View, meshes: Objects, table: AssetTable, polygons: MeshLodParams) -> DrawList:

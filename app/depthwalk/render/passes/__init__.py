@@ -21,6 +21,7 @@ from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.material_resolve import MaterialResolvePass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
+from depthwalk.render.passes.relief import ReliefPass
 from depthwalk.render.passes.resolve import ResolvePass
 from depthwalk.render.passes.sample import SamplePass
 from depthwalk.render.passes.shadows import ShadowsPass
@@ -32,6 +33,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     WarpPass,
     CompositePass,
     DmeshPass,
+    ReliefPass,
     MeshPass,
     GroundPass,
     ShadowsPass,
