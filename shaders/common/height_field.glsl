@@ -44,6 +44,9 @@ float behind_surface(FieldRay ray, float part) {
     return at.z - surface_depth(at.xy);
 }
 
+// Whether the ray is in front of the surface where it enters the box, as it always is by the front face.
+bool starts_in_front(FieldRay ray) { return ray.start.z < 1e-6 || behind_surface(ray, 0.0) < 0.0; }
+
 // Whether the ray comes from where there is no surface: what it would meet there is the edge of one.
 bool beside_surface(FieldRay ray, float part) { return surface_depth((ray.start + part * ray.way).xy) > 1.0; }
 

@@ -1,5 +1,5 @@
-// Draws the box about a height field, all faces but its back, from the field's coordinates to clip space: u and v from 0 to 1
-// over the picture, then the depth behind its plane as a part of the object's.
+// Draws the box about a height field, all faces but its back, from the field's coordinates to clip space.
+#include "common/field_frame.glsl"
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -8,20 +8,12 @@ in vec3 in_origin;      // of the object, world, relative to the viewer
 in vec4 in_rotation;
 in float in_scale;
 
-uniform vec3 field_size;    // of the picture, and its greatest depth, metres
-uniform float field_top;    // y of the picture's plane, object frame
 uniform vec2 field_margin;  // half a texel: the surface ends in the middles of the outermost ones
 uniform uint first;         // number of the first object
 
 flat out uint object;
 flat out vec3 viewer;           // field coordinates
 PER_SAMPLE out vec3 entry;      // where the view ray enters the box, field coordinates
-
-vec3 field_from_object(vec3 p) { return vec3(p.xz / field_size.xy + 0.5, (field_top - p.y) / field_size.z); }
-vec3 object_from_field(vec3 q) {
-    vec2 across = (q.xy - 0.5) * field_size.xy;
-    return vec3(across.x, field_top - q.z * field_size.z, across.y);
-}
 
 // Two triangles to a face, counter-clockwise seen from outside, where u × v points inward: first the front at depth 0.
 vec3 box_corner(int vertex) {

@@ -7,7 +7,7 @@
 void main() {
     FieldRay ray = field_ray();
     float part = 0.0;
-    bool in_front = behind_surface(ray, 0.0) < 0.0, found = false;
+    bool in_front = starts_in_front(ray), found = false;
     for (int k = 1; k <= LINEAR_STEPS && !found; ++k) {
         part = float(k) / float(LINEAR_STEPS);
         bool behind = behind_surface(ray, part) >= 0.0;

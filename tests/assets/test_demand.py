@@ -51,6 +51,7 @@ def test_assets_come_by_their_nearest_object_each_once() -> None:
 def test_a_representation_is_forced_on_what_has_it() -> None:
     placed, stock = objects([0, 1], [0, 1]), cast(Stock, MeshesAlone())
     assert asked_for(placed, stock, Representation.MESH).tolist() == [Representation.DPCI, Representation.MESH]
+    assert asked_for(placed, stock, Representation.RELIEF).tolist() == [Representation.RELIEF, Representation.DPCI]
     assert (asked_for(placed, stock, None) == placed.representation).all()
 
 

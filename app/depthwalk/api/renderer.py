@@ -32,6 +32,10 @@ RepresentationName = Literal[
     "mesh-lod",
     "dmesh",
     "relief",
+    "distance",
+    "parallax",
+    "bump",
+    "displacement",
 ]
 
 

@@ -41,7 +41,10 @@ def main(
     representations: Annotated[
         list[str] | None,
         typer.Option(
-            "--representation", metavar="R,...", help="Representations to compare: scene, dpci, mesh, mesh-lod, dmesh."
+            "--representation",
+            metavar="R,...",
+            help="Representations to compare: scene, dpci, mesh, mesh-lod, dmesh; of reliefs also relief, distance, "
+            "parallax, bump, displacement.",
         ),
     ] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,

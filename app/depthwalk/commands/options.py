@@ -58,7 +58,7 @@ class RepresentationName(StrEnum):
     """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
 
     `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes, and
-    `mesh-lod` meshes with levels of detail.
+    `mesh-lod` meshes with levels of detail. The others draw reliefs as height fields.
     """
 
     SCENE = "scene"
@@ -67,6 +67,10 @@ class RepresentationName(StrEnum):
     MESH_LOD = "mesh-lod"
     DMESH = "dmesh"
     RELIEF = "relief"
+    DISTANCE = "distance"
+    PARALLAX = "parallax"
+    BUMP = "bump"
+    DISPLACEMENT = "displacement"
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
@@ -87,8 +91,9 @@ RepresentationOption = Annotated[
     typer.Option(
         "--representation",
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod) or as depth "
-        "samples warped straight to the screen (dmesh), and as nothing else; scene: as the scene file says, with "
-        "meshes in place of depth images near by.",
+        "samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that look for their "
+        "surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); scene: as the "
+        "scene file says, with meshes in place of depth images near by.",
     ),
 ]
 PathOption = Annotated[

@@ -15,10 +15,8 @@ from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.resources.height_field import HeightField
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.arrays import Representation
-
 
 P = TypeVar("P", bound=Params)
 _BOX, _FRONT = 30, 6  # vertices of the box without its back, which nobody in front of it sees; of its front alone
@@ -48,15 +46,14 @@ class HeightFieldPass(Pass[P]):
         """Return the defines by which `params` become constants of the shader; by default none."""
         return ()
 
-    def use(self, frame: Frame, params: P, number: int, program: Program) -> HeightField:
-        """Bind what `program` reads of the depth object with the `number`, and return its height field.
+    def use(self, frame: Frame, params: P, number: int, program: Program) -> None:
+        """Bind what `program` reads of the depth object with the `number`: by default its depths, to texture unit 0.
 
-        Texture unit 0 is that of the depths. `params` may say more to passes that read other textures.
+        `frame` has the assets; `params` are for passes that need more.
         """
         field = frame.assets.height_fields.field(number)
         field.depth.use(0)
         program.set(height_field=0, **field.uniforms)
-        return field
 
     def enabled(self, frame: Frame, params: P) -> bool:
         """Return whether `frame` shows objects in this representation; `params` do not matter."""

@@ -114,7 +114,7 @@ def shares(counted: Ints) -> dict[str, float]:
 
     Returns
     -------
-    `share_dpci`, `share_dmesh`, `share_mesh` and `share_height_fields`, from 0 to 1; all 0 where no pixel shows an object.
+    `share_dpci`, `share_dmesh`, `share_mesh` and `share_height_fields`, 0 to 1; all 0 where no pixel shows an object.
     """
     total = max(int(counted.sum()), 1)
     return {f"share_{kind}": int(count) / total for kind, count in zip(KINDS, counted, strict=True)}

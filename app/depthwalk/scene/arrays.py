@@ -18,6 +18,10 @@ class Representation(IntEnum):
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
     MESH_LOD = 3  # a simplified mesh, as coarse as the error on the screen allows
     RELIEF = 5  # relief mapping: rays meet the height field of a planar depth image after linear and binary search
+    DISTANCE = 6  # rays cross the same height field in steps as long as a volume of distances allows
+    PARALLAX = 7  # parallax occlusion mapping of the same: linear steps and one secant, no silhouettes
+    BUMP = 8  # the plane of the picture, with its normals
+    DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
 
     @property
     def label(self) -> str:
@@ -26,7 +30,13 @@ class Representation(IntEnum):
 
 
 MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as polygons
-HEIGHT_FIELDS = (Representation.RELIEF,)  # rivals of the warp, for assets of one planar depth image
+HEIGHT_FIELDS = (  # rivals of the warp, for assets of one planar depth image
+    Representation.RELIEF,
+    Representation.DISTANCE,
+    Representation.PARALLAX,
+    Representation.BUMP,
+    Representation.DISPLACEMENT,
+)
 
 
 _IS_HEIGHT_FIELD = np.isin(np.arange(256), HEIGHT_FIELDS)  # by the number of the representation

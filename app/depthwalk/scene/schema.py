@@ -44,6 +44,10 @@ RepresentationName = Literal[
     "mesh-lod",
     "dmesh",
     "relief",
+    "distance",
+    "parallax",
+    "bump",
+    "displacement",
 ]
 BakeMethod = Literal["raycast", "six-view", "paper"]
 Coordinates = Literal["auto", "never"]

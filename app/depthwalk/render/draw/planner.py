@@ -234,9 +234,7 @@ def _direct_list(view: View, seen: _Seen, too_near: Rows, table: AssetTable) -> 
     return direct, DrawList(records=placed_records(view.position, seen.objects.take(direct)), batches=batches)
 
 
-def _height_field_lists(
-    view: View, seen: _Seen, table: AssetTable
-) -> tuple[Rows, dict[Representation, DrawList]]:
+def _height_field_lists(view: View, seen: _Seen, table: AssetTable) -> tuple[Rows, dict[Representation, DrawList]]:
     """Return the numbers (d,) of the objects drawn by `HEIGHT_FIELDS`, and the draws of each representation.
 
     As by impostors, nothing is drawn of a planar image from behind.

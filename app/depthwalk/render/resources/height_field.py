@@ -12,14 +12,14 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Cylinder
+from depthwalk.bake.images import BakedObject
 from depthwalk.gpu.device import Scope
 
-EMPTY = 1e4
-"""Depth of a texel without a surface. Blended with others, by so little as a ten thousandth, it lies behind the box."""
+EMPTY = 1e20
+"""Depth of a texel without a surface. Blended with others, however little of it, it lies behind the box."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class HeightField:
     """Hold a height field on the GPU, whose GL objects belong to the asset store.
 
@@ -28,25 +28,35 @@ class HeightField:
     depth
         The depths, filtered linearly, 0 to 1, `EMPTY` where there is no surface.
     uniforms
-        The uniforms of shaders/common/height_field.vert and .glsl, by name.
+        The uniforms of shaders/common/height_field.vert and .glsl and of field_frame.glsl, by name.
+    distances
+        The volume of distances to the surface, metres; None until somebody needs it.
+    triangles
+        The indices of the triangles between all texels, numbered row by row; None until somebody needs them.
     """
 
     depth: moderngl.Texture
     uniforms: dict[str, Any]
+    distances: moderngl.Texture3D | None = None
+    triangles: moderngl.Buffer | None = None
 
     @property
-    def owned(self) -> tuple[moderngl.Texture, ...]:
+    def owned(self) -> tuple[moderngl.Texture | moderngl.Texture3D | moderngl.Buffer, ...]:
         """Return all GL objects of the field, so that they are freed with its asset."""
-        return (self.depth,)
+        return self.depth, *(made for made in (self.distances, self.triangles) if made is not None)
 
     @property
     def bytes(self) -> int:
         """Return how many bytes of GPU memory the field takes."""
-        return 4 * self.depth.width * self.depth.height
+        volume = 0 if self.distances is None else 2 * int(np.prod(self.distances.size))
+        triangles = 0 if self.triangles is None else self.triangles.size
+        return 4 * self.depth.width * self.depth.height + volume + triangles
 
 
 class HeightFields:
     """Make height fields of depth objects when they are first drawn so, and free them with their objects.
+
+    All methods take the number of a depth object that is one planar depth image.
 
     Parameters
     ----------
@@ -66,10 +76,46 @@ class HeightFields:
         return sum(field.bytes for field in self._fields.values())
 
     def field(self, number: int) -> HeightField:
-        """Return the height field of the depth object numbered `number`, which is one planar depth image."""
+        """Return the height field of the depth object numbered `number`."""
         if number not in self._fields:
             self._fields[number] = upload_height_field(self._gl, self._baked(number))
         return self._fields[number]
+
+    def distances(self, number: int, resolution: int, slices: int) -> moderngl.Texture3D:
+        """Return the volume of distances of a height field, made again where it has another size.
+
+        Parameters
+        ----------
+        number
+            The number of the depth object.
+        resolution
+            Most width and height of the volume, texels; it is not larger than the picture.
+        slices
+            Its depth, texels.
+
+        Returns
+        -------
+        moderngl.Texture3D
+            The volume, metres.
+        """
+        field = self.field(number)
+        size = min(field.depth.width, resolution), min(field.depth.height, resolution), slices
+        if field.distances is None or field.distances.size != size:
+            if field.distances is not None:
+                self._gl.free(field.distances)
+                field.distances = None
+            from depthwalk.render.resources.distance_volume import distance_volume  # here: few pictures need SciPy
+
+            volume = distance_volume(self._baked(number), size)
+            field.distances = self._gl.volume(size, 1, "f2", volume.astype(np.float16).tobytes())
+        return field.distances
+
+    def triangles(self, number: int) -> moderngl.Buffer:
+        """Return the uint32 indices of the triangles between all texels of the depth object numbered `number`."""
+        field = self.field(number)
+        if field.triangles is None:
+            field.triangles = self._gl.buffer(texel_triangles(np.isfinite(self._baked(number).images[0].depth)))
+        return field.triangles
 
     def free(self, number: int) -> None:
         """Free what was made of the depth object numbered `number`, if anything was."""
@@ -102,18 +148,35 @@ def upload_height_field(gl: Scope, baked: BakedObject) -> HeightField:
     HeightField
         The field on the GPU.
     """
-    depth = relative_depth(baked)
+    depth, volume = relative_depth(baked), baked.cylinder
     height, width = depth.shape
     texture = gl.texture((width, height), 1, "f4", depth.tobytes())
     texture.filter = moderngl.LINEAR, moderngl.LINEAR
-    # The warped grid ends in the middles of the outermost texels, and so does this one.
-    margin = 0.5 / width, 0.5 / height
-    return HeightField(depth=texture, uniforms=_place(baked.cylinder) | {"field_margin": margin})
-
-
-def _place(volume: Cylinder) -> dict[str, Any]:
-    """Return the uniforms that take the coordinates of a field to the object frame."""
-    return {
+    uniforms = {
         "field_size": (2 * volume.half_width, 2 * volume.half_depth, volume.height),
         "field_top": volume.top,
+        # The warped grid ends in the middles of the outermost texels, and so does this one.
+        "field_margin": (0.5 / width, 0.5 / height),
     }
+    return HeightField(depth=texture, uniforms=uniforms)
+
+
+def texel_triangles(solid: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    """Return the two triangles between each four texels of a picture, counter-clockwise seen from its front.
+
+    Parameters
+    ----------
+    solid
+        (H, W) which texels have a surface; triangles with others are left out.
+
+    Returns
+    -------
+    NDArray[np.uint32]
+        (t, 3) numbers of texels, row by row; one triangle without extent where there is none.
+    """
+    number = np.arange(solid.size, dtype=np.uint32).reshape(solid.shape)
+    here, right, up, across = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
+    cells = np.stack([np.stack([here, up, right], -1), np.stack([across, right, up], -1)], -2)
+    triangles = cells.reshape(-1, 3)
+    kept = triangles[solid.ravel()[triangles].all(1)]
+    return kept if len(kept) else np.zeros((1, 3), np.uint32)
