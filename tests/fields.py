@@ -52,7 +52,7 @@ def depths(kind: str) -> NDArray[np.float32]:
         relief = (x > 0.1).astype(float)
     else:
         relief = (np.abs(x - 0.2) < 0.03).astype(float)
-    return (RANGE * (1 - relief)).astype(np.float32)
+    return np.asarray(RANGE * (1 - relief), np.float32)
 
 
 def surface_mesh(depth: NDArray[np.float32]) -> Mesh:

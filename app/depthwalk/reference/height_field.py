@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from depthwalk.types import Array
+from depthwalk.types import Array, Rows
 
 
 def surface_depth(depth: NDArray[np.floating], across: Array) -> Array:
@@ -83,11 +83,11 @@ def first_hits(
     """
     enters, leaves = box_interval((depth.shape[0], depth.shape[1]), viewer, direction)
 
-    def ahead(rows: Array, part: Array) -> Array:
+    def ahead(rows: Rows, part: Array) -> Array:
         """Return how far in front of the surface the rays `rows` are after `part` of their way, 1 the whole depth."""
         way = enters[rows] + part * (leaves - enters)[rows]
         at = viewer + way[:, None] * direction[rows]
-        return surface_depth(depth, at[:, :2]) - at[:, 2]
+        return np.subtract(surface_depth(depth, at[:, :2]), at[:, 2])
 
     rays = np.flatnonzero(leaves > enters)
     found = np.full(len(direction), np.nan)

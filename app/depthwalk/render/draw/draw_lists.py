@@ -157,7 +157,7 @@ class FrameDrawLists:
     @property
     def tiled(self) -> Mask:
         """Return which of the `object_rows`, (d,) bool, are drawn by `composite`."""
-        return self.drawn_as == Representation.DPCI
+        return np.equal(self.drawn_as, Representation.DPCI)
 
     @property
     def next_object_id(self) -> int:

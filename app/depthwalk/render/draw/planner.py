@@ -242,7 +242,7 @@ def _height_field_lists(view: View, seen: _Seen, table: AssetTable) -> tuple[Row
     traced = np.flatnonzero(seen.objects.as_height_field)
     if not len(traced):
         return traced, {}
-    asset, kind = seen.objects.asset, seen.objects.representation
+    asset, kind = seen.objects.asset, seen.objects.representation.astype(np.int32)
     traced = traced[plane_distances(seen.viewer[traced], table.volumes, asset[traced]) > 0]
     traced = traced[np.lexsort([asset[traced], kind[traced]])]
     lists = {}
