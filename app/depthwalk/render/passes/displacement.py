@@ -25,7 +25,7 @@ class DisplacementPass(Pass[Params]):
 
     def setup(self, gl: Scope) -> None:
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
-        shaders = "displacement/displacement.vert", "dmesh/dmesh.frag"
+        shaders = "displacement/displacement.vert", "displacement/displacement.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._arrays: dict[tuple[int, tuple[str, ...]], moderngl.VertexArray] = {}
