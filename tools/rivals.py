@@ -30,7 +30,7 @@ from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, Camera, Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Mask, Picture
@@ -44,26 +44,24 @@ assets:
   relief: {{depth_image: {{depth: depth.png, colour: colour.png, size: [1, 1], range: {range}, method: paper}}}}
 objects: [{{asset: relief}}]
 environment: {{sun: {{direction: [0.6, -0.5, -0.6], intensity: 0.9}}, ambient: {{intensity: 0.25}}}}
-render: {{aa: none, preset: {preset}}}
+render: {{aa: none, {render}}}
 """
 
 
 @dataclass(frozen=True)
 class Way:
-    """Say how the relief is drawn: in which representation, with which preset, and by which passes alone."""
+    """Say how the relief is drawn: in which representation, by which passes alone, and with which settings, as YAML."""
 
     representation: Representation
-    preset: str
     passes: tuple[str, ...]
+    render: str = "preset: default"
 
 
 WAYS = {
-    "dpci": Way(Representation.DPCI, "default", ("warp", "composite")),
-    "dpci, preset paper": Way(Representation.DPCI, "paper", ("warp", "composite")),
-} | {
-    kind.label: Way(kind, "default", (kind.label,))
-    for kind in Representation
-    if kind is Representation.DMESH or kind.label in ("relief", "distance", "parallax", "bump", "displacement")
+    "dpci": Way(Representation.DPCI, ("warp", "composite")),
+    "dpci, preset paper": Way(Representation.DPCI, ("warp", "composite"), "preset: paper"),
+    **{kind.label: Way(kind, (kind.label,)) for kind in (Representation.DMESH, *HEIGHT_FIELDS)},
+    "relief, 100 steps": Way(Representation.RELIEF, ("relief",), "relief: {linear_steps: 100}"),
 }
 PUBLISHED = {"relief": 11.6, "distance": 3.7, "dmesh": 3.9}  # times as long as the warp: 68.14 frames a second / theirs
 
@@ -77,13 +75,15 @@ class Times:
     clock: list[float] = field(default_factory=list)
 
 
-def write_scene(folder: Path, preset: str, name: str, side: int, depth: float) -> Scene:
-    """Write a relief `side` texels wide and `depth` metres deep, and a scene of it; return the scene."""
-    for kind, picture in zip(("depth", "colour"), make_relief(RELIEFS[name], side), strict=True):
-        picture.save(folder / f"{kind}.png")
-    file = folder / f"{preset}.yaml"
-    file.write_text(_SCENE.format(range=depth, preset=preset), encoding="utf-8")
-    return load_scene(file)
+def write_scenes(folder: Path, name: str, side: int, depth: float) -> dict[str, Scene]:
+    """Write a relief `side` texels wide and `depth` metres deep; return its scene by the settings of `WAYS`."""
+    for kind, image in zip(("depth", "colour"), make_relief(RELIEFS[name], side), strict=True):
+        image.save(folder / f"{kind}.png")
+    scenes, file = {}, folder / "scene.yaml"
+    for render in dict.fromkeys(way.render for way in WAYS.values()):
+        file.write_text(_SCENE.format(range=depth, render=render), encoding="utf-8")
+        scenes[render] = load_scene(file)
+    return scenes
 
 
 def camera_at(degrees: float) -> Camera:
@@ -149,15 +149,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     kernels.load()
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        scenes = {
-            preset: write_scene(folder, preset, args.relief, args.side, args.depth) for preset in ("default", "paper")
-        }
-        library = SceneLibrary(scenes["default"].assets)
+        scenes = write_scenes(folder, args.relief, args.side, args.depth)
+        library = SceneLibrary(scenes[WAYS["dpci"].render].assets)
         size = tuple(args.size)
 
         def opened(way: Way, scale: int = 1) -> HeadlessRenderer:
             headless = HeadlessRenderer(
-                scenes[way.preset], library, (size[0] * scale, size[1] * scale), way.representation
+                scenes[way.render], library, (size[0] * scale, size[1] * scale), way.representation
             )
             return stack.enter_context(headless)
 

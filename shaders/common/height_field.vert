@@ -1,6 +1,6 @@
 // Draws the box about a height field, all faces but its back, from the field's coordinates to clip space.
-#include "common/field_frame.glsl"
 #include "common/per_sample.glsl"
+#include "common/field_frame.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 

@@ -2,8 +2,8 @@
 // Catmull 1987: micropolygons).
 #from depthwalk.bake.images import Face
 #from depthwalk.cook.lod_geometry import FACE_SHIFT
-#include "common/field_frame.glsl"
 #include "common/per_sample.glsl"
+#include "common/field_frame.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 

@@ -1,8 +1,8 @@
 // Finds the surface behind a pixel by sphere tracing: each step along the view ray is as long as the distance to the surface
 // that a volume holds (Donnelly 2005). Where the steps do not suffice, what they reached is shown, as published.
 // STEPS: of the ray; they end early where it is behind the surface or has left the box.
-#include "common/field_frame.glsl"
 #include "common/height_field.glsl"
+#include "common/field_frame.glsl"
 uniform sampler3D distances;    // metres, 0 behind the surface
 
 void main() {

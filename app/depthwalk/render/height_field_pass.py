@@ -55,10 +55,6 @@ class HeightFieldPass(Pass[P]):
         field.depth.use(0)
         program.set(height_field=0, **field.uniforms)
 
-    def enabled(self, frame: Frame, params: P) -> bool:
-        """Return whether `frame` shows objects in this representation; `params` do not matter."""
-        return self.representation in frame.plan.height_fields
-
     def draw(self, frame: Frame, params: P) -> None:
         """Draw into `visibility` and `depth` what `frame` shows in this representation, as `params` say."""
         drawn = frame.plan.height_fields[self.representation]

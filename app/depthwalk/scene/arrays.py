@@ -39,9 +39,6 @@ HEIGHT_FIELDS = (  # rivals of the warp, for assets of one planar depth image
 )
 
 
-_IS_HEIGHT_FIELD = np.isin(np.arange(256), HEIGHT_FIELDS)  # by the number of the representation
-
-
 @dataclass(kw_only=True)
 class Objects(StructOfArrays):
     """Hold n placed objects: world point = position + scale · rotate(rotation, asset point).
@@ -73,7 +70,8 @@ class Objects(StructOfArrays):
     @property
     def as_height_field(self) -> NDArray[np.bool_]:
         """Return which objects, (n,) bool, are drawn by one of `HEIGHT_FIELDS`."""
-        return _IS_HEIGHT_FIELD[self.representation]
+        first, last = HEIGHT_FIELDS[0], HEIGHT_FIELDS[-1]  # numbered without a gap
+        return np.asarray((self.representation >= first) & (self.representation <= last))
 
     @property
     def polygonal(self) -> NDArray[np.bool_]:

@@ -1,5 +1,6 @@
 """Every way to draw a height field shows the true displaced surface, each as well as it can."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from depthwalk.bake.planar import bake_planar
 from depthwalk.gpu.device import Device
+from depthwalk.render.renderer import read_pixels
 from depthwalk.render.resources.distance_volume import distance_volume
 from depthwalk.render.resources.height_field import texel_triangles
 from depthwalk.scene.arrays import HEIGHT_FIELDS, Representation
@@ -24,7 +26,7 @@ from fields import (
     true_distance,
 )
 from shapes import box, scene_of
-from stage import OnScreen
+from stage import OnScreen, set_all
 
 RELIEF, DISTANCE, PARALLAX, BUMP, DISPLACEMENT = HEIGHT_FIELDS
 SLICE = RANGE / 16  # of the volume of distances, metres
@@ -189,3 +191,22 @@ def test_triangles_face_the_viewer_and_leave_out_empty_texels() -> None:
     first, second = (b - a).T, (c - a).T
     assert (first[0] * second[1] - first[1] * second[0] == -1).all()  # u × v points away from the viewer
     assert texel_triangles(np.zeros((3, 4), bool)).tolist() == [[0, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    "mode", [{"aa": "msaa"}, {"aa": "gpaa"}, {"light.mode": "warp"}, {"light.mode": "forward", "shadows.enabled": True}]
+)
+def test_height_fields_are_lit_and_smoothed_as_the_rest(gl_device: Device, mode: dict[str, object]) -> None:
+    """Drawn with relief mapping or displacement the picture is that of impostors; what was made is freed."""
+    if mode.get("aa") == "msaa" and gl_device.max_samples < 4:
+        pytest.skip("no samples")
+    before, pictures = Counter(gl_device.live), []
+    for kind in (Representation.DPCI, RELIEF, DISPLACEMENT, DISTANCE, PARALLAX, BUMP):
+        scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=kind)
+        set_all(scene.render, mode)
+        with OnScreen(gl_device, scene, field_library(depths("cap"))) as stage:
+            stage.draw(VIEWS["aside"])
+            pictures.append(read_pixels(stage.screen)[..., :3].astype(float))
+    off = [float(np.abs(picture - pictures[0]).mean()) for picture in pictures[1:]]
+    assert max(off[:2]) < 0.5 < off[4]
+    assert Counter(gl_device.live) == before  # zeros do not count

@@ -21,6 +21,7 @@ class DisplacementPass(Pass[Params]):
 
     name = "displacement"
     draws_objects = True
+    representation = Representation.DISPLACEMENT
     writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
@@ -29,10 +30,6 @@ class DisplacementPass(Pass[Params]):
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._arrays: dict[tuple[int, tuple[str, ...]], moderngl.VertexArray] = {}
-
-    def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether `frame` shows objects in this representation; `params` is empty."""
-        return Representation.DISPLACEMENT in frame.plan.height_fields
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Draw into `visibility` and `depth` what `frame` shows in this representation; `params` is empty."""
