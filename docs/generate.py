@@ -57,7 +57,10 @@ An asset is scaled to its `height`. An object's `position` is where it stands: t
 box. `up: z` turns z-up files upright; x stays x. A `representation` says how an object is drawn: `dpci` by its depth
 images, warped to an impostor, which is the default where its asset has them; `mesh` as polygons; `mesh-lod` as polygons
 that are simplified with distance; `mesh-clusters` as polygons of which each patch is simplified with its own distance;
-`dmesh` by the same depth images, warped straight to the screen.
+`dmesh` by the same depth images, warped straight to the screen. A relief, one planar
+depth image, can also be drawn as its rivals do it: by relief mapping (`relief`), per-pixel displacement with distance
+functions (`distance`), parallax occlusion mapping (`parallax`), as a bump-mapped plane (`bump`), or as a grid of
+displaced vertices (`displacement`).
 
 Any value can be replaced from the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
 

@@ -214,6 +214,11 @@ class ShapeLibrary:
     def has_baked(self, asset: int) -> bool:
         return self._baked[asset] is not None
 
+    def has_height_field(self, asset: int) -> bool:
+        model = self._baked[asset]
+        images = () if model is None else model.parts[0].images
+        return [image.name for image in images] == ["top.0"]
+
     def has_mesh(self, asset: int) -> bool:
         return self._meshes[asset] is not None
 

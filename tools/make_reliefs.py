@@ -47,22 +47,24 @@ RELIEFS = {
 }
 
 
-def make_relief(relief: Relief) -> tuple[Image.Image, Image.Image]:
+def make_relief(relief: Relief, side: int = SIDE) -> tuple[Image.Image, Image.Image]:
     """Sample a model by parallel rays, and return depth and colour of the relief.
 
     Parameters
     ----------
     relief
         What the relief shows.
+    side
+        Width and height of both images, texels.
 
     Returns
     -------
     tuple[Image.Image, Image.Image]
-        Depth, 16 bits, white in front; and colour, sRGB. Both are `SIDE` texels wide and high.
+        Depth, 16 bits, white in front; and colour, sRGB.
     """
     mesh = load_mesh(asset_root() / relief.mesh)
     low, high = mesh.bounds
-    at = (np.arange(SIDE) + 0.5) / SIDE - 0.5
+    at = (np.arange(side) + 0.5) / side - 0.5
     x, y = np.meshgrid(relief.middle[0] + at * relief.size, relief.middle[1] - at * relief.size)
     origin = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, high[2])]).astype(np.float32)
     deep = DEEP * float(high[2] - low[2])

@@ -33,6 +33,9 @@ class MeshesAlone:
     def has_baked(self, asset: int) -> bool:
         return True
 
+    def has_height_field(self, asset: int) -> bool:
+        return asset == 0
+
     def has_mesh(self, asset: int) -> bool:
         return asset == 1
 
@@ -48,6 +51,7 @@ def test_assets_come_by_their_nearest_object_each_once() -> None:
 def test_a_representation_is_forced_on_what_has_it() -> None:
     placed, stock = objects([0, 1], [0, 1]), cast(Stock, MeshesAlone())
     assert asked_for(placed, stock, Representation.MESH).tolist() == [Representation.DPCI, Representation.MESH]
+    assert asked_for(placed, stock, Representation.RELIEF).tolist() == [Representation.RELIEF, Representation.DPCI]
     assert (asked_for(placed, stock, None) == placed.representation).all()
 
 

@@ -22,9 +22,10 @@ from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.targets import TARGETS, Targets
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
+from fields import depths, field_library
 from shapes import ShapeLibrary, box, scene_of, sphere
 from stage import OnScreen, set_all
 
@@ -269,6 +270,10 @@ def test_declared_targets_are_those_that_passes_use(
             stage.draw(VIEW)
     alone = scene_of((0, (0, 0.6, 0), 0.0, 1.0))
     with OnScreen(gl_device, alone, library, SIZE) as stage:
+        stage.draw(replace(VIEW))
+    reliefs = scene_of(*[(0, (0, 0, 0), 0.0, 1.0)] * len(HEIGHT_FIELDS))
+    reliefs.objects.representation[:] = HEIGHT_FIELDS
+    with OnScreen(gl_device, reliefs, field_library(depths("cap")), SIZE) as stage:
         stage.draw(replace(VIEW))
     for each in PASSES:
         if gl_device.max_samples < 4 and each.name in ("sample", "resolve"):

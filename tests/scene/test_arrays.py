@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pyglm import glm
 
-from depthwalk.scene.arrays import MESHES, Camera, Objects, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, MESHES, Camera, Objects, Representation
 
 
 def objects_of(*kinds: Representation) -> Objects:
@@ -19,19 +19,31 @@ def objects_of(*kinds: Representation) -> Objects:
 
 
 def test_labels_are_those_of_scene_files() -> None:
-    assert [kind.label for kind in Representation] == ["mesh", "dpci", "dmesh", "mesh-lod", "mesh-clusters"]
+    assert [kind.label for kind in Representation] == [
+        "mesh",
+        "dpci",
+        "dmesh",
+        "mesh-lod",
+        "mesh-clusters",
+        "relief",
+        "distance",
+        "parallax",
+        "bump",
+        "displacement",
+    ]
 
 
 def test_which_are_polygons() -> None:
     objects = objects_of(*Representation)
     assert objects.polygonal.tolist() == [kind in MESHES for kind in Representation]
+    assert objects.as_height_field.tolist() == [kind in HEIGHT_FIELDS for kind in Representation]
 
 
 def test_rows_are_taken_and_put() -> None:
     objects = objects_of(*Representation)
     assert objects.take(np.array([3, 1])).asset.tolist() == [3, 1]
     objects.put(np.array([0]), objects_of(Representation.DMESH))
-    assert objects.representation[0] == Representation.DMESH and len(objects) == 5
+    assert objects.representation[0] == Representation.DMESH and len(objects) == len(Representation)
 
 
 def test_fields_are_given_by_name() -> None:

@@ -45,6 +45,22 @@ def test_rows_come_in_the_order_of_the_file_groups_first() -> None:
             "{asset: plain, representation: dmesh}",
             ["must be 'mesh', 'mesh-lod' or 'mesh-clusters', not 'dmesh': asset 'plain' has no dpci"],
         ),
+        ("{asset: relief, representation: displacement}", []),
+        (
+            "{asset: plain, representation: relief}",
+            [
+                "must be 'mesh', 'mesh-lod' or 'mesh-clusters', not 'relief': asset 'plain' is no relief, "
+                "one planar depth image"
+            ],
+        ),
+        (
+            "{asset: baked, representation: bump}",
+            [
+                "must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters' or 'dmesh', not 'bump': asset 'baked' is no "
+                "relief, "
+                "one planar depth image"
+            ],
+        ),
     ],
 )
 def test_references(item: str, errors: list[str]) -> None:

@@ -23,8 +23,8 @@ MESSAGES = {
         "7:44: environment.lights[0].angle: must be at most 180, not 400",
     ],
     "bad-representation": [
-        "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters' or 'dmesh', "
-        "not 'hologram'",
+        "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'dmesh', "
+        "'relief', 'distance', 'parallax', 'bump' or 'displacement', not 'hologram'",
     ],
     "camera-fov": [
         "5:55: camera.fov: must be at most 170, not 180",

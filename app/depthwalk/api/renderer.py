@@ -26,7 +26,18 @@ from depthwalk.types import Picture
 
 log = logging.getLogger(__name__)
 
-RepresentationName = Literal["dpci", "mesh", "mesh-lod", "mesh-clusters", "dmesh"]
+RepresentationName = Literal[
+    "dpci",
+    "mesh",
+    "mesh-lod",
+    "mesh-clusters",
+    "dmesh",
+    "relief",
+    "distance",
+    "parallax",
+    "bump",
+    "displacement",
+]
 
 
 @dataclass(frozen=True, kw_only=True)

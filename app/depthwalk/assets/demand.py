@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cook import CookOptions
-from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, MESHES, Objects, Representation
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array
 
@@ -20,6 +20,10 @@ class Stock(Protocol):
 
     def has_baked(self, asset: int) -> bool:
         """Return whether the asset with the number `asset` has depth images, without making them."""
+        ...
+
+    def has_height_field(self, asset: int) -> bool:
+        """Return whether the asset with the number `asset` is one planar depth image, without making it."""
         ...
 
     def has_mesh(self, asset: int) -> bool:
@@ -47,6 +51,7 @@ def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> 
     representation = objects.representation.copy()
     if forced is not None:
         has = stock.has_mesh if forced in MESHES else stock.has_baked
+        has = stock.has_height_field if forced in HEIGHT_FIELDS else has
         able = np.array([has(asset) for asset in range(len(stock))], bool)
         representation[able[objects.asset]] = forced
     return representation

@@ -118,6 +118,11 @@ class SceneLibrary:
         spec = self._assets[asset]
         return not isinstance(spec, MeshAsset) or spec.dpci is not None
 
+    def has_height_field(self, asset: int) -> bool:
+        """Return whether the asset numbered `asset` is a relief, and so one planar depth image."""
+        spec = self._assets[asset]
+        return isinstance(spec, DepthImageAsset) and spec.size is not None
+
     def has_mesh(self, asset: int) -> bool:
         """Return whether the asset numbered `asset` has a mesh, without reading it."""
         return _mesh_spec(self._assets[asset]) is not None

@@ -59,7 +59,8 @@ def main(
         typer.Option(
             "--representation",
             metavar="R,...",
-            help="Representations to compare: scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh.",
+            help="Representations to compare: scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh; of reliefs also "
+            "relief, distance, parallax, bump, displacement.",
         ),
     ] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,

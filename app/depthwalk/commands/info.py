@@ -126,7 +126,7 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     scene = load_scene(path)
     yield "kind", "scene"
     yield "objects", str(len(scene.objects))
-    drawn = np.bincount(scene.objects.representation, minlength=len(Representation))
+    drawn = np.bincount(scene.objects.representation, minlength=max(Representation) + 1)
     yield "drawn as", ", ".join(f"{kind.label} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
     for asset, count in zip(scene.assets, uses.tolist(), strict=True):

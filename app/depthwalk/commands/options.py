@@ -58,7 +58,8 @@ class RepresentationName(StrEnum):
     """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
 
     `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes,
-    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own.
+    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own. The
+    others draw reliefs as height fields.
     """
 
     SCENE = "scene"
@@ -67,6 +68,11 @@ class RepresentationName(StrEnum):
     MESH_LOD = "mesh-lod"
     MESH_CLUSTERS = "mesh-clusters"
     DMESH = "dmesh"
+    RELIEF = "relief"
+    DISTANCE = "distance"
+    PARALLAX = "parallax"
+    BUMP = "bump"
+    DISPLACEMENT = "displacement"
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
@@ -87,8 +93,9 @@ RepresentationOption = Annotated[
     typer.Option(
         "--representation",
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
-        "or as depth samples warped straight to the screen (dmesh), and as nothing else; scene: as the scene file "
-        "says, with meshes in place of depth images near by.",
+        "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
+        "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); "
+        "scene: as the scene file says, with meshes in place of depth images near by.",
     ),
 ]
 PathOption = Annotated[

@@ -236,6 +236,29 @@ class Scope:
         array.filter = moderngl.NEAREST, moderngl.NEAREST
         return array
 
+    def volume(self, size: tuple[int, int, int], components: int, dtype: str, data: bytes) -> moderngl.Texture3D:
+        """Create and return a 3-D texture, filtered linearly, clamped at its faces.
+
+        Parameters
+        ----------
+        size
+            (width, height, depth), texels.
+        components
+            Numbers per texel, 1 to 4.
+        dtype
+            As moderngl names it: "f1" 8-bit, "f2" half and so on.
+        data
+            The texels, slice by slice, lower row first.
+        """
+        limit = int(self.device.context.info["GL_MAX_3D_TEXTURE_SIZE"])
+        if not 0 < min(size) <= max(size) <= limit:
+            raise GpuError(f"{self.owner}: volume of {size}; this driver allows 1 to {limit}")
+        make = self.device.context.texture3d
+        volume: moderngl.Texture3D = self._make("volume", size, lambda: make(size, components, data, dtype=dtype))
+        volume.filter = moderngl.LINEAR, moderngl.LINEAR
+        volume.repeat_x = volume.repeat_y = volume.repeat_z = False
+        return volume
+
     def multisampled_texture(
         self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
     ) -> moderngl.Texture:

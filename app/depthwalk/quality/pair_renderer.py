@@ -137,6 +137,9 @@ class _OneObject:
     def has_baked(self, asset: int) -> bool:
         return True
 
+    def has_height_field(self, asset: int) -> bool:
+        return False
+
     def has_mesh(self, asset: int) -> bool:
         return True
 

@@ -20,6 +20,7 @@ from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import LodParams, RenderSettings
 
@@ -134,6 +135,8 @@ class Pass(ABC, Generic[P]):
         group in the render settings.
     draws_objects : whether it draws the objects of `frame.plan`; such passes run before all others.
     per_sample : whether it runs for each sample of a pixel, where targets have several.
+    representation : the one of `scene.arrays.HEIGHT_FIELDS` that it draws. Such a pass is left out of phases without
+        objects drawn so, before it is asked anything. None for all others.
     reads : names of the targets (`render.targets.TARGETS`) that it reads. A depth that is only tested against counts as
         read.
     writes : names of the targets that it draws into.
@@ -176,6 +179,7 @@ class Pass(ABC, Generic[P]):
     name: ClassVar[str]
     draws_objects: ClassVar[bool] = False
     per_sample: ClassVar[bool] = False
+    representation: ClassVar[Representation | None] = None
     reads: ClassVar[tuple[str, ...]] = ()
     writes: ClassVar[tuple[str, ...]] = ()
     Params: ClassVar[type[Params]] = Params  # P, from the head of the class

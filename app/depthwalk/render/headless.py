@@ -113,8 +113,8 @@ class HeadlessRenderer:
 
         Returns
         -------
-        (3,) numbers of pixels that show impostors (`dpci`), samples drawn straight to the screen (`dmesh`) and meshes.
-        Of large pictures only some pixels are counted, see `PixelShares`.
+        (4,) numbers of pixels that show impostors (`dpci`), samples drawn straight to the screen (`dmesh`), meshes and
+        height fields. Of large pictures only some pixels are counted, see `PixelShares`.
         """
         with self.device.context:
             return self.renderer.sample_shares().count()

@@ -10,11 +10,12 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.targets import Targets
-from depthwalk.types import Ints, Mask
+from depthwalk.scene.arrays import Representation
+from depthwalk.types import Ints
 
 POLYGON = 0x7FFFFFFF  # stands for every mesh; depth-image objects are numbered from 1
 MOST_SAMPLES = 256  # along either axis of the picture; smaller pictures are counted pixel by pixel
-KINDS = ("dpci", "dmesh", "mesh")  # what is counted, in the words of `FrameDrawLists.counts`
+KINDS = ("dpci", "dmesh", "mesh", "height_fields")  # what is counted, in the words of `FrameDrawLists.counts`
 
 
 class _Sampled(NamedTuple):
@@ -39,7 +40,7 @@ class PixelShares:
         self._gl = device.scope("pixel_shares")
         self._program = Program(self._gl, "common/fullscreen.vert", "pixel_shares/pixel_shares.frag")
         self._sampled: _Sampled | None = None
-        self._tiled = np.zeros(0, bool)  # of the frame that was sampled last, see `FrameDrawLists`
+        self._drawn_as = np.zeros(0, np.uint8)  # of the frame that was sampled last, see `FrameDrawLists`
 
     def sample(self, targets: Targets, plan: FrameDrawLists) -> None:
         """Ask the GPU which object each sampled pixel of a frame shows.
@@ -58,18 +59,18 @@ class PixelShares:
         with self._gl.state(into=sampled.framebuffer):
             self._program.fill()
         sampled.numbers.read_into(sampled.copy)
-        self._tiled = plan.tiled
+        self._drawn_as = plan.drawn_as
 
     def count(self) -> Ints:
         """Return how many of the sampled pixels each representation drew. Waits until the GPU has drawn that frame.
 
         Returns
         -------
-        (3,) number of pixels for each of `KINDS`; zeros before the first call of `sample`.
+        (4,) number of pixels for each of `KINDS`; zeros before the first call of `sample`.
         """
         if self._sampled is None:
             return np.zeros(len(KINDS), np.int64)
-        return count_kinds(np.frombuffer(self._sampled.copy.read(), np.uint32), self._tiled)
+        return count_kinds(np.frombuffer(self._sampled.copy.read(), np.uint32), self._drawn_as)
 
     def release(self) -> None:
         """Free the textures and programs on the device."""
@@ -85,21 +86,23 @@ class PixelShares:
         return _Sampled(numbers, self._gl.framebuffer([numbers]), self._gl.buffer(reserve=4 * columns * rows))
 
 
-def count_kinds(numbers: NDArray[np.uint32], tiled: Mask) -> Ints:
+def count_kinds(numbers: NDArray[np.uint32], drawn_as: NDArray[np.uint8]) -> Ints:
     """Count pixels by the representation that drew their objects.
 
     Parameters
     ----------
     numbers : (n,) what each pixel shows: a depth-image object, counted from 1; `POLYGON`; or 0, which is no object.
-    tiled : (d,) which of the depth-image objects impostors show, see `FrameDrawLists.tiled`.
+    drawn_as : (d,) the representation of each depth-image object, see `FrameDrawLists.drawn_as`.
 
     Returns
     -------
-    (3,) number of pixels for each of `KINDS`.
+    (4,) number of pixels for each of `KINDS`.
     """
     images = numbers[(numbers > 0) & (numbers < POLYGON)].astype(np.int64) - 1
-    as_impostor = int(tiled[images].sum())
-    return np.array([as_impostor, len(images) - as_impostor, int((numbers == POLYGON).sum())])
+    shown = drawn_as[images]
+    as_impostor, straight = (int((shown == kind).sum()) for kind in (Representation.DPCI, Representation.DMESH))
+    rest = len(images) - as_impostor - straight
+    return np.array([as_impostor, straight, int((numbers == POLYGON).sum()), rest])
 
 
 def shares(counted: Ints) -> dict[str, float]:
@@ -107,11 +110,11 @@ def shares(counted: Ints) -> dict[str, float]:
 
     Parameters
     ----------
-    counted : (3,) number of pixels for each of `KINDS`, of one frame or summed over several.
+    counted : (4,) number of pixels for each of `KINDS`, of one frame or summed over several.
 
     Returns
     -------
-    `share_dpci`, `share_dmesh` and `share_mesh`, from 0 to 1; all 0 where no pixel shows an object.
+    `share_dpci`, `share_dmesh`, `share_mesh` and `share_height_fields`, 0 to 1; all 0 where no pixel shows an object.
     """
     total = max(int(counted.sum()), 1)
     return {f"share_{kind}": int(count) / total for kind, count in zip(KINDS, counted, strict=True)}

@@ -18,6 +18,11 @@ class Representation(IntEnum):
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
     MESH_LOD = 3  # a simplified mesh, as coarse as the error on the screen allows
     MESH_CLUSTERS = 4  # patches of simplified meshes, each as coarse as its own error allows
+    RELIEF = 5  # relief mapping: rays meet the height field of a planar depth image after linear and binary search
+    DISTANCE = 6  # rays cross the same height field in steps as long as a volume of distances allows
+    PARALLAX = 7  # parallax occlusion mapping of the same: linear steps and one secant, no silhouettes
+    BUMP = 8  # the plane of the picture, with its normals
+    DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
 
     @property
     def label(self) -> str:
@@ -30,6 +35,15 @@ MESHES = (Representation.MESH, Representation.MESH_LOD, Representation.MESH_CLUS
 
 SIMPLIFIED = (Representation.MESH_LOD, Representation.MESH_CLUSTERS)
 """What needs the simplified levels of meshes; clusters cast shadows by them."""
+
+HEIGHT_FIELDS = (
+    Representation.RELIEF,
+    Representation.DISTANCE,
+    Representation.PARALLAX,
+    Representation.BUMP,
+    Representation.DISPLACEMENT,
+)
+"""Rivals of the warp, for assets of one planar depth image; numbered without a gap, above all others."""
 
 
 @dataclass(kw_only=True)
@@ -59,6 +73,12 @@ class Objects(StructOfArrays):
     def __len__(self) -> int:
         """Return how many objects there are."""
         return len(self.asset)
+
+    @property
+    def as_height_field(self) -> NDArray[np.bool_]:
+        """Return which objects, (n,) bool, are drawn by one of `HEIGHT_FIELDS`."""
+        first, last = HEIGHT_FIELDS[0], HEIGHT_FIELDS[-1]  # numbered without a gap
+        return np.asarray((self.representation >= first) & (self.representation <= last))
 
     @property
     def polygonal(self) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, suggest
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_INSTANCES
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, Objects, Representation
 from depthwalk.scene.document import Loc
 from depthwalk.scene.scatter import grid_instances, room_for, scatter_instances
 from depthwalk.scene.scene import Nodes, place_nodes, place_objects
@@ -41,6 +41,7 @@ Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items
 
 _POLYGONS = "mesh", "mesh-lod", "mesh-clusters"
 _BY_LABEL = {kind.label: kind for kind in Representation}
+_HEIGHT_FIELDS = tuple(kind.label for kind in HEIGHT_FIELDS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,10 +155,11 @@ def reference_errors(
             hint = suggest(row.spec.asset, list(assets)) or "; 'assets' has none of that name"
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
         elif wanted is not None and wanted not in (possible := _representations(asset)):
-            lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
+            lack = "has no dpci" if wanted in ("dpci", "dmesh") else "has no mesh"
+            lack = "is no relief, one planar depth image" if wanted in _HEIGHT_FIELDS else lack
             *others, last = map(repr, possible)
             choice = f"{', '.join(others)} or {last}"
-            message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} has {lack}"
+            message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} {lack}"
             errors.append(source.error((*row.loc, "representation"), message))
         elif wanted is not None and row.spec.asset in missing and wanted.startswith("mesh"):
             message = f"{wanted!r} needs the mesh of asset {row.spec.asset!r}, whose file is missing"
@@ -232,7 +234,7 @@ def _unwrap(loc: Loc, item: ItemParams) -> tuple[Loc, Spec]:
 def _representations(asset: AssetParams) -> tuple[str, ...]:
     """Return what an asset can be drawn as, the default first."""
     if isinstance(asset, DepthImageAssetParams):
-        return "dpci", "dmesh"
+        return ("dpci", "dmesh", *_HEIGHT_FIELDS) if asset.depth_image.size else ("dpci", "dmesh")
     if isinstance(asset, BakedAssetParams):
         return ("dpci", *_POLYGONS, "dmesh") if asset.mesh else ("dpci", "dmesh")
     return ("dpci", *_POLYGONS, "dmesh") if asset.dpci else _POLYGONS

@@ -109,6 +109,30 @@ class TileParams(Params):
     )
 
 
+class ReliefParams(Params):
+    """Set relief mapping (Policarpo, Oliveira and Comba 2005), in effect with `representation: relief`."""
+
+    linear_steps: int = param(
+        10, "Steps of equal length in which a ray looks for a first point below the surface", ge=1, le=1024
+    )
+    binary_steps: int = param(6, "Times that the last of these steps is then halved about the surface", ge=0, le=24)
+
+
+class DistanceParams(Params):
+    """Set per-pixel displacement with distance functions (Donnelly 2005), with `representation: distance`."""
+
+    steps: int = param(16, "Steps of a ray, each as long as the distance to the surface allows", ge=1, le=1024)
+    resolution: int = param(256, "Most width and height of the volume of distances", unit="texels", ge=16, le=512)
+    slices: int = param(16, "Depth of the volume of distances", unit="texels", ge=2, le=128)
+
+
+class ParallaxParams(Params):
+    """Set parallax occlusion mapping (Tatarchuk 2006), in effect with `representation: parallax`."""
+
+    min_steps: int = param(8, "Steps of a ray that meets the picture's plane at a right angle", ge=1, le=1024)
+    max_steps: int = param(50, "Steps of a ray along the plane; between the two by the cosine", ge=1, le=1024)
+
+
 class WarpParams(TileParams):
     """Set how depth images are warped into impostors, and for how long impostors are reused."""
 
@@ -395,6 +419,9 @@ class RenderSettings(PictureParams):
     culling: CullingParams = Field(default_factory=CullingParams)
     warp: WarpParams = Field(default_factory=WarpParams)
     composite: CompositeParams = Field(default_factory=CompositeParams)
+    relief: ReliefParams = Field(default_factory=ReliefParams)
+    distance: DistanceParams = Field(default_factory=DistanceParams)
+    parallax: ParallaxParams = Field(default_factory=ParallaxParams)
     mesh: MeshParams = Field(default_factory=MeshParams)
     shadows: ShadowParams = Field(default_factory=ShadowParams)
     light: LightParams = Field(default_factory=LightParams)

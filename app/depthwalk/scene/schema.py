@@ -38,7 +38,18 @@ from depthwalk.scene.validate import KIND, shown
 _Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
 Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
 GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
-RepresentationName = Literal["dpci", "mesh", "mesh-lod", "mesh-clusters", "dmesh"]
+RepresentationName = Literal[
+    "dpci",
+    "mesh",
+    "mesh-lod",
+    "mesh-clusters",
+    "dmesh",
+    "relief",
+    "distance",
+    "parallax",
+    "bump",
+    "displacement",
+]
 BakeMethod = Literal["raycast", "six-view", "paper"]
 Coordinates = Literal["auto", "never"]
 

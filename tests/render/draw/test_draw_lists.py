@@ -11,6 +11,7 @@ from depthwalk.cook.cases import PIECES, RANGES, piece_runs
 from depthwalk.render.draw.draw_lists import DrawBatch, DrawList, FrameDrawLists, ImpostorQuads, draw_batches
 from depthwalk.render.draw.frame_counts import DrawnTiles
 from depthwalk.render.world.asset_table import AssetTable
+from depthwalk.scene.arrays import Representation
 
 
 def table() -> SimpleNamespace:
@@ -84,7 +85,7 @@ def frame(
         noted={**noted},
         tiles=tiles([]),
         object_rows=none,
-        tiled=none.astype(bool),
+        drawn_as=none.astype(np.uint8),
     )
 
 
@@ -128,7 +129,7 @@ def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: floa
         noted={"objects": 9, "occluded": occluded},
         tiles=tiles([1.0] * (count - 1) + [resolution]),
         object_rows=np.asarray(numbered),
-        tiled=np.ones(count, bool),
+        drawn_as=np.full(count, Representation.DPCI, np.uint8),
     )
 
 
@@ -139,6 +140,26 @@ def test_phases_are_joined_by_what_their_counts_mean() -> None:
     assert joined.composite.records["number"].tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
     assert joined.object_rows.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
     assert [batch.first for batch in joined.dmesh.batches] == [0, 2]
+
+
+def test_height_fields_are_joined_by_representation() -> None:
+    """A phase may have none, or others than the next."""
+    bump, relief = Representation.BUMP, Representation.RELIEF
+    phases = [phase([5], 0, 0, 1.0), phase([6], 0, 0, 1.0), phase([7], 0, 0, 1.0)]
+    two = phases[0].dmesh
+    phases[1].height_fields = {relief: two}
+    phases[2].height_fields = {bump: two, relief: two}
+    joined = FrameDrawLists.joined(phases).height_fields
+    assert {kind: len(drawn.records) for kind, drawn in joined.items()} == {relief: 4, bump: 2}
+    assert [batch.first for batch in joined[relief].batches] == [0, 2]
+
+
+def test_each_height_field_has_the_number_of_its_row() -> None:
+    plan = phase([5, 6, 7, 8], 0, 0, 1.0)
+    plan.first_object_id = 10
+    plan.drawn_as[:] = Representation.DPCI, Representation.DMESH, Representation.RELIEF, Representation.BUMP
+    assert plan.first_id_of(Representation.RELIEF) == 12 and plan.first_id_of(Representation.BUMP) == 13
+    assert plan.tiled.tolist() == [True, False, False, False]
 
 
 def test_one_phase_is_the_frame() -> None:

@@ -1,6 +1,6 @@
 """Define what a frame's plan consists of: the draw lists that the planner makes and the passes draw."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from operator import add, attrgetter
@@ -13,6 +13,7 @@ from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.render.draw.frame_counts import Counts, DrawnTiles
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.world.asset_table import AssetTable
+from depthwalk.scene.arrays import Representation
 from depthwalk.types import Mask, Rows
 
 _JOINED_BY: dict[str, Any] = {"objects": max, "atlas_used": max}  # of phases, to those of the frame; others are added
@@ -179,9 +180,12 @@ class FrameDrawLists:
     cleared : (n, 4) slots of the atlas (x, y, width, height), texels, that pass 1 clears before it fills them.
     noted : numbers for HUD and benchmark, by name, that the lists alone do not tell; later steps add to them.
     tiles : the impostor tiles that `composite` draws.
-    object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these
-        passes write for them.
-    tiled : (d,) which of the `object_rows` are drawn by `composite`.
+    object_rows : (d,) rows of the objects that `composite`, `dmesh` and the passes of `height_fields` draw, in the
+        order of the numbers that these passes write for them.
+    drawn_as : (d,) uint8, the `Representation` by which each of the `object_rows` is drawn: DPCI by `composite`, DMESH
+        by `dmesh`, be it asked for or not.
+    height_fields : planar depth images drawn by another of `scene.arrays.HEIGHT_FIELDS`, with
+        `placed_records.PLACED_RECORD`; only those representations that draw anything.
     first_object_id : the number that passes write for the first of the `object_rows`; 0 stands for no object.
     """
 
@@ -193,7 +197,8 @@ class FrameDrawLists:
     noted: Counts
     tiles: DrawnTiles
     object_rows: Rows
-    tiled: Mask
+    drawn_as: NDArray[np.uint8]
+    height_fields: Mapping[Representation, DrawList] = field(default_factory=dict)
     first_object_id: int = 1
     clusters: ClusterDraws = field(default_factory=lambda: ClusterDraws.none())
 
@@ -201,6 +206,11 @@ class FrameDrawLists:
     def polygons(self) -> DrawList:
         """Return all polygon meshes, those by clusters last; batches have the level by which lines are drawn."""
         return DrawList.joined([self.mesh, self.clusters.objects]) if self.clusters else self.mesh
+
+    @property
+    def tiled(self) -> Mask:
+        """Return which of the `object_rows`, (d,) bool, are drawn by `composite`."""
+        return np.equal(self.drawn_as, Representation.DPCI)
 
     @property
     def next_object_id(self) -> int:
@@ -215,6 +225,7 @@ class FrameDrawLists:
             "dpci": int(self.tiled.sum()),
             "dmesh": len(self.dmesh.records),
             "mesh": len(self.mesh.records) + len(self.clusters.objects.records),
+            "height_fields": sum(len(fields.records) for fields in self.height_fields.values()),
             "warped": len(self.warp.records),
             "warped_triangles": sum(batch.count * length for batch in batches for _, length in batch.indices) // 3,
             "draw_batches": len(self.warp.batches),
@@ -224,6 +235,10 @@ class FrameDrawLists:
     def note(self, name: str, count: int) -> None:
         """Add to one of the numbers for HUD and benchmark."""
         self.noted[name] = self.noted.get(name, 0) + count
+
+    def first_id_of(self, representation: Representation) -> int:
+        """Return the number that a pass writes for the first object of `height_fields` in one representation."""
+        return self.first_object_id + int(np.argmax(self.drawn_as == representation))
 
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
@@ -238,10 +253,15 @@ class FrameDrawLists:
             for name, count in phase.noted.items():
                 noted[name] = _JOINED_BY.get(name, add)(noted[name], count) if name in noted else count
         lists["clusters"] = ClusterDraws.joined([phase.clusters for phase in phases])
+        kinds = dict.fromkeys(kind for phase in phases for kind in phase.height_fields)
+        lists["height_fields"] = {
+            kind: DrawList.joined([phase.height_fields[kind] for phase in phases if kind in phase.height_fields])
+            for kind in kinds
+        }
         lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])
-            for name in ("cleared", "object_rows", "tiled")
+            for name in ("cleared", "object_rows", "drawn_as")
         }
         return cls(**lists, **columns, noted=noted, tiles=DrawnTiles.joined([phase.tiles for phase in phases]))
 

@@ -119,7 +119,7 @@ class FarClusterPlanner:
             },
             tiles=drawn_tiles(work, typical.step),
             object_rows=object_rows,
-            tiled=np.ones(len(object_rows), bool),
+            drawn_as=np.full(len(object_rows), Representation.DPCI, np.uint8),
             first_object_id=first_object_id,
         )
 

@@ -16,6 +16,7 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import WARP_RECORD, warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
+from depthwalk.render.impostors.warp_planes import nearest_faces
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.selection import levels_within
@@ -93,11 +94,14 @@ class Planner:
 
         warp = _warp_list(impostors, work, table, settings.atlas_size)
         direct, dmesh = _direct_list(view, scene, seen)
-        polygons = seen.row[seen.way == POLYGONS]
-        clustered = objects.representation[polygons] == Representation.MESH_CLUSTERS
-        mesh = _mesh_list(view, scene, polygons[~clustered], fallbacks, settings.polygons)
-        clusters = cluster_draws(view, objects.take(polygons[clustered]), table, settings.polygons.error)
-        object_rows = np.concatenate([impostors.row[work.drawn], seen.row[direct]])
+        polygons, clustered, traced = _by_representation(scene, seen)
+        mesh = _mesh_list(view, scene, seen.row[polygons], fallbacks, settings.polygons)
+        clusters = cluster_draws(view, objects.take(seen.row[clustered]), table, settings.polygons.error)
+        traced, height_fields = _height_field_lists(view, scene, seen, traced)
+        object_rows = np.concatenate([impostors.row[work.drawn], seen.row[direct], seen.row[traced]])
+        drawn_as = np.full(len(object_rows), Representation.DPCI, np.uint8)
+        drawn_as[len(work.composite) :] = Representation.DMESH
+        drawn_as[len(object_rows) - len(traced) :] = objects.representation[seen.row[traced]]
         return FrameDrawLists(
             warp=warp,
             composite=ImpostorQuads(records=work.composite, aligned=work.aligned),
@@ -118,7 +122,8 @@ class Planner:
             },
             tiles=drawn_tiles(work, seen.step[tiled]),
             object_rows=object_rows,
-            tiled=np.arange(len(object_rows)) < len(work.composite),
+            drawn_as=drawn_as,
+            height_fields=height_fields,
             first_object_id=first_object_id,
         )
 
@@ -224,6 +229,38 @@ def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Ro
     return direct, DrawList(
         records=placed_records(view.position, scene.objects.take(seen.row[direct])), batches=batches
     )
+
+
+def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, Rows, Rows]:
+    """Return the numbers of those `seen` that are meshes, meshes drawn by clusters, and planar height fields."""
+    others = (seen.way == POLYGONS).nonzero()[0]
+    kind = scene.objects.representation[seen.row[others]]
+    if kind.max(initial=0) < Representation.MESH_CLUSTERS:  # as in nearly every scene
+        return others, others[:0], others[:0]
+    clustered, traced = kind == Representation.MESH_CLUSTERS, kind > Representation.MESH_CLUSTERS
+    return others[~clustered & ~traced], others[clustered], others[traced]
+
+
+def _height_field_lists(
+    view: View, scene: SceneArrays, seen: ObjectDetail, traced: Rows
+) -> tuple[Rows, dict[Representation, DrawList]]:
+    """Return the numbers (d,) of those of the objects `traced` that are seen from their front, and their draws.
+
+    These are drawn by one of `HEIGHT_FIELDS`. As by impostors, nothing is drawn of a planar image from behind.
+    """
+    if not len(traced):
+        return traced, {}
+    objects, table = scene.objects, scene.table
+    _, distance = nearest_faces(seen.viewer[traced], table.volumes.take(objects.asset[seen.row[traced]]))
+    traced = traced[distance > 0]
+    kind, asset = (column[seen.row[traced]].astype(np.int32) for column in (objects.representation, objects.asset))
+    order = np.lexsort([asset, kind])
+    traced, kind, asset = traced[order], kind[order], asset[order]
+    lists = {}
+    for number in np.unique(kind).tolist():
+        records = placed_records(view.position, objects.take(seen.row[traced[kind == number]]))
+        lists[Representation(number)] = DrawList(records=records, batches=draw_batches(table, asset[kind == number]))
+    return traced, lists
 
 
 def _mesh_list(view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, polygons: MeshLodParams) -> DrawList:

@@ -9,8 +9,11 @@ and what it may rely on.
 from typing import Any
 
 from depthwalk.render.frame import Pass
+from depthwalk.render.passes.bump import BumpPass
 from depthwalk.render.passes.composite import CompositePass
 from depthwalk.render.passes.coverage import CoveragePass
+from depthwalk.render.passes.displacement import DisplacementPass
+from depthwalk.render.passes.distance import DistancePass
 from depthwalk.render.passes.dmesh import DmeshPass
 from depthwalk.render.passes.dof import DofPass
 from depthwalk.render.passes.fog import FogPass
@@ -21,6 +24,8 @@ from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.material_resolve import MaterialResolvePass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
+from depthwalk.render.passes.parallax import ParallaxPass
+from depthwalk.render.passes.relief import ReliefPass
 from depthwalk.render.passes.resolve import ResolvePass
 from depthwalk.render.passes.sample import SamplePass
 from depthwalk.render.passes.shadows import ShadowsPass
@@ -32,6 +37,11 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     WarpPass,
     CompositePass,
     DmeshPass,
+    ReliefPass,
+    DistancePass,
+    ParallaxPass,
+    BumpPass,
+    DisplacementPass,
     MeshPass,
     GroundPass,
     ShadowsPass,

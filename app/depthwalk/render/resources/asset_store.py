@@ -22,6 +22,7 @@ from depthwalk.cook.texture_detail import Detail, at_detail, can_leave_out, deta
 from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.gpu.device import Device
 from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth, upload_texture
+from depthwalk.render.resources.height_field import HeightFields
 from depthwalk.render.resources.library import Background, Library
 from depthwalk.render.resources.mesh_object import WHITE
 from depthwalk.render.resources.mesh_store import MeshStore
@@ -68,6 +69,8 @@ class AssetStore:
         How depth images are cooked; to be set while the store is empty.
     meshes
         The store of the meshes.
+    height_fields
+        The height fields of planar depth images, for representations that do not warp.
     background
         Makes depth images ready beside the frames; None: frames wait for them.
     """
@@ -89,6 +92,7 @@ class AssetStore:
         self._warned = False
         self._deferred = False  # whether the last frame lacks depth objects that are still to be uploaded
         self.meshes = MeshStore(self.gl, library)
+        self.height_fields = HeightFields(self.gl, self.baked)
         self.background: Background | None = None
 
     def __len__(self) -> int:
@@ -338,7 +342,8 @@ class AssetStore:
     @property
     def gpu_bytes(self) -> int:
         """Return how many bytes of GPU memory depth objects and fallback meshes take."""
-        return sum(drawn.bytes for drawn in self._depth.values()) + self.meshes.fallback_bytes
+        drawn = sum(drawn.bytes for drawn in self._depth.values())
+        return drawn + self.meshes.fallback_bytes + self.height_fields.bytes
 
     @property
     def depth_count(self) -> int:
@@ -369,6 +374,7 @@ class AssetStore:
         self._loaded.pop(number, None)
         self._reading.pop(number, None)
         self._partial.pop(number, None)
+        self.height_fields.free(number)
 
     def asset_of(self, number: int) -> int:
         """Return the number of the asset that the depth object numbered `number` shows, or shows a part of."""
@@ -408,3 +414,4 @@ class AssetStore:
         self._depth.clear()
         self._cooked.clear()
         self.meshes.forget()
+        self.height_fields.forget()

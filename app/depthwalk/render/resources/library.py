@@ -26,6 +26,10 @@ class Library(MeshLibrary, Protocol):
         """Return whether the asset numbered `asset` has depth images, without making them."""
         ...
 
+    def has_height_field(self, asset: int) -> bool:
+        """Return whether the asset numbered `asset` is one planar depth image, without making it."""
+        ...
+
     def has_mesh(self, asset: int) -> bool:
         """Return whether the asset numbered `asset` has a mesh, without reading it."""
         ...

@@ -1,0 +1,111 @@
+"""Find where rays meet a height field, by a search as fine as one likes.
+
+Twin of shaders/common/height_field.glsl: the same coordinates, and the same surface. With few steps it is the search of
+shaders/relief/relief.frag (Policarpo, Oliveira and Comba 2005); with many it finds the true surface, by which the
+other ways to draw a height field are judged.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
+
+from depthwalk.types import Array, Rows
+
+
+def surface_depth(depth: NDArray[np.floating], across: Array) -> Array:
+    """Return the depth of a height field at points of its picture, between texels interpolated linearly.
+
+    Parameters
+    ----------
+    depth
+        (H, W) depth behind the picture's plane, 1 at the back of the box, much more where there is no surface.
+    across
+        (n, 2) u and v, 0 to 1 over the picture; v rises with the row.
+
+    Returns
+    -------
+    Array
+        (n,) depths.
+    """
+    height, width = depth.shape
+    column, row = across[:, 0] * width - 0.5, across[:, 1] * height - 0.5
+    return np.asarray(map_coordinates(depth, [row, column], order=1, mode="nearest", output=np.float64))
+
+
+def box_interval(shape: tuple[int, int], viewer: Array, direction: Array) -> tuple[Array, Array]:
+    """Return where rays enter the box about a height field, and where they leave it.
+
+    The box ends in the middles of the outermost texels, as the surface does.
+
+    Parameters
+    ----------
+    shape
+        Height H and width W of the depth image, texels.
+    viewer
+        (3,) where all rays start, field coordinates: u, v and depth, in front of the picture, so that depth < 0.
+    direction
+        (n, 3) directions of the rays, field coordinates, of any length.
+
+    Returns
+    -------
+    tuple
+        (n,) and (n,) multiples of `direction`; a ray that misses the box leaves it before it enters.
+    """
+    margin = np.array([0.5 / shape[1], 0.5 / shape[0]])
+    low, high = np.append(margin, 0.0), np.append(1 - margin, 1.0)
+    along = np.where(np.abs(direction) < 1e-12, 1e-12, direction)
+    ends = np.stack([(low - viewer) / along, (high - viewer) / along])
+    return np.maximum(ends.min(0).max(1), 0.0), ends.max(0).min(1)
+
+
+def first_hits(
+    depth: NDArray[np.floating], viewer: Array, direction: Array, linear_steps: int, binary_steps: int
+) -> Array:
+    """Return where rays first go from in front of the surface to behind it.
+
+    Parameters
+    ----------
+    depth
+        (H, W) the height field, as `surface_depth` takes it.
+    viewer
+        (3,) where all rays start, field coordinates, depth < 0.
+    direction
+        (n, 3) directions of the rays, field coordinates, of any length.
+    linear_steps
+        Number of steps in the box, all of one length. What is thinner than a step may be missed.
+    binary_steps
+        How often the step in which the ray meets the surface is halved.
+
+    Returns
+    -------
+    Array
+        (n,) multiples of `direction`; NaN for rays that do not meet the surface.
+    """
+    enters, leaves = box_interval((depth.shape[0], depth.shape[1]), viewer, direction)
+
+    def ahead(rows: Rows, part: Array) -> Array:
+        """Return how far in front of the surface the rays `rows` are after `part` of their way, 1 the whole depth."""
+        way = enters[rows] + part * (leaves - enters)[rows]
+        at = viewer + way[:, None] * direction[rows]
+        return np.subtract(surface_depth(depth, at[:, :2]), at[:, 2])
+
+    rays = np.flatnonzero(leaves > enters)
+    found = np.full(len(direction), np.nan)
+    by_front = viewer[2] + enters[rays] * direction[rays, 2] < 1e-6
+    in_front = by_front | (ahead(rays, np.zeros(len(rays))) > 0)
+    for k in range(1, linear_steps + 1):
+        now = ahead(rays, np.full(len(rays), k / linear_steps)) > 0
+        met = in_front & ~now
+        found[rays[met]] = k / linear_steps
+        rays, in_front = rays[~met], now[~met]
+    rays = np.flatnonzero(np.isfinite(found))
+    behind = found[rays]
+    before = behind - 1 / linear_steps
+    for _ in range(binary_steps):
+        middle = (before + behind) / 2
+        is_behind = ahead(rays, middle) <= 0
+        before, behind = np.where(is_behind, before, middle), np.where(is_behind, middle, behind)
+    at = viewer + (enters[rays] + before * (leaves - enters)[rays])[:, None] * direction[rays]
+    beside = surface_depth(depth, at[:, :2]) > 1  # the edge of a surface, which is no wall
+    found[rays] = np.where(beside, np.nan, enters[rays] + behind * (leaves - enters)[rays])
+    return found

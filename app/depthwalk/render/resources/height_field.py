@@ -1,0 +1,182 @@
+"""Upload planar depth images as height fields, which the rivals of the warp look surfaces up in.
+
+A height field has coordinates of its own: u and v from 0 to 1 over the picture, as its depth image has them, and the
+depth behind the picture's plane, from 0 at the plane to 1 at the back of the object. u × v points inward.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import BakedObject
+from depthwalk.gpu.device import Scope
+
+EMPTY = 1e20
+"""Depth of a texel without a surface. Blended with others, however little of it, it lies behind the box."""
+
+
+@dataclass(kw_only=True)
+class HeightField:
+    """Hold a height field on the GPU, whose GL objects belong to the asset store.
+
+    Attributes
+    ----------
+    depth
+        The depths, filtered linearly, 0 to 1, `EMPTY` where there is no surface.
+    uniforms
+        The uniforms of shaders/common/height_field.vert and .glsl and of field_frame.glsl, by name.
+    distances
+        The volume of distances to the surface, metres; None until somebody needs it.
+    triangles
+        The indices of the triangles between all texels, numbered row by row; None until somebody needs them.
+    """
+
+    depth: moderngl.Texture
+    uniforms: dict[str, Any]
+    distances: moderngl.Texture3D | None = None
+    triangles: moderngl.Buffer | None = None
+
+    @property
+    def owned(self) -> tuple[moderngl.Texture | moderngl.Texture3D | moderngl.Buffer, ...]:
+        """Return all GL objects of the field, so that they are freed with its asset."""
+        return self.depth, *(made for made in (self.distances, self.triangles) if made is not None)
+
+    @property
+    def bytes(self) -> int:
+        """Return how many bytes of GPU memory the field takes."""
+        volume = 0 if self.distances is None else 2 * int(np.prod(self.distances.size))
+        triangles = 0 if self.triangles is None else self.triangles.size
+        return 4 * self.depth.width * self.depth.height + volume + triangles
+
+
+class HeightFields:
+    """Make height fields of depth objects when they are first drawn so, and free them with their objects.
+
+    All methods take the number of a depth object that is one planar depth image.
+
+    Parameters
+    ----------
+    gl
+        The scope of the asset store, which owns the GL objects.
+    baked
+        Returns the depth images of the depth object with a number.
+    """
+
+    def __init__(self, gl: Scope, baked: Callable[[int], BakedObject]) -> None:
+        self._gl, self._baked = gl, baked
+        self._fields: dict[int, HeightField] = {}
+
+    @property
+    def bytes(self) -> int:
+        """Return how many bytes of GPU memory all fields take."""
+        return sum(field.bytes for field in self._fields.values())
+
+    def field(self, number: int) -> HeightField:
+        """Return the height field of the depth object numbered `number`."""
+        if number not in self._fields:
+            self._fields[number] = upload_height_field(self._gl, self._baked(number))
+        return self._fields[number]
+
+    def distances(self, number: int, resolution: int, slices: int) -> moderngl.Texture3D:
+        """Return the volume of distances of a height field, made again where it has another size.
+
+        Parameters
+        ----------
+        number
+            The number of the depth object.
+        resolution
+            Most width and height of the volume, texels; it is not larger than the picture.
+        slices
+            Its depth, texels.
+
+        Returns
+        -------
+        moderngl.Texture3D
+            The volume, metres.
+        """
+        field = self.field(number)
+        size = min(field.depth.width, resolution), min(field.depth.height, resolution), slices
+        if field.distances is None or field.distances.size != size:
+            if field.distances is not None:
+                self._gl.free(field.distances)
+                field.distances = None
+            from depthwalk.render.resources.distance_volume import distance_volume  # here: few pictures need SciPy
+
+            volume = distance_volume(self._baked(number), size)
+            field.distances = self._gl.volume(size, 1, "f2", volume.astype(np.float16).tobytes())
+        return field.distances
+
+    def triangles(self, number: int) -> moderngl.Buffer:
+        """Return the uint32 indices of the triangles between all texels of the depth object numbered `number`."""
+        field = self.field(number)
+        if field.triangles is None:
+            field.triangles = self._gl.buffer(texel_triangles(np.isfinite(self._baked(number).images[0].depth)))
+        return field.triangles
+
+    def free(self, number: int) -> None:
+        """Free what was made of the depth object numbered `number`, if anything was."""
+        if (field := self._fields.pop(number, None)) is not None:
+            self._gl.free(*field.owned)
+
+    def forget(self) -> None:
+        """Forget all fields, because their scope has been released."""
+        self._fields.clear()
+
+
+def relative_depth(baked: BakedObject) -> NDArray[np.float32]:
+    """Return the depths (H, W) of one planar depth image as parts of the object's depth, `EMPTY` where none is."""
+    depth = baked.images[0].depth
+    return np.where(np.isfinite(depth), depth / np.float32(baked.cylinder.height), np.float32(EMPTY))
+
+
+def upload_height_field(gl: Scope, baked: BakedObject) -> HeightField:
+    """Upload the depths of an object of one planar depth image into a scope.
+
+    Parameters
+    ----------
+    gl
+        The scope that owns the texture.
+    baked
+        The object.
+
+    Returns
+    -------
+    HeightField
+        The field on the GPU.
+    """
+    depth, volume = relative_depth(baked), baked.cylinder
+    height, width = depth.shape
+    texture = gl.texture((width, height), 1, "f4", depth.tobytes())
+    texture.filter = moderngl.LINEAR, moderngl.LINEAR
+    uniforms = {
+        "field_size": (2 * volume.half_width, 2 * volume.half_depth, volume.height),
+        "field_top": volume.top,
+        # The warped grid ends in the middles of the outermost texels, and so does this one.
+        "field_margin": (0.5 / width, 0.5 / height),
+    }
+    return HeightField(depth=texture, uniforms=uniforms)
+
+
+def texel_triangles(solid: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    """Return the two triangles between each four texels of a picture, counter-clockwise seen from its front.
+
+    Parameters
+    ----------
+    solid
+        (H, W) which texels have a surface; triangles with others are left out.
+
+    Returns
+    -------
+    NDArray[np.uint32]
+        (t, 3) numbers of texels, row by row; one triangle without extent where there is none.
+    """
+    number = np.arange(solid.size, dtype=np.uint32).reshape(solid.shape)
+    here, right, up, across = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
+    cells = np.stack([np.stack([here, up, right], -1), np.stack([across, right, up], -1)], -2)
+    triangles = cells.reshape(-1, 3)
+    kept = triangles[solid.ravel()[triangles].all(1)]
+    return kept if len(kept) else np.zeros((1, 3), np.uint32)
