@@ -21,8 +21,9 @@ from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import BakeParams, ModelParams
 from depthwalk.bake.parts import bake_model, submesh
+from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cook import CookedObject, CookOptions
-from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
+from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.files import write_bytes
 from depthwalk.ingest.mesh import Material, Mesh, MeshLevel, Part
 from depthwalk.scene.arrays import Objects, Representation

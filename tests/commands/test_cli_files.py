@@ -170,7 +170,7 @@ def test_a_scene_uses_what_bake_wrote_beside_the_mesh(
     mesh = tiny_scene.with_name("ball.ply")
     run("bake", mesh, "--dpci-resolution", 64, "--layers", 1)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
-    monkeypatch.setattr("depthwalk.assets.library.bake_model", None)  # baking once more would fail
+    monkeypatch.setattr("depthwalk.bake.parts.bake_model", None)  # baking once more would fail
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--resolution", "96,64")
     assert result.exit_code == 0, result.stderr
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cluster_file import CLUSTERS, find_clusters, keep_clusters
-from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
+from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.scene.loader import load_scene
 from shapes import box, mesh_of, sphere
 
@@ -75,7 +76,7 @@ def test_what_cannot_be_drawn_is_not_used(clusters: MeshClusters, change: dict[s
 
 
 def test_the_library_builds_them_once(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("depthwalk.assets.library.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
+    monkeypatch.setattr("depthwalk.cook.cluster_builder.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
     assets, stages = load_scene(tiny_scene).assets, []
     made = SceneLibrary(assets, lambda name, stage: stages.append(stage)).mesh_clusters(0)
     found = SceneLibrary(assets, lambda name, stage: stages.append(stage)).mesh_clusters(0)
@@ -90,7 +91,7 @@ def test_a_full_disk_costs_nothing_but_time(
     def full(clusters: MeshClusters, key: str) -> None:
         raise OSError("no space left")
 
-    monkeypatch.setattr("depthwalk.assets.library.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
+    monkeypatch.setattr("depthwalk.cook.cluster_builder.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
     monkeypatch.setattr("depthwalk.assets.library.keep_clusters", full)
     assert SceneLibrary(load_scene(tiny_scene).assets).mesh_clusters(0) is not None
     assert "cannot keep the mesh clusters of ball: no space left" in caplog.text

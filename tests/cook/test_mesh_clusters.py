@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cluster_error import squared_distances
-from depthwalk.cook.mesh_clusters import SIZE, MeshClusters, build_clusters
+from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.lod.cluster_selection import select_clusters

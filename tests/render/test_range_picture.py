@@ -138,7 +138,7 @@ def camera_points(camera: Camera, metres: Array) -> Array:
 @pytest.mark.slow
 def test_the_second_start_reads_the_cache(scene: tuple[Scene, SceneLibrary], monkeypatch: pytest.MonkeyPatch) -> None:
     before = scene[1].baked(0)
-    monkeypatch.setattr("depthwalk.assets.library.bake_range", lambda *_: pytest.fail("baked again"))
+    monkeypatch.setattr("depthwalk.bake.planar.bake_range", lambda *_: pytest.fail("baked again"))
     again = SceneLibrary(scene[0].assets).baked(0)
     assert before is not None and again is not None
     assert np.array_equal(again.parts[0].images[0].depth, before.parts[0].images[0].depth)

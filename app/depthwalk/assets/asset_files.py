@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from depthwalk.bake.cache import bake_key
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.params import FEWEST, RATIOS, ModelParams
+from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
@@ -282,8 +283,6 @@ def clusters_key(spec: MeshAsset, source: str) -> str:
     str
         64 hex digits.
     """
-    from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
-
     return bake_key(source.removesuffix(_TEXTURED), up=spec.up, height=spec.height, clusters=CLUSTERS_VERSION)
 
 

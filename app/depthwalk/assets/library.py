@@ -39,7 +39,7 @@ from depthwalk.cache import make_room
 from depthwalk.cook.cluster_file import find_clusters, keep_clusters
 from depthwalk.cook.cook import GRID_TEXELS, AheadReader, CookedObject, CookOptions
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
-from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
+from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
@@ -400,6 +400,8 @@ class SceneLibrary:
         if found is not None:
             return found
         self.report(spec.name, "dividing into clusters")
+        from depthwalk.cook.cluster_builder import build_clusters
+
         clusters = build_clusters(mesh)
         try:
             keep_clusters(clusters, key)

@@ -34,8 +34,9 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
-# Allowed growth over the second half of a walk: some GL objects are made late, and the allocator keeps some memory.
-MAX_NEW_OBJECTS, MAX_GROWTH = 8, 4 << 20  # count, bytes
+# Allowed growth over the second half of a walk: what is first seen late brings GL objects, with a program and a vertex
+# array for each pass that draws it, and the allocator keeps some memory.
+MAX_NEW_OBJECTS, MAX_GROWTH = 16, 4 << 20  # count, bytes
 _SAMPLES = 1000  # measurements per walk, at most
 _STEP = 0.05  # metres: walking pace at 30 frames per second
 _TURN = 0.02  # radians, standard deviation of the change of heading per frame

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.model import BakedModel
+from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cook import CookedObject, CookOptions
-from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
+from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.quality.views import Viewpoint, bounding_sphere, view_of
 from depthwalk.render.headless import HeadlessRenderer

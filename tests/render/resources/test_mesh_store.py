@@ -7,7 +7,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from depthwalk.cook.mesh_clusters import MeshClusters, build_clusters
+from depthwalk.cook.cluster_builder import build_clusters
+from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
