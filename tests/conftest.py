@@ -1,5 +1,6 @@
 """What tests of several parts share: a GL device, a cache of their own, and a small scene on disk."""
 
+import contextlib
 import gc
 import logging
 import os
@@ -126,10 +127,25 @@ def cache_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
     folder.mkdir(exist_ok=True)
+    _share_compiled_loops(folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
         patch.setattr(shapes, "shared_folder", folder)
         yield folder
+
+
+def _share_compiled_loops(folder: Path) -> None:
+    """Let the tests use the loops that were compiled before, each state of their files in a folder of its own.
+
+    They take half a minute, and are the same whoever compiles them. `folder`: that of the tests' caches.
+    """
+    from depthwalk.cache import cache_folder
+
+    own, theirs = folder / "depthwalk" / "compiled", cache_folder().parent / "compiled"
+    own.parent.mkdir(exist_ok=True)
+    with contextlib.suppress(OSError):  # another worker did so, or this machine has no cache folder
+        theirs.mkdir(parents=True, exist_ok=True)
+        own.symlink_to(theirs, target_is_directory=True)
 
 
 @pytest.fixture(scope="session", autouse=True)
