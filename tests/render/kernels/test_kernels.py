@@ -276,8 +276,12 @@ print(kernels.load(), kernels.loaded())
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def test_code_that_nobody_uses_is_removed() -> None:
+def test_code_that_nobody_uses_is_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Folders of other states are kept for some weeks after their last use."""
+    assert kernels.load()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    kernels.unload()
+    kernels.folder().mkdir(parents=True)
     assert kernels.load()
     ages = {"new": 1, "old": 60, "unfinished": 60}
     for name, days in ages.items():
