@@ -22,6 +22,7 @@ from pyglm import glm
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.colour import linear_from_srgb8, srgb8_from_linear
+from depthwalk.geometry.vectors import components
 from depthwalk.quality.metrics import flip_map
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
@@ -85,7 +86,7 @@ def camera_at(start: Camera, seconds: float) -> Camera:
     way = radius * (math.sin(angle) * ahead + (1 - math.cos(angle)) * glm.cross(up, ahead))
     position = glm.dvec3(*start.position) + way
     look = glm.angleAxis(angle, up) * start.look
-    return Camera(position.to_tuple(), (position + look).to_tuple(), start.fov)
+    return Camera(components(position), components(position + look), start.fov)
 
 
 def wandering(start: Camera, seconds: float) -> Callable[[float], Camera]:

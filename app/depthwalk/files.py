@@ -1,11 +1,15 @@
 """Write files that appear whole or not at all, and clean up after processes that were killed.
 
-A file is written beside its final place, under a name that holds the number of the process, flushed to the disk and
-renamed. So no reader ever sees half a file, and what a killed process has left can be told from what is being written.
+A file is written beside its final place, under a name that tells process and machine, flushed to the disk and renamed.
+So no reader ever sees half a file, and what a killed process has left can be told from what is being written: the next
+process that writes into the same folder removes it.
 """
 
 import errno
+import functools
+import hashlib
 import os
+import platform
 import re
 import shutil
 import tempfile
@@ -17,7 +21,7 @@ from pathlib import Path
 from depthwalk.errors import InputError
 
 _STAGING = ".bake-"  # how names of staging folders begin, before the number of the process
-_STALE = 86_400  # seconds after which the leftovers of a process that is gone may be removed
+_STALE = 86_400  # seconds after which leftovers may be removed of a process that cannot be asked for
 
 
 def check_folder(path: Path) -> None:
@@ -74,6 +78,7 @@ def replacing(path: Path) -> Iterator[Path]:
     OSError
         Where the file cannot be flushed or renamed; it names `path`.
     """
+    _sweep(path.parent)
     temporary = _temporary(path)
     try:
         yield temporary
@@ -88,7 +93,24 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def _temporary(path: Path) -> Path:
     """Return the name under which this process writes the file of `path`."""
-    return path.with_name(f".{os.getpid()}-{path.name}")
+    return path.with_name(f".{os.getpid()}-{_machine()}-{path.name}")
+
+
+@functools.cache
+def _machine() -> str:
+    """Return six hex digits that tell where process numbers mean the same: one machine, and on it one container."""
+    texts = [platform.node()]
+    with suppress(OSError):  # Linux only
+        texts.append(Path("/etc/machine-id").read_text(encoding="ascii", errors="replace"))
+    with suppress(OSError):
+        texts.append(str(os.stat("/proc/self/ns/pid").st_ino))
+    return hashlib.sha256("\n".join(texts).encode()).hexdigest()[:6]
+
+
+@functools.lru_cache(maxsize=64)
+def _sweep(folder: Path) -> None:
+    """Remove what killed processes left in a folder, once for each process that writes there."""
+    remove_leftovers(folder)
 
 
 @contextmanager
@@ -128,30 +150,48 @@ def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
     OSError
         Where no folder can be made.
     """
-    remove_leftovers(folder, (_STAGING,))
-    return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-", dir=folder)
+    remove_leftovers(folder)
+    return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-{_machine()}-", dir=folder)
 
 
-def remove_leftovers(folder: Path, prefixes: tuple[str, ...] = (".", _STAGING)) -> None:
+def temporary_folder() -> "tempfile.TemporaryDirectory[str]":
+    """Make a folder for files that this process alone needs, among the temporary files of the system.
+
+    It is as `staging_folder` makes it: where this process is killed, the next one removes it.
+    """
+    return staging_folder(Path(tempfile.gettempdir()))
+
+
+# Before the machine was part of the name: such leftovers are removed once they are old.
+_OURS = re.compile(rf"(?:\.|{re.escape(_STAGING)})(?P<process>\d{{1,9}})-(?:(?P<machine>[0-9a-f]{{6}})-)?.+")
+
+
+def remove_leftovers(folder: Path) -> None:
     """Remove what killed processes left unfinished in a folder.
 
-    Leftovers are files and folders that bear a name of this module's, for a process that does not run, and are a day
-    old: a disk may be shared with machines whose processes cannot be seen. What cannot be removed stays.
+    Leftovers are files and folders that bear a name of this module's, for a process that does not run. Those of other
+    machines, whose processes cannot be asked for, must also be a day old. What cannot be removed stays.
 
     Parameters
     ----------
     folder
         Where to look; its sub-folders are not searched.
-    prefixes
-        How the names of leftovers begin, before the number of the process.
     """
-    ours = re.compile(rf"(?:{'|'.join(map(re.escape, prefixes))})(\d{{1,9}})-.+")
-    with suppress(OSError):
-        for path in folder.iterdir():
-            if (match := ours.fullmatch(path.name)) and not _is_running(int(match[1])):
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name[:1] == "." and (ours := _OURS.fullmatch(entry.name)):
                 with suppress(OSError):  # another process removes as well
-                    if time.time() - path.lstat().st_mtime > _STALE:
-                        shutil.rmtree(path) if path.is_dir() else path.unlink()
+                    if _is_left_over(entry, ours):
+                        is_folder = entry.is_dir(follow_symlinks=False)
+                        shutil.rmtree(entry.path) if is_folder else os.unlink(entry.path)
+
+
+def _is_left_over(entry: "os.DirEntry[str]", ours: "re.Match[str]") -> bool:
+    """Return whether nobody will finish a file or folder, whose name `ours` has matched. Raises OSError."""
+    if _is_running(int(ours["process"])):
+        return False
+    is_here = ours["machine"] == _machine() and os.name != "nt"
+    return is_here or time.time() - entry.stat(follow_symlinks=False).st_mtime > _STALE
 
 
 def _is_running(process: int) -> bool:
@@ -165,6 +205,12 @@ def _is_running(process: int) -> bool:
     except (OSError, OverflowError):  # another user's
         return True
     return True
+
+
+def copy(source: Path, path: Path) -> None:
+    """Copy the file `source` to the file `path`, whole or not at all. Raises OSError where that fails."""
+    with replacing(path) as temporary, _about(path, temporary):
+        shutil.copyfile(source, temporary)
 
 
 def write_bytes(path: Path, data: bytes) -> None:

@@ -86,7 +86,7 @@ def test_an_asset_is_baked_beside_the_frames(
     assert library.progress is None and library.failures == []
     geometry, _ = library.cooked(0, OPTIONS)[0].load()
     assert geometry.count[0].sum() > 0
-    (spill,) = (folder for folder in [library._spill] if folder)
+    (spill,) = (folder.name for folder in [library._spill] if folder)
     library.close()
     assert not Path(spill).exists()
 

@@ -10,8 +10,6 @@ import logging
 import multiprocessing
 import os
 import queue
-import shutil
-import tempfile
 import threading
 import time
 from collections import defaultdict
@@ -20,6 +18,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExec
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -30,6 +29,7 @@ from depthwalk.assets.worker import report_stage, set_up_ahead, terminate
 from depthwalk.cook.cook import AheadReader, CookedObject, CookOptions, Preloaded
 from depthwalk.cook.cooked_file import find_cooked, read_cooked, write_cooked
 from depthwalk.errors import InputError
+from depthwalk.files import temporary_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.arrays import MESHES, Representation
@@ -128,7 +128,7 @@ class BackgroundLibrary(SceneLibrary):
         self._closed = False
         self._pools_broken = 0
         self._reports: Any = None
-        self._spill: str | None = None  # a folder for what the cache cannot keep
+        self._spill: TemporaryDirectory[str] | None = None  # a folder for what the cache cannot keep
         self._held: list[Preloaded] = []
         self._is_mesh_read = False  # whether a mesh was, or is being
         self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
@@ -287,7 +287,8 @@ class BackgroundLibrary(SceneLibrary):
             self._finder.shutdown(wait=False, cancel_futures=True)
             self._finder = self._ahead = None
         if self._spill is not None:
-            shutil.rmtree(self._spill, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                self._spill.cleanup()
             self._spill = None
 
     # What the thread does --------------------------------------------------------------------------------------------
@@ -362,8 +363,8 @@ class BackgroundLibrary(SceneLibrary):
         self._begin_pool()
         assert self._pool is not None
         if self._spill is None:
-            self._spill = tempfile.mkdtemp(prefix="depthwalk-")
-        out = str(Path(self._spill) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{COOKED_SUFFIX}")
+            self._spill = temporary_folder()
+        out = str(Path(self._spill.name) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{COOKED_SUFFIX}")
         in_process = isinstance(self._pool, ProcessPoolExecutor)
         report = partial(report_stage, asset) if in_process else partial(_put, self._reports, asset)
         read = self._meshes.get(asset)

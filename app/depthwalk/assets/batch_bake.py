@@ -8,7 +8,6 @@ import contextlib
 import multiprocessing
 import os
 import queue
-import shutil
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -27,7 +26,7 @@ from depthwalk.cache import forget
 from depthwalk.cook.cook import GRID_TEXELS, CookOptions, cook_object
 from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, staging_folder
+from depthwalk.files import check_folder, copy, staging_folder
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.sources import Sources
 from depthwalk.parallel import default_workers
@@ -217,9 +216,8 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
 def _copied(cached: Path, staged: Path) -> bool:
     """Copy a file of the cache, and return whether that worked: another process may have removed it to make room."""
     try:
-        shutil.copyfile(cached, staged)
+        copy(cached, staged)
     except OSError:
-        staged.unlink(missing_ok=True)  # half a copy must not take the place of the job's file
         return False
     return True
 

@@ -5,7 +5,6 @@ another to the paper's method; the last row is what the program does.
 """
 
 import json as json_format
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
@@ -24,6 +23,7 @@ from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.progress import frame_progress
 from depthwalk.commands.reports import check_report_files, write_report
 from depthwalk.errors import missing_file
+from depthwalk.files import temporary_folder
 from depthwalk.limits import MAX_DPCI_RESOLUTION, MIN_DPCI_RESOLUTION
 from depthwalk.provenance import commit
 from depthwalk.quality.costs import measured_bake
@@ -170,7 +170,7 @@ def ablate(
     mesh = read_mesh(spec)
     rows = []
     for setup in chosen:
-        with tempfile.TemporaryDirectory() as folder:
+        with temporary_folder() as folder:
             file = Path(folder) / f"ablated{SUFFIX}"
             params = ModelParams(resolution=resolution, layers=setup.layers, refinements=setup.refinements)
             costs = measured_bake(spec, params, file)

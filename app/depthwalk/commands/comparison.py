@@ -1,6 +1,5 @@
 """Bake meshes, and compare pictures of their depth images with pictures of the meshes, for `depthwalk compare`."""
 
-import tempfile
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from depthwalk.bake.params import ModelParams
 from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError, missing_file
+from depthwalk.files import temporary_folder
 from depthwalk.gpu.device import GpuError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.params import Params
@@ -184,7 +184,7 @@ def _line(views: Sequence[ViewQuality]) -> str:
 def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport, list[WorstView], str]:
     """Return the report on one mesh, its worst views with pictures, and the name of the GL driver."""
     spec = subject.spec
-    with asset_progress() as report, tempfile.TemporaryDirectory() as folder:
+    with asset_progress() as report, temporary_folder() as folder:
         report(spec.name, "reading")
         mesh = read_body(spec)
         report(spec.name, "baking")

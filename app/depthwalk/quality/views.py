@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
@@ -99,7 +100,7 @@ def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View
     position = glm.dvec3(*sphere.centre) + away(viewpoint) * distance
     # Planes by the object's size, not in metres: the depth buffer is as fine for a coin as for a cathedral.
     near, far = 0.02 * distance, distance + 4 * sphere.radius
-    return View(Camera(position.to_tuple(), sphere.centre, fov), size, near, far)
+    return View(Camera(components(position), sphere.centre, fov), size, near, far)
 
 
 def away(viewpoint: Viewpoint) -> glm.dvec3:

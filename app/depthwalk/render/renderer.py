@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import hardware_samples, sample_views, supersampled
@@ -425,7 +426,7 @@ class Renderer:
         narrower = min(fov, 2 * math.atan(math.tan(fov / 2) * aspect))
         target = glm.dvec3(middle)
         place = target + glm.normalize(away) * (radius / math.sin(narrower / 2))
-        return Camera(place.to_tuple(), target.to_tuple(), fov)
+        return Camera(components(place), components(target), fov)
 
     def _forget_assets(self) -> None:
         self._last_shadows = Shadows()

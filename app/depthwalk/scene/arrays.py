@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.geometry.soa import StructOfArrays
+from depthwalk.geometry.vectors import components
 
 
 class Representation(IntEnum):
@@ -111,5 +112,5 @@ class Camera:
 
     def moved(self, shift: glm.dvec3) -> "Camera":
         """Return the camera and its target moved by `shift`, metres, world."""
-        position, target = ((glm.dvec3(*point) + shift).to_tuple() for point in (self.position, self.target))
+        position, target = (components(glm.dvec3(*point) + shift) for point in (self.position, self.target))
         return replace(self, position=position, target=target)

@@ -10,6 +10,7 @@ from enum import IntEnum
 
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import MAX_SPEED, MIN_SPEED
 
@@ -120,7 +121,7 @@ class Walker:
     def camera(self) -> Camera:
         """Return the camera at the viewer's eyes; its target is one metre ahead."""
         ahead = self.position + direction(self.yaw, self.pitch)
-        return Camera(self.position.to_tuple(), ahead.to_tuple(), self.fov)
+        return Camera(components(self.position), components(ahead), self.fov)
 
     def look(self, right: float, down: float) -> None:
         """Turn the look by a motion of the mouse of `right` and `down` pixels, RADIANS_PER_PIXEL each."""

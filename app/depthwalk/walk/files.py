@@ -1,10 +1,12 @@
 """Save a walk's screenshots and recorded camera paths under new names, without overwriting anything."""
 
+import os
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from itertools import count
 from pathlib import Path
-from tempfile import TemporaryDirectory
+
+from depthwalk.files import staging_folder
 
 
 def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Path]) -> Path:
@@ -39,24 +41,38 @@ def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Pat
 
 
 def _write_new(folder: Path, suffix: str, write: Callable[[Path], object]) -> Path:
-    """Write a whole file under a free name of `folder` and return its path.
-
-    An empty file reserves the name for a moment: without hard links, no system call moves a file and refuses to
-    overwrite another.
-    """
+    """Write a whole file under a free name of `folder` and return its path."""
     stem = f"depthwalk-{datetime.now():%Y%m%d-%H%M%S}"
-    with TemporaryDirectory(prefix=".depthwalk-", dir=folder) as temporary:
+    with staging_folder(folder) as temporary:
         whole = Path(temporary) / f"whole{suffix}"
         write(whole)
         for number in count(1):
             path = folder / (f"{stem}{suffix}" if number == 1 else f"{stem}-{number}{suffix}")
-            try:
-                path.open("xb").close()
-            except FileExistsError:
-                continue
-            try:
-                return whole.replace(path)
-            except BaseException:
-                path.unlink()
-                raise
+            if _moved(whole, path):
+                return path
     raise AssertionError("numbers do not end")
+
+
+def _moved(whole: Path, path: Path) -> bool:
+    """Give a file the name `path`, unless that is taken; return whether it was free.
+
+    A second link to the file refuses taken names in one step. Disks without links (FAT) get an empty file first, which
+    reserves the name for a moment.
+    """
+    try:
+        os.link(whole, path)
+        return True
+    except FileExistsError:
+        return False
+    except OSError:
+        pass
+    try:
+        path.open("xb").close()
+    except FileExistsError:
+        return False
+    try:
+        whole.replace(path)
+    except BaseException:
+        path.unlink()
+        raise
+    return True

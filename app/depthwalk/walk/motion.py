@@ -4,6 +4,7 @@ import math
 
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.scene.arrays import Camera
 
 _SMOOTHED = 0.1  # s over which velocities are averaged
@@ -52,7 +53,7 @@ class Motion:
         look, angle = self._camera.look, glm.length(self._turn) * seconds
         if angle > _LEAST:
             look = glm.angleAxis(angle, glm.normalize(self._turn)) * look
-        return Camera(position.to_tuple(), (position + look).to_tuple(), self._camera.fov)
+        return Camera(components(position), components(position + look), self._camera.fov)
 
 
 def turn_between(before: glm.dvec3, after: glm.dvec3) -> glm.dvec3:

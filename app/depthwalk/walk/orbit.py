@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import view_from_world
 from depthwalk.walk.controls import MAX_PITCH, direction, heading
@@ -89,7 +90,7 @@ def dolly(camera: Camera, notches: float) -> Camera:
 def with_distance(camera: Camera, metres: float) -> Camera:
     """Return `camera` with its target `metres` ahead, limited to DISTANCE_RANGE; position and direction stay."""
     look = glm.normalize(camera.look) * glm.clamp(metres, *DISTANCE_RANGE)
-    return replace(camera, target=(glm.dvec3(*camera.position) + look).to_tuple())
+    return replace(camera, target=components(glm.dvec3(*camera.position) + look))
 
 
 def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
@@ -113,7 +114,7 @@ def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
     """
     left = (glm.dvec3(*camera.target) - point) * math.exp(-dt / _AIMING)
     arrived = glm.length(left) < _ARRIVED * glm.distance(glm.dvec3(*camera.position), point)
-    return replace(camera, target=(point if arrived else point + left).to_tuple()), arrived
+    return replace(camera, target=components(point if arrived else point + left)), arrived
 
 
 def distance(camera: Camera) -> float:
@@ -123,4 +124,4 @@ def distance(camera: Camera) -> float:
 
 def _from_target(camera: Camera, look: glm.dvec3) -> Camera:
     """Place `camera` so that its target is at `look` from it."""
-    return replace(camera, position=(glm.dvec3(*camera.target) - look).to_tuple())
+    return replace(camera, position=components(glm.dvec3(*camera.target) - look))

@@ -2,6 +2,7 @@
 
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.params import Params
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.render_settings import PictureParams
@@ -118,7 +119,7 @@ def _draw_environment(state: State) -> None:
     turned, azimuth = imgui.slider_float("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
     raised, elevation = imgui.slider_float("sun elevation", elevation, -89, 89, "%.0f\u00b0")
     if turned or raised:
-        sun.direction = (-glm.euclidean(glm.radians(glm.dvec2(elevation, azimuth)))).to_tuple()
+        sun.direction = components(-glm.euclidean(glm.radians(glm.dvec2(elevation, azimuth))))
     for label, light in (("sun intensity", sun), ("ambient intensity", ambient)):
         changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
         if changed:

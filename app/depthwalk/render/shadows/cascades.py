@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.render_settings import ShadowParams
@@ -160,7 +161,7 @@ def fit_cascades(
         sideways = max(np.floor(step / texel), 1.0) * texel
         steps = glm.dvec3(sideways, sideways, 2 * (DEPTH * half - radius))
         centre = (glm.round(viewer / steps) * steps) * light_from_world  # a row vector is turned back
-        cascades.append(Cascade(centre=centre.to_tuple(), half=half, axes=axes, resolution=params.resolution))
+        cascades.append(Cascade(centre=components(centre), half=half, axes=axes, resolution=params.resolution))
     return tuple(cascades)
 
 
