@@ -76,7 +76,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def gl_device() -> "Device":
     """The headless device that all GL tests share; without one they are skipped, and say so."""
-    from depthwalk.gpu.device import GpuError, headless_device
+    from depthwalk.gpu.device import headless_device
+    from depthwalk.gpu.failures import GpuError
 
     try:
         return headless_device()

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from depthwalk.api.scene import Scene, load_scene
     from depthwalk.api.window import view
     from depthwalk.errors import InputError
-    from depthwalk.gpu.device import GpuError
+    from depthwalk.gpu.failures import GpuError
     from depthwalk.gpu.program import Program
     from depthwalk.params import Params
     from depthwalk.render.frame import Pass
@@ -26,7 +26,7 @@ __version__ = "0.1.0"
 _MODULES = {
     "Camera": "depthwalk.scene.arrays",
     "Comparison": "depthwalk.api.mesh",
-    "GpuError": "depthwalk.gpu.device",
+    "GpuError": "depthwalk.gpu.failures",
     "Image": "depthwalk.api.renderer",
     "InputError": "depthwalk.errors",
     "Params": "depthwalk.params",

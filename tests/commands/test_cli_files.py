@@ -231,7 +231,7 @@ def test_info_names_versions_and_renderer(run: Callable[..., Any]) -> None:
 
 
 def test_info_says_so_where_there_is_no_opengl(run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    from depthwalk.gpu.device import GpuError
+    from depthwalk.gpu.failures import GpuError
 
     def no_device() -> None:
         raise GpuError("no OpenGL 3.3 context: none")

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from depthwalk.gpu.device import Device, GpuError, Scope
+from depthwalk.gpu.device import Device, Scope
+from depthwalk.gpu.failures import GpuError
 
 
 @pytest.fixture

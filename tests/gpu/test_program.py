@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from depthwalk.gpu import program
-from depthwalk.gpu.device import Device, GpuError
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program, Source, Variants
 
 

@@ -9,7 +9,8 @@ import pytest
 
 import depthwalk.render.headless
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.gpu.device import Device, GpuError, Scope, headless_device
+from depthwalk.gpu.device import Device, Scope, headless_device
+from depthwalk.gpu.failures import GpuError
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View

@@ -10,7 +10,8 @@ import moderngl
 import numpy as np
 import pytest
 
-from depthwalk.gpu.device import Device, GpuError, Scope
+from depthwalk.gpu.device import Device, Scope
+from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import State
 from depthwalk.params import Params, param

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from depthwalk.gpu.device import Device, GpuError
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.failures import GpuError
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.passes import default_passes

@@ -12,7 +12,8 @@ from depthwalk.colour import linear_from_srgb, srgb_from_linear
 from depthwalk.cook.lod_geometry import BORDER, EASE
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 from depthwalk.geometry.support_function import box_support_values
-from depthwalk.gpu.device import Device, GpuError
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program, Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference.light import phong

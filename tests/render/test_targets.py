@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from depthwalk.gpu.device import Device, GpuError
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.failures import GpuError
 from depthwalk.render.declared_targets import declared
 from depthwalk.render.passes import PASSES
 from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, TileAtlas, atlas_size

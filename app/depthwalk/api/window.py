@@ -4,7 +4,7 @@ from pathlib import Path
 
 from depthwalk.api.scene import PathLike, Scene
 from depthwalk.assets.background import BackgroundLibrary
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.failures import GpuError
 from depthwalk.scene.path import load_path
 
 

@@ -16,7 +16,7 @@ from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError, missing_file
 from depthwalk.files import temporary_folder
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.failures import GpuError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.params import Params
 from depthwalk.provenance import commit

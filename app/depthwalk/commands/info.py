@@ -101,7 +101,8 @@ def _version(name: str) -> str:
 
 
 def _opengl() -> Iterator[Row]:
-    from depthwalk.gpu.device import GpuError, headless_device
+    from depthwalk.gpu.device import headless_device
+    from depthwalk.gpu.failures import GpuError
 
     try:
         device = headless_device()

@@ -8,18 +8,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.commands.progress import asset_progress, frame_progress
+from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.cook.cook import AheadReader
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
-from depthwalk.pictures import jpeg_bytes, png_bytes, write_exr
+from depthwalk.gpu.failures import GPU_FAILURES, GpuError
+from depthwalk.pictures import LinearImage, jpeg_bytes, png_bytes, write_exr
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
+from depthwalk.types import Picture
 from depthwalk.video import video
 
 JPEG = (".jpg", ".jpeg")
@@ -27,7 +30,9 @@ MOST_SUPERSAMPLED = 4096 * 2304  # pixels of pictures that are supersampled by d
 SUFFIXES = (".png", *JPEG, ".exr", ".mp4")
 _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
-WriteFrame = Callable[[HeadlessRenderer], None]  # stores the frame that the renderer drew last
+_ATTEMPTS = 3  # to draw a frame, where the GPU fails
+
+WriteFrame = Callable[[Any], None]  # stores a frame, a Picture or LinearImage
 
 
 @dataclass(frozen=True)
@@ -198,41 +203,61 @@ def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: O
     ------
     OSError
         Where a file cannot be written, or the video encoder fails.
+    GpuError
+        Where the GPU fails again and again.
     """
     size = headless.size
     with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as write_frame:
-        for camera in cameras:
-            headless.draw(View(camera, size), output.transparent, linear=output.suffix == ".exr")
-            write_frame(headless)
+        for frame, camera in enumerate(cameras):
+            write_frame(_drawn(headless, View(camera, size), output, frame))
             advance()
+
+
+def _drawn(headless: HeadlessRenderer, view: View, output: Output, frame: int) -> Picture | LinearImage:
+    """Return the picture of a frame as `output` wants it; where the GPU fails, once more with everything made anew.
+
+    A picture does not depend on earlier ones, so that it is the same. Raises GpuError after _ATTEMPTS failures.
+    """
+    linear, failure = output.suffix == ".exr", ""
+    for _ in range(_ATTEMPTS):
+        try:
+            if failure:
+                headless.make_anew()
+            headless.draw(view, output.transparent, linear=linear)
+            if linear:
+                return headless.linear_image()
+            return headless.pixels()[..., : 4 if output.transparent else 3].copy()
+        except GPU_FAILURES as error:
+            failure = f"frame {frame}: {error}"
+            log.warning("%s; context and objects are made anew", failure)
+    raise GpuError(failure)
 
 
 @contextmanager
 def _writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[WriteFrame]:
-    """Yield what stores the frames, to be called for each in their order."""
+    """Yield what stores the frames, to be called with each in their order."""
     if output.suffix == ".mp4":
         with video(output.file(0), size, fps) as encoder:
-            yield lambda headless: encoder.send(headless.pixels()[..., :3].copy())
+            yield encoder.send
         print(output.file(0))
         return
     frame = 0
 
-    def write_frame(headless: HeadlessRenderer) -> None:
+    def write_frame(picture: Any) -> None:
         nonlocal frame
-        _write_still(headless, output, frame)
+        _write_still(picture, output, frame)
         frame += 1
 
     yield write_frame
 
 
-def _write_still(headless: HeadlessRenderer, output: Output, frame: int) -> None:
-    if output.suffix == ".exr":
-        write_exr(output.file(frame), headless.linear_image())
+def _write_still(picture: Picture | LinearImage, output: Output, frame: int) -> None:
+    if isinstance(picture, LinearImage):
+        write_exr(output.file(frame), picture)
     else:
-        encode = jpeg_bytes if output.suffix in JPEG else png_bytes
-        picture = encode(headless.pixels()[..., : 4 if output.transparent else 3])
+        encoded = jpeg_bytes(picture) if output.suffix in JPEG else png_bytes(picture)
         if output.to_stdout:
-            sys.stdout.buffer.write(picture)
+            sys.stdout.buffer.write(encoded)
             return
-        write_bytes(output.file(frame), picture)
+        write_bytes(output.file(frame), encoded)
     print(output.file(frame))

@@ -3,6 +3,7 @@
 moderngl frees no GL object by itself and hides failed allocations. So all objects are created through a `Scope`, which
 checks the driver's error after each, and owns it: whoever asks the device for a scope releases the scope, and with it
 everything made in it. `Device.live` counts what has been made and not released, which tests compare with nothing.
+Where the GPU has failed half-way through something, `Device.release` frees what all scopes own.
 """
 
 import logging
@@ -10,10 +11,12 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any, Unpack
+from weakref import WeakSet
 
 import moderngl
 import numpy as np
 
+from depthwalk.gpu.failures import GpuError, ResetStatus, check_reset, never_reset
 from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
 from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
 
@@ -22,10 +25,6 @@ log = logging.getLogger(__name__)
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
-
-
-class GpuError(Exception):
-    """Report that the driver refused an object or a program; the message says which and how large it was."""
 
 
 class Device:
@@ -53,9 +52,14 @@ class Device:
         Samples per pixel that textures of every kind may have; 1 where shaders cannot run per sample.
     """
 
-    def __init__(self, context: moderngl.Context) -> None:
-        """Find out what `context`, moderngl's, can do; it must be the current one."""
+    def __init__(self, context: moderngl.Context, status: ResetStatus = never_reset) -> None:
+        """Find out what `context`, moderngl's, can do; it must be the current one.
+
+        status: tells whether the context is lost, see `gpu.failures`.
+        """
         self.context = context
+        self._status = status
+        self._scopes: WeakSet[Scope] = WeakSet()
         self.live: Counter[str] = Counter()
         self.state = StateKeeper(context)
         self.renderer: str = context.info["GL_RENDERER"]
@@ -67,7 +71,18 @@ class Device:
 
     def scope(self, owner: str) -> "Scope":
         """Return a new scope for GL objects, which the caller releases; `owner` names it in messages."""
-        return Scope(self, owner)
+        scope = Scope(self, owner)
+        self._scopes.add(scope)
+        return scope
+
+    def check(self) -> None:
+        """Ask the driver whether the context still lives, once for each picture. Raises ContextLostError."""
+        check_reset(self._status)
+
+    def release(self) -> None:
+        """Release everything in all scopes: after a failure, of which nobody knows how far it let their owners come."""
+        for scope in list(self._scopes):
+            scope.release()
 
 
 def headless_device() -> Device:
@@ -415,8 +430,8 @@ class Scope:
             kind, _ = self._objects.pop(id(gl_object))
             if gl_object is self.device.context.fbo:  # moderngl binds the last one again whenever it creates another
                 self.device.context.detect_framebuffer(0).use()
-            gl_object.release()
             self.device.live[kind] -= 1
+            gl_object.release()
 
     def release(self) -> None:
         """Release everything in this scope, the newest first. The scope may be used again, and released twice."""

@@ -33,7 +33,8 @@ from typing import Any, TypeVar
 import moderngl
 import numpy as np
 
-from depthwalk.gpu.device import GpuError, Scope
+from depthwalk.gpu.device import Scope
+from depthwalk.gpu.failures import GpuError
 from depthwalk.resources import shader_root
 
 T = TypeVar("T")

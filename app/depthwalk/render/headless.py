@@ -1,7 +1,8 @@
 """Draw pictures without a window, in a GL context of their own."""
 
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from functools import partial
 from types import TracebackType
 from typing import Any
 
@@ -58,6 +59,17 @@ class HeadlessRenderer:
         passes: Sequence[Pass[Any]] | None = None,
     ) -> None:
         self.size = size
+        self._open = partial(self._make, scene, library, passes)
+        self._open(representation)
+
+    def _make(
+        self,
+        scene: Scene,
+        library: Library,
+        passes: Sequence[Pass[Any]] | None,
+        representation: Representation | None,
+    ) -> None:
+        """Make a context and a renderer in it; see the class."""
         self.device = headless_device()
         self._released = False
         with ExitStack() as made:  # what a failing step leaves behind goes with the context
@@ -65,7 +77,7 @@ class HeadlessRenderer:
             with self.device.context, ExitStack() as objects:
                 scope = self.device.scope("headless")
                 objects.callback(scope.release)
-                self._screen = scope.framebuffer([scope.texture(size, 4)])
+                self._screen = scope.framebuffer([scope.texture(self.size, 4)])
                 self.renderer = Renderer(self.device, scene, library, passes)
                 objects.callback(self.renderer.release)
                 self.renderer.world.representation = representation
@@ -86,9 +98,22 @@ class HeadlessRenderer:
         if self._released:
             return
         self._released = True
-        with self.device.context:
-            self._objects.close()
-        self.device.context.release()
+        try:
+            with self.device.context:
+                self._objects.close()
+        finally:
+            self.device.context.release()
+
+    def make_anew(self) -> None:
+        """Make context and renderer again, after any of `GPU_FAILURES`: the next picture is as if nothing had happened.
+
+        Raises what the constructor raises; this may then be called again.
+        """
+        representation, remembers = self.renderer.world.representation, self.renderer.remembers
+        with suppress(Exception):  # a lost context refuses anything, and takes its objects along
+            self.release()
+        self._open(representation)
+        self.renderer.remembers = remembers
 
     def draw(self, view: View, transparent: bool = False, linear: bool = False) -> None:
         """Draw a frame of a view.
@@ -104,9 +129,14 @@ class HeadlessRenderer:
             self.renderer.render(view, self._screen, transparent)
 
     def pixels(self) -> NDArray[np.uint8]:
-        """Return the frame drawn last, (H, W, 4) uint8, sRGB and alpha, top row first."""
+        """Return the frame drawn last, (H, W, 4) uint8, sRGB and alpha, top row first.
+
+        Raises ContextLostError where the picture is lost, see `make_anew`.
+        """
         with self.device.context:
-            return read_pixels(self._screen)
+            pixels = read_pixels(self._screen)
+            self.device.check()
+            return pixels
 
     def pixel_counts(self) -> Ints:
         """Return how many pixels of the frame drawn last each representation drew.
@@ -137,12 +167,15 @@ class HeadlessRenderer:
         ------
         ValueError
             Where that frame was drawn without `linear`.
+        ContextLostError
+            Where the picture is lost, see `make_anew`.
         """
         targets = self.renderer.targets
         if targets is None or "lit" not in self.renderer.keeps:
             raise ValueError("no frame was drawn with linear=True")
         with self.device.context:
             lit = targets.lit_texture.read(alignment=1)
+            self.device.check()
         width, height = self.size
         samples = targets.size[0] // width
         colour = np.frombuffer(lit, np.float16).astype(np.float32).reshape(height, samples, width, samples, 4)

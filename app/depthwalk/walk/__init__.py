@@ -64,6 +64,8 @@ def run(
         app = threads.submit(import_module, "depthwalk.walk.app")
         window = open_window(title_of(scene.path), size, fullscreen)
     try:
-        app.result().walk_in(window, scene, library, path, representation, first_camera, read)
-    finally:
+        walk_in = app.result().walk_in
+    except BaseException:
         window.destroy()
+        raise
+    walk_in(window, scene, library, path, representation, first_camera, read)

@@ -1,7 +1,10 @@
 """Walk through a scene in a window: the loop of frames, and what the keys do."""
 
+import logging
 import time
+from collections import deque
 from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +12,7 @@ from depthwalk.assets.background import BackgroundLibrary, Progress
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
+from depthwalk.gpu.failures import GPU_FAILURES
 from depthwalk.ingest.formats import is_model_file
 from depthwalk.render import kernels
 from depthwalk.render.view.view import View
@@ -25,15 +29,28 @@ from depthwalk.walk.panel import draw_atlas, draw_panel
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.screenshot import read_window, save_screenshot
+from depthwalk.walk.shares import LateShares
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
 from depthwalk.walk.up_axis import ModelTurn
-from depthwalk.walk.window import Window, on_files_dropped, on_refresh, take_events, title_of, wait_for_event
+from depthwalk.walk.window import (
+    Window,
+    on_files_dropped,
+    on_refresh,
+    opened_again,
+    reset_status_of,
+    take_events,
+    title_of,
+    wait_for_event,
+)
+
+log = logging.getLogger(__name__)
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
 _ROUNDS = 3  # in which widgets are drawn after an event
 _STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
+_MOST_FAILURES, _FAILURE_SECONDS = 3, 10.0  # of the GPU, and the time within which so many are too many
 _RESTING_SECONDS = 0.5  # at most without a look at what has changed, where nothing is drawn
 
 
@@ -46,24 +63,24 @@ def walk_in(
     first_camera: Callable[[Camera], Camera],
     read: Callable[[Path], Scene],
 ) -> None:
-    """Show a scene in a window until the user closes it. The parameters are those of `walk.run`.
+    """Show a scene in a window until the user closes it, and destroy the window. The parameters are as of `walk.run`.
 
     Raises
     ------
     InputError
         Where an asset cannot be used.
+    GpuError
+        Where the GPU fails again and again.
     """
     report = library.report
+    walk = _Walk(window, library, read)
     try:
-        walk = _Walk(window, library, read)
-        try:
-            walk.start(scene, path, representation, first_camera)
-            walk.loop()
-        except StoppedError:
-            pass
-        finally:
-            walk.release()
+        walk.start(scene, path, representation, first_camera)
+        walk.loop()
+    except StoppedError:
+        pass
     finally:
+        walk.release()
         library.report = report
 
 
@@ -72,13 +89,9 @@ class _Walk:
 
     def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
         self._window, self._library, self._read = window, library, read
-        self._device = Device(window.ctx)
-        self._overlay = Overlay(self._device)
-        self._releases: list[Callable[[], None]] = [self._overlay.release]
-        self._loading = LoadingScreen(window, self._overlay, library.report)
-        self._loader = SceneLoader(self._device, window, self._loading)
-        window.key_event_func = self._close_by_escape  # until there is an `Input`
-        on_files_dropped(window, self._drop)
+        self._told = library.report
+        self._failures: deque[float] = deque(maxlen=_MOST_FAILURES)  # when the GPU failed, by the clock
+        self._on_gpu = ExitStack()
         self._screenshot_due = False
         self._next_file: Path | None = None  # to be opened before the next frame
         self._last_time = time.perf_counter()  # of the last frame's beginning
@@ -95,21 +108,36 @@ class _Walk:
         first_camera: Callable[[Camera], Camera],
     ) -> None:
         """Read, bake and upload what the first frame needs; see `run`."""
+        self._begin()
         self._renderer = self._loader.open(scene, self._library, representation)
-        self._releases.append(lambda: self._renderer.release())
-        self._atlas_view = AtlasView(self._device)
-        self._releases.append(self._atlas_view.release)
+        self._on_gpu.callback(lambda: self._renderer.release())
         self._model_turn = ModelTurn(scene, self._renderer)
         home = first_camera(scene.camera or self._renderer.frame_all(self._aspect))
         playback = Playback(path) if path is not None else None
-        self._frames = ShownFrames(self._renderer)
-        self._releases.append(lambda: self._frames.release())
-        self._state = State(scene, self._renderer, Walker.at(home), home, playback, shown=self._frames)
+        self._state = State(scene, self._renderer, Walker.at(home), home, playback)
+        self._show_renderer()
         self._state.arrive()
-        self._input = Input(self._window, self._state, self._actions(), lambda: self._frames.finish())
-        on_refresh(self._window, self._input.note_news)
         self._loading.end()
         self._state.tell(self._model_turn.guess or "H shows the keys")
+
+    def _begin(self) -> None:
+        """Make what loading shows its progress with, in the window's context."""
+        self._device = Device(self._window.ctx, reset_status_of(self._window))
+        self._overlay = Overlay(self._device)
+        self._on_gpu.callback(self._overlay.release)
+        self._loading = LoadingScreen(self._window, self._overlay, self._told)
+        self._loader = SceneLoader(self._device, self._window, self._loading)
+        self._window.key_event_func = self._close_by_escape  # until there is an `Input`
+        on_files_dropped(self._window, self._drop)
+
+    def _show_renderer(self) -> None:
+        """Make what shows the pictures of the renderer, and listen to the window."""
+        self._atlas_view = AtlasView(self._device)
+        self._on_gpu.callback(self._atlas_view.release)
+        self._frames = self._state.shown = ShownFrames(self._renderer)
+        self._on_gpu.callback(lambda: self._frames.release())
+        self._input = Input(self._window, self._state, self._actions(), lambda: self._frames.finish())
+        on_refresh(self._window, self._input.note_news)
 
     def _open(self, file: Path) -> None:
         """Take a camera path, or show a scene or mesh; change nothing where the file cannot be used."""
@@ -157,14 +185,62 @@ class _Walk:
         self._last_time = time.perf_counter()
         try:
             while not self._window.is_closing:
-                self._step()
+                try:
+                    self._step()
+                except GPU_FAILURES as error:
+                    self._make_anew(error)
         finally:
             if self._state.recorder is not None:
                 self._state.end_recording()
                 print(self._state.toast)
 
+    def _make_anew(self, error: Exception) -> None:
+        """Make everything on the GPU again after it has failed; camera, settings and recording stay.
+
+        error: what was raised; raised again after _MOST_FAILURES failures within _FAILURE_SECONDS.
+        """
+        while True:
+            now = time.perf_counter()
+            if len(self._failures) == _MOST_FAILURES and now - self._failures[0] < _FAILURE_SECONDS:
+                raise error
+            self._failures.append(now)
+            log.warning("%s; everything on the GPU is made anew", error)
+            try:
+                with self._loader.clock_stopped():
+                    self._restart()
+                self._state.tell(f"The GPU failed: {error}")
+                return
+            except GPU_FAILURES as again:
+                error = again
+
+    def _restart(self) -> None:
+        """Free everything on the GPU, in a lost context with its window, and make it anew for the same walk."""
+        state = self._state
+        representation = self._renderer.world.representation
+        self._drop_gpu()
+        self._begin()
+        library = self._library.sibling(state.scene.assets)
+        self._close_library()
+        self._library = library
+        self._renderer = state.renderer = self._loader.open(state.scene, library, representation)
+        self._on_gpu.callback(lambda: self._renderer.release())
+        self._model_turn.renderer, state.shares = self._renderer, LateShares()
+        self._show_renderer()
+        self._shown = ()
+
+    def _drop_gpu(self) -> None:
+        """Free everything on the GPU, whatever state it is in; a window whose context is lost gives way to another."""
+        with suppress(Exception):  # owners that were half made, or meet the next failure
+            self._on_gpu.pop_all().close()
+        try:
+            self._device.check()
+            self._device.release()
+        except GPU_FAILURES:
+            self._window = opened_again(self._window)
+
     def _step(self) -> None:
         """Advance the walk by the time since the last frame, less that spent on loading, and draw a frame."""
+        self._device.check()  # in every round, at rest too: what the window shows may be gone
         if self._next_file is not None:
             self._frames.finish()
             self._open(self._next_file)
@@ -239,10 +315,12 @@ class _Walk:
         return width / max(height, 1)
 
     def release(self) -> None:
-        """Free every GL object, the last made first, and stop what works beside the frames."""
-        for release in reversed(self._releases):
-            release()
-        self._close_library()
+        """Free every GL object, the last made first, the window too, and stop what works beside the frames."""
+        try:
+            self._on_gpu.close()
+        finally:
+            self._close_library()
+            self._window.destroy()
 
     @property
     def _progress(self) -> Progress | None:

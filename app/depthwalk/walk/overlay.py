@@ -34,7 +34,11 @@ class Overlay:
         self.io = imgui.get_io()
         self.io.set_ini_filename("")  # write no imgui.ini into the user's folder
         set_up_look(self.io)
-        self.renderer = ImguiRenderer(device)
+        try:
+            self.renderer = ImguiRenderer(device)
+        except BaseException:  # imgui makes a new context the current one only where there is none
+            imgui.destroy_context(self._imgui)
+            raise
 
     def draw(
         self,
@@ -72,8 +76,10 @@ class Overlay:
 
     def release(self) -> None:
         """Free the GL objects and destroy imgui's context."""
-        self.renderer.release()
-        imgui.destroy_context(self._imgui)
+        try:
+            self.renderer.release()
+        finally:
+            imgui.destroy_context(self._imgui)
 
 
 def set_up_look(io: imgui.IO) -> None:

@@ -92,13 +92,15 @@ class ModelTurn:
 
     Attributes
     ----------
+    renderer
+        Draws the model; another may take its place.
     guess
         A message to the user about the turn that was guessed; "" where the model was left as it is.
     """
 
     def __init__(self, scene: Scene, renderer: Renderer) -> None:
         """Guess how the model of `scene` stands, and turn it upright in `renderer`; leave scenes from a file alone."""
-        self._scene, self._renderer = scene, renderer
+        self._scene, self.renderer = scene, renderer
         self._points: Array | None = None
         self._up: Up = "y"
         self.guess = ""
@@ -117,5 +119,5 @@ class ModelTurn:
         if self._points is None:
             return None
         self._up = "z" if self._up == "y" else "y"
-        turn_model(self._scene, self._renderer, self._points, self._up)
+        turn_model(self._scene, self.renderer, self._points, self._up)
         return f"{self._up} points upward; in a scene: up: {self._up}"

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from depthwalk.gpu.failures import ResetStatus, reset_status
 from depthwalk.walk import bundle as _bundle  # noqa: F401 - first: it names the libraries of those that follow
 
 # isort: split
@@ -50,6 +51,8 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
 
     glfw.set_error_callback(note)
     try:
+        if glfw.init():  # a hint: ignored where the driver offers no such contexts
+            glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, glfw.LOSE_CONTEXT_ON_RESET)
         window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
     except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
         raise NoDisplayError(f"cannot open a window: {reasons[-1] if reasons else error}") from error
@@ -62,6 +65,24 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
         glfw.set_error_callback(None)  # type: ignore[arg-type] # the stubs forget this
     window.exit_key = None  # Esc releases the mouse first
     return window
+
+
+def reset_status_of(window: Window) -> ResetStatus:
+    """Return the function that tells whether the context of `window` is lost, see `gpu.failures`."""
+    return reset_status(window.ctx, glfw.get_proc_address)  # type: ignore[arg-type] # in truth a number or None
+
+
+def opened_again(window: Window) -> Window:
+    """Close `window`, whose context is lost, and return another in its place, as large, with a context that is not.
+
+    Raises NoDisplayError, when there is no window any more.
+    """
+    title, size, position, fullscreen = window.title, window.size, window.position, window.fullscreen
+    window.destroy()
+    again = open_window(title, size, fullscreen)
+    if not fullscreen:
+        again.position = position
+    return again
 
 
 def title_of(file: Path) -> str:
