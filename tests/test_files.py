@@ -3,13 +3,23 @@
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, remove_leftovers, replacing, staging_folder, write_bytes
+from depthwalk.files import (
+    _machine,
+    check_folder,
+    copy,
+    remove_leftovers,
+    replacing,
+    staging_folder,
+    temporary_folder,
+    write_bytes,
+)
 
 FULL = """
 import resource, sys
@@ -56,18 +66,45 @@ def test_a_failure_names_the_file_that_was_wanted(tmp_path: Path) -> None:
     assert error.value.filename == str(tmp_path / "no" / "a.png")
 
 
-def test_the_next_bake_removes_what_a_killed_one_left(tmp_path: Path) -> None:
-    old, dead = time.time() - 2 * 86_400, (1 << 22) + 5  # above what Linux numbers processes to
-    names = {f".bake-{dead}-x": old, f".bake-{os.getpid()}-x": old, f".bake-{dead}-y": time.time()}
-    names |= {".bake-notes": old, f".{dead}-mine.png": old}
-    for name, when in names.items():
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "half.exr").write_bytes(b"half")
-        os.utime(tmp_path / name, (when, when))
+DEAD = (1 << 22) + 5  # above what Linux numbers processes to
+
+
+def leave(folder: Path, name: str, days: float = 0.0) -> str:
+    (folder / name).mkdir()
+    (folder / name / "half.exr").write_bytes(b"half")
+    when = time.time() - 86_400 * days
+    os.utime(folder / name, (when, when))
+    return name
+
+
+def test_whoever_writes_next_removes_what_killed_processes_left(tmp_path: Path) -> None:
+    here = _machine()
+    for name in (f".bake-{DEAD}-{here}-x", f".{DEAD}-{here}-a.png"):
+        leave(tmp_path, name)
+    leave(tmp_path, f".bake-{DEAD}-old", days=2)  # of a version that did not name the machine
+    leave(tmp_path, f".{DEAD}-abcdef-a.png", days=2)  # of another machine
+    stay = {leave(tmp_path, f".{os.getpid()}-{here}-b.png", days=2), leave(tmp_path, f".{DEAD}-abcdef-b.png")}
+    stay |= {leave(tmp_path, ".bake-notes", days=2), leave(tmp_path, f"{DEAD}-{here}-x", days=2)}
+    write_bytes(tmp_path / "a.png", b"picture")
+    assert {path.name for path in tmp_path.iterdir()} == stay | {"a.png"}
+
+
+def test_folders_of_a_process_are_told_from_others(tmp_path: Path) -> None:
+    gone = leave(tmp_path, f".bake-{DEAD}-{_machine()}-x")
     with staging_folder(tmp_path) as folder:
-        assert os.path.basename(folder).startswith(f".bake-{os.getpid()}-")
-        assert not (tmp_path / f".bake-{dead}-x").exists()
-    assert {path.name for path in tmp_path.iterdir()} == set(names) - {f".bake-{dead}-x"}
+        assert os.path.basename(folder).startswith(f".bake-{os.getpid()}-{_machine()}-")
+        assert not (tmp_path / gone).exists()
+    with temporary_folder() as folder:
+        assert Path(folder).parent == Path(tempfile.gettempdir())
+
+
+def test_a_copy_is_whole(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"contents")
+    copy(tmp_path / "a", tmp_path / "b")
+    assert (tmp_path / "b").read_bytes() == b"contents"
+    with pytest.raises(FileNotFoundError):
+        copy(tmp_path / "none", tmp_path / "b")
+    assert (tmp_path / "b").read_bytes() == b"contents" and len(list(tmp_path.iterdir())) == 2
 
 
 def test_a_file_is_replaced_at_the_end_of_the_block(tmp_path: Path) -> None:

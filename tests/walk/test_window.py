@@ -18,12 +18,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Protocol, Self
 
+import moderngl
 import numpy as np
 import pytest
 import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngImageFile
+from tools.gpu_faults import Walk, faulty_contexts
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render.headless import HeadlessRenderer
@@ -61,8 +63,8 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.scene.loader import load_scene
 
 class WatchedDevice(app.Device):
-    def __init__(self, context):
-        super().__init__(context)
+    def __init__(self, *values):
+        super().__init__(*values)
         self.max_samples = min(self.max_samples, int(sys.argv[2]))
         devices.append(self)
 
@@ -513,3 +515,35 @@ def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(NoDisplayError, match=r"cannot open a window: .*DISPLAY"):
         open_window("none", (64, 64))
+
+
+@linux
+@pytest.mark.slow
+def test_a_walk_goes_on_where_the_gpu_fails(display: None, scene_file: Path) -> None:
+    with faulty_contexts() as fault, Walk(scene_file) as walk:
+        before, live, camera = walk.at_rest(), walk.live, walk.camera
+        fault.after(-1)
+        walk.fail(lost=False)
+        assert np.array_equal(walk.at_rest(), before)
+        creations = fault.created
+        for place in (0, creations // 4, creations // 2, creations - 2):
+            fault.after(place)
+            walk.fail(lost=False)
+            assert np.array_equal(walk.at_rest(), before), place
+            assert (walk.live, walk.camera) == (live, camera)
+        walk.fail(lost=True)
+        assert np.array_equal(walk.at_rest(), before)
+        assert (walk.live, walk.camera) == (live, camera)
+
+
+@linux
+def test_a_gpu_that_fails_again_and_again_ends_the_walk(display: None, scene_file: Path) -> None:
+    with faulty_contexts() as fault, Walk(scene_file) as walk:
+        walk.at_rest()
+        fault.note = always_refused  # type: ignore[method-assign]
+        with pytest.raises(moderngl.Error, match="no memory"):
+            walk.fail(lost=False)
+
+
+def always_refused(name: str) -> None:
+    raise moderngl.Error(f"no memory for a {name}")

@@ -1,0 +1,159 @@
+"""Let the GPU fail at many places of a walk in a window, and look whether the walk goes on as before.
+
+`python -m tools.gpu_faults SCENE --places 200` needs a display. At each place the n-th creation of a GL object raises,
+as a driver does that has no memory or refuses a shader; at every tenth place the context counts as lost. After each
+failure the picture at rest, the living GL objects and the camera must be what they were. Exits with code 1 where they
+are not.
+"""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import moderngl
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.commands.options import SceneArgument
+from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.loader import load_scene
+from depthwalk.walk import app
+from depthwalk.walk.screenshot import read_window
+from depthwalk.walk.window import open_window
+
+_CREATORS = (
+    *("texture", "texture_array", "texture3d", "depth_texture", "buffer"),
+    *("program", "framebuffer", "vertex_array", "query"),
+)
+_ROUNDS = 500  # of a window, within which it comes to rest
+_RESET = 0x8255  # GL_UNKNOWN_CONTEXT_RESET
+SIZE = 320, 240
+
+
+class Fault:
+    """Raise `moderngl.Error` where a GL object is created, once.
+
+    Attributes
+    ----------
+    created
+        How many objects were created, or would have been, since `after`.
+    """
+
+    def __init__(self) -> None:
+        self.created, self._left = 0, -1
+
+    def after(self, creations: int) -> None:
+        """Let the creation after so many others raise; a negative number lets none."""
+        self.created, self._left = 0, creations
+
+    def note(self, name: str) -> None:
+        """Count the creation of an object by the method `name`. Raises moderngl.Error where its turn has come."""
+        self.created += 1
+        self._left -= 1
+        if self._left == -1:
+            raise moderngl.Error(f"no memory for a {name}")
+
+
+@contextmanager
+def faulty_contexts() -> Iterator[Fault]:
+    """Let all contexts create objects through a `Fault` within the `with` block."""
+    fault, whole = Fault(), {name: getattr(moderngl.Context, name) for name in _CREATORS}
+
+    def watched(name: str) -> object:
+        return lambda context, *values, **named: (fault.note(name), whole[name](context, *values, **named))[1]
+
+    try:
+        for name in _CREATORS:
+            setattr(moderngl.Context, name, watched(name))
+        yield fault
+    finally:
+        for name, method in whole.items():
+            setattr(moderngl.Context, name, method)
+
+
+class Walk:
+    """A walk in a window that is looked at between its frames. Use it in a `with` block."""
+
+    def __init__(self, file: Path) -> None:
+        scene = load_scene(file)
+        scene.render.reprojection.mode = "off"  # frames that depend on the clock are not the same twice
+        self._walk = app._Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
+        self._walk._loads_kernels = True  # they round otherwise than NumPy
+        self._scene = scene
+
+    def __enter__(self) -> "Walk":
+        self._walk.start(self._scene, None, None, lambda camera: camera)
+        self._walk._state.hud = False
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._walk.release()
+
+    @property
+    def camera(self) -> Camera:
+        """Where the viewer is."""
+        return self._walk._state.camera
+
+    @property
+    def live(self) -> dict[str, int]:
+        """How many GL objects live, by kind."""
+        return dict(+self._walk._device.live)
+
+    def fail(self, lost: bool) -> None:
+        """Let the context be lost, or an object be refused, before the next frame."""
+        self._walk._failures.clear()  # it is not the same failure again
+        if lost:
+            self._walk._device._status = lambda: _RESET
+        else:
+            self._walk._make_anew(moderngl.Error("no memory"))
+
+    def at_rest(self) -> NDArray[np.uint8]:
+        """The picture (H, W, 3) that the window shows when nothing changes any more."""
+        for number in range(_ROUNDS):
+            self._walk._state._toast = ""
+            if number > 2 and self._walk._frames.is_current:
+                break
+            self._round()
+        return read_window(self._walk._window)
+
+    def _round(self) -> None:
+        try:
+            self._walk._step()
+        except app.GPU_FAILURES as error:
+            self._walk._make_anew(error)
+
+
+@guarded
+def main(
+    scene: SceneArgument, places: Annotated[int, typer.Option(metavar="N", min=1, help="Failures.")] = 200
+) -> None:
+    """Let the GPU fail at many places of a walk, and report whether it went on as before."""
+    wrong, slowest = 0, 0.0
+    with faulty_contexts() as fault, Walk(scene) as walk:
+        before, live, camera = walk.at_rest(), walk.live, walk.camera
+        fault.after(-1)
+        walk.fail(lost=False)
+        walk.at_rest()
+        creations = fault.created
+        for place in range(places):
+            start = time.process_time()
+            fault.after(-1 if place % 10 == 9 else place * creations // places)
+            walk.fail(lost=place % 10 == 9)
+            after = walk.at_rest()
+            slowest = max(slowest, time.process_time() - start)
+            same = np.array_equal(before, after), walk.live == live, walk.camera == camera
+            if not all(same):
+                wrong += 1
+                print(f"place {place}: picture, objects, camera as before: {same}")
+    print(f"{places} failures, {wrong} of them noticed afterwards; at most {slowest:.2f} s of a processor to a picture")
+    if wrong:
+        raise typer.Exit(FAILURE)
+
+
+if __name__ == "__main__":
+    as_program(main)()
