@@ -48,3 +48,23 @@ def test_an_exr_that_cannot_be_written_names_its_file(tmp_path: Path) -> None:
     image = LinearImage(np.zeros((2, 2, 4), np.float32), np.ones((2, 2), np.float32))
     with pytest.raises(OSError, match="missing"):
         write_exr(tmp_path / "missing" / "a.exr", image)
+
+
+@pytest.mark.parametrize("missing", [1, 100, 10_000])
+def test_an_exr_whose_end_did_not_reach_the_disk_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: int
+) -> None:
+    write = OpenEXR.File.write
+
+    def cut(file: OpenEXR.File, name: str) -> None:  # as the library does, which swallows errors when it closes a file
+        write(file, name)
+        with open(name, "rb+") as written:
+            written.truncate(max(0, written.seek(0, 2) - missing))
+
+    image = LinearImage(RNG.random((9, 20, 4), np.float32), np.ones((9, 20), np.float32))
+    write_exr(tmp_path / "a.exr", image)
+    before = (tmp_path / "a.exr").read_bytes()
+    monkeypatch.setattr(OpenEXR.File, "write", cut)
+    with pytest.raises(OSError, match="a.exr"):
+        write_exr(tmp_path / "a.exr", image)
+    assert (tmp_path / "a.exr").read_bytes() == before and len(list(tmp_path.iterdir())) == 1

@@ -3,7 +3,10 @@
 OpenEXR and Pillow are imported when a picture is written, since most commands write none and should start fast.
 """
 
+import errno
 import io
+import os
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,6 +47,36 @@ def save_exr(path: Path, file: "OpenEXR.File") -> None:
             file.write(str(temporary))
         except RuntimeError as error:  # the binding's name for what the system refuses
             raise OSError(str(error).replace(str(temporary), str(path))) from None
+        if not _is_whole(temporary.read_bytes()):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+
+_MULTI_PART = 0x1000  # in the second word of a file
+
+
+def _is_whole(data: bytes) -> bool:
+    """Return whether an OpenEXR file of scan lines, just written, ends where its last chunk does.
+
+    The library writes the last kilobytes and the table of chunks when it closes the file, and swallows what the system
+    answers then: on a full disk they are missing. See *OpenEXR File Layout*: header, table of offsets, chunks.
+    """
+    try:
+        (version,) = struct.unpack_from("<I", data, 4)
+        place, is_multi = 8, bool(version & _MULTI_PART)
+        while data[place]:  # a header; in files of several parts another follows, the last one empty
+            while data[place]:
+                value = data.index(0, data.index(0, place) + 1) + 5  # behind name, type and size
+                place = value + struct.unpack_from("<I", data, value - 4)[0]
+            place += 1
+            if not is_multi:
+                break
+        place += is_multi
+        (first,) = struct.unpack_from("<Q", data, place)  # the first chunk follows the table
+        offsets = np.frombuffer(data, "<u8", (first - place) // 8, place)
+        size = int(offsets.max()) + (8 if is_multi else 4)  # behind the numbers of part and line
+        return bool(offsets.min() > 0) and size + 4 + struct.unpack_from("<I", data, size)[0] == len(data)
+    except (IndexError, ValueError, struct.error):
+        return False
 
 
 def write_exr(path: Path, image: LinearImage) -> None:
