@@ -65,6 +65,6 @@ def test_an_exr_whose_end_did_not_reach_the_disk_is_an_error(
     write_exr(tmp_path / "a.exr", image)
     before = (tmp_path / "a.exr").read_bytes()
     monkeypatch.setattr(OpenEXR.File, "write", cut)
-    with pytest.raises(OSError, match="a.exr"):
+    with pytest.raises(OSError, match=r"a\.exr"):
         write_exr(tmp_path / "a.exr", image)
     assert (tmp_path / "a.exr").read_bytes() == before and len(list(tmp_path.iterdir())) == 1

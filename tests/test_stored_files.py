@@ -24,7 +24,7 @@ def test_baked_and_cooked_files_hold_the_same_object(version: str) -> None:
     (cooked,) = read_cooked(STORED / f"tip-{version}.dpci.npz")
     assert cooked_key(STORED / f"tip-{version}.dpci.npz") == cooked.outline.key == baked.key
     assert cooked.outline.cylinder == baked.cylinder
-    assert [image.depth.shape for image in baked.images][0] == (16, 16)
+    assert baked.images[0].depth.shape == (16, 16)
     depths = np.concatenate([image.depth.ravel() for image in baked.images])
     assert np.isfinite(depths).sum() > 100
     geometry, _ = cooked.load()

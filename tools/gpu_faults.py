@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import moderngl
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.commands.options import SceneArgument
 from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.gpu.failures import GPU_FAILURES
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.walk import app
@@ -65,7 +66,11 @@ def faulty_contexts() -> Iterator[Fault]:
     fault, whole = Fault(), {name: getattr(moderngl.Context, name) for name in _CREATORS}
 
     def watched(name: str) -> object:
-        return lambda context, *values, **named: (fault.note(name), whole[name](context, *values, **named))[1]
+        def create(context: moderngl.Context, *values: Any, **named: Any) -> Any:
+            fault.note(name)
+            return whole[name](context, *values, **named)
+
+        return create
 
     try:
         for name in _CREATORS:
@@ -124,7 +129,7 @@ class Walk:
     def _round(self) -> None:
         try:
             self._walk._step()
-        except app.GPU_FAILURES as error:
+        except GPU_FAILURES as error:
             self._walk._make_anew(error)
 
 
