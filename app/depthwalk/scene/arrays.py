@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.geometry.soa import StructOfArrays
-from depthwalk.geometry.vectors import components
 
 
 class Representation(IntEnum):
@@ -112,5 +111,6 @@ class Camera:
 
     def moved(self, shift: glm.dvec3) -> "Camera":
         """Return the camera and its target moved by `shift`, metres, world."""
-        position, target = (components(glm.dvec3(*point) + shift) for point in (self.position, self.target))
+        (x, y, z), (to_x, to_y, to_z) = self.position, self.target  # see `geometry.vectors.components`
+        position, target = (x + shift.x, y + shift.y, z + shift.z), (to_x + shift.x, to_y + shift.y, to_z + shift.z)
         return replace(self, position=position, target=target)
