@@ -12,13 +12,14 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import PurePath
 from types import FrameType
 from typing import Any, NoReturn, TypeVar
 
 import typer
 import typer.core
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, printable
 
 log = logging.getLogger("depthwalk")
 
@@ -186,6 +187,17 @@ def _end_by_signal(number: int, frame: FrameType | None) -> NoReturn:
     _raise_for(number)
 
 
+class _PlainFormatter(logging.Formatter):
+    """Format records without what names of files could do to a terminal, see `printable`."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the text of `record`."""
+        if isinstance(record.args, tuple):
+            escaped = (printable(arg) if isinstance(arg, str | PurePath) else arg for arg in record.args)
+            record = logging.makeLogRecord(vars(record) | {"args": tuple(escaped)})
+        return super().format(record)
+
+
 class _OnceFilter(logging.Filter):
     """Let each warning pass once: a mesh's files are looked for when it is hashed and again when it is read."""
 
@@ -203,7 +215,7 @@ class _OnceFilter(logging.Filter):
 
 def _configure_logging(verbose: bool, quiet: bool) -> None:
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.setFormatter(_PlainFormatter("%(message)s"))
     handler.addFilter(_OnceFilter())
     log.handlers = [handler]
     log.propagate = False
@@ -218,7 +230,7 @@ def _fail(error: Exception, verbose: bool) -> NoReturn:
         traceback.print_exc()
     else:
         lines = str(error).strip().splitlines()
-        print(f"depthwalk: {type(error).__name__}: {lines[0] if lines else 'no message'}", file=sys.stderr)
+        print(f"depthwalk: {type(error).__name__}: {printable(lines[0]) if lines else 'no message'}", file=sys.stderr)
         print("run with --verbose for the traceback", file=sys.stderr)
     raise typer.Exit(FAILURE) from None
 

@@ -10,7 +10,7 @@ from depthwalk.ingest.formats import check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
-from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals
+from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
 
 
@@ -58,6 +58,7 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     data = as_utf8(data)
     mesh = parse_obj(data, path)
     check_triangle_count(mesh.triangle_count, path)
+    check_mesh_memory(len(mesh.corners), mesh.triangle_count, path)
     vertex, texture, normal = mesh.corners.T - 1
     used = np.flatnonzero(np.bincount(vertex))
     if broken := np.count_nonzero(~np.isfinite(mesh.vertices[used]).all(axis=1)):
