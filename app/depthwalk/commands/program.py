@@ -19,6 +19,7 @@ from typing import Any, NoReturn, TypeVar
 import typer
 import typer.core
 
+from depthwalk.budget import CACHE_LIMIT, cache_limit, parse_size
 from depthwalk.errors import InputError, printable
 
 log = logging.getLogger("depthwalk")
@@ -76,7 +77,7 @@ def guarded(command: Command) -> Command:
     An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only
     after --verbose. SIGTERM unwinds the command as Ctrl-C does, so that half-written files vanish; see
     `end_if_interrupted` for what a command that runs long does besides. The command's options `verbose` and `quiet` set
-    up logging.
+    up logging, and `cache_limit` bounds the cache.
     """
 
     @functools.wraps(command)
@@ -85,6 +86,7 @@ def guarded(command: Command) -> Command:
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))
         try:
+            _limit_cache(options.get("cache_limit"))
             with _unwound_by_signals():
                 command(*args, **options)
             sys.stdout.flush()  # a reader that went away is noticed here, not at exit
@@ -102,6 +104,17 @@ def guarded(command: Command) -> Command:
             _fail(error, verbose)
 
     return run  # type: ignore[return-value]  # `wraps` keeps the signature, which the checker cannot know
+
+
+def _limit_cache(size: str | None) -> None:
+    """Let the cache hold as much as the option --cache-limit says, in this process and those that it starts.
+
+    Raises InputError where the option or, without it, the environment variable is no size.
+    """
+    if size is not None:
+        parse_size(size, "--cache-limit")
+        os.environ[CACHE_LIMIT] = size
+    cache_limit()
 
 
 @contextmanager
