@@ -16,7 +16,7 @@ def test_sizes(text: str) -> None:
 
 @pytest.mark.parametrize("text", ["", "-1", "1e9", "much", "1 2", "4PB", "nan", "9999999999", "٣MB"])
 def test_what_is_no_size(text: str) -> None:
-    with pytest.raises(InputError, match="must be a size such as 500MB or 4GB$"):
+    with pytest.raises(InputError, match=r"must be a size such as 500MB or 4GB$"):
         parse_size(text, "--cache-limit")
 
 
@@ -26,7 +26,7 @@ def test_the_environment_limits_the_cache(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv(budget.CACHE_LIMIT, "3MB")
     assert cache_limit() == 3_000_000
     monkeypatch.setenv(budget.CACHE_LIMIT, "three")
-    with pytest.raises(InputError, match="^DEPTHWALK_CACHE_LIMIT three: must be a size"):
+    with pytest.raises(InputError, match=r"^DEPTHWALK_CACHE_LIMIT three: must be a size"):
         cache_limit()
 
 

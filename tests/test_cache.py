@@ -252,12 +252,13 @@ def test_an_array_larger_than_its_bytes_is_damage(tmp_path: Path) -> None:
 
 
 def test_arrays_that_memory_does_not_hold_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("depthwalk.budget.machine_memory", lambda: 400_000_000)
-    with zipfile.ZipFile(tmp_path / "a.dpci.npz", "w", zipfile.ZIP_DEFLATED) as archive:
-        with archive.open("made_of.npy", "w") as member:
-            for _ in range(200):
-                member.write(bytes(1 << 20))
-    assert (tmp_path / "a.dpci.npz").stat().st_size < 300_000
-    told = r"a\.dpci\.npz: its arrays would take 0\.4 GB of memory; 0\.3 GB are allowed here$"
+    monkeypatch.setattr("depthwalk.budget.machine_memory", lambda: 40_000_000)
+    monkeypatch.setattr("depthwalk.budget._SMALL", 1 << 20)
+    packed = zipfile.ZipFile(tmp_path / "a.dpci.npz", "w", zipfile.ZIP_DEFLATED)
+    with packed as archive, archive.open("made_of.npy", "w") as member:
+        for _ in range(20):
+            member.write(bytes(1 << 20))
+    assert (tmp_path / "a.dpci.npz").stat().st_size < 30_000
+    told = r"a\.dpci\.npz: its arrays would take 0\.0 GB of memory; 0\.0 GB are allowed here$"
     with pytest.raises(InputError, match=told):
         read_cooked(tmp_path / "a.dpci.npz")

@@ -274,6 +274,8 @@ def read_arrays(
     InputError
         Where the arrays take more memory than is allowed, see `check_memory`.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):  # a named pipe would be waited for
+        raise OSError(errno.ENXIO, "not a file", str(path))
     with path.open("rb") as file:
         try:
             with zipfile.ZipFile(file) as archive:

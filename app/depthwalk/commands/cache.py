@@ -25,7 +25,9 @@ class Action(StrEnum):
 
 @guarded
 def main(
-    action: Annotated[Action, typer.Argument(help="info: say what it holds; clear: remove all of it.")] = Action.INFO,
+    action: Annotated[
+        Action, typer.Argument(help="Say what it holds (info), or remove all of it (clear).")
+    ] = Action.INFO,
     cache_limit: CacheLimit = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
