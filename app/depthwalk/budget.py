@@ -53,7 +53,7 @@ def check_memory(name: object, needed: int, content: str) -> None:
     """
     if needed > _SMALL and needed > (allowed := int(MEMORY_SHARE * machine_memory())):
         raise InputError(
-            f"{name}: {content} would take {needed / 1e9:.1f} GB of memory; {allowed / 1e9:.1f} GB are allowed here"
+            f"{name}: {content} would take {needed / 1e6:.0f} MB of memory; {allowed / 1e6:.0f} MB are allowed here"
         )
 
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import bombs
 from depthwalk import budget
 from depthwalk.errors import InputError
-from depthwalk.ingest import depth_file, soup
+from depthwalk.ingest import depth_file, image, soup
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.range_image import load_depth_image
@@ -70,40 +71,55 @@ def test_meshes_and_depth_images_take_no_more_than_is_counted(tmp_path: Path) ->
     assert taken < depth_file.depth_bytes(512, 512, 1) + 4 * MB
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", [".png", ".webp", ".jpg", ".tif", ".gif"])
+def test_pictures_take_no_more_than_is_counted(tmp_path: Path, suffix: str) -> None:
+    Image.new("RGB", (1024, 1024), (9, 99, 199)).save(path := tmp_path / f"a{suffix}")
+    assert costs.cost(load_texture, path).bytes < image.PIXEL_BYTES * 1024**2 + 8 * MB
+
+
 def refusal(read: Callable[[Path], object], path: Path) -> str:
     with pytest.raises(InputError) as caught:
         read(path)
     return str(caught.value).removeprefix(f"{path}: ")
 
 
-def test_what_the_machine_cannot_hold_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(budget, "machine_memory", lambda: 400 * MB)
-    depths = bombs.equal_depths(tmp_path, 2048)
-    assert depths.stat().st_size < 60 * KB
+@pytest.fixture
+def small_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine of which reading a file may take 30 MB."""
+    monkeypatch.setattr(budget, "machine_memory", lambda: 40 * MB)
+    monkeypatch.setattr(budget, "_SMALL", MB)
+
+
+@pytest.mark.usefixtures("small_machine")
+def test_what_the_machine_cannot_hold_is_refused(tmp_path: Path) -> None:
+    depths = bombs.equal_depths(tmp_path, 512)
+    assert depths.stat().st_size < 6 * KB
     load_depth = partial(load_depth_image, size=(1.0, 1.0))
     assert refusal(load_depth, depths) == (
-        "a depth image of 2048 × 2048 pixels would take 0.6 GB of memory; 0.3 GB are allowed here"
+        "a depth image of 512 × 512 pixels would take 48 MB of memory; 30 MB are allowed here"
     )
-    assert refusal(load_texture, bombs.written(tmp_path / "a.png", bombs.png(8192, 4096))) == (
-        "an image of 8192 × 4096 pixels would take 0.4 GB of memory; 0.3 GB are allowed here"
+    assert refusal(load_texture, bombs.written(tmp_path / "a.png", bombs.png(2048, 1024))) == (
+        "an image of 2048 × 1024 pixels would take 50 MB of memory; 30 MB are allowed here"
     )
-    copies = [{"mesh": 0}] * 300
-    path = bombs.glb(tmp_path / "a.glb", corners=3000, nodes=copies, scenes=[{"nodes": list(range(300))}])
+    copies = [{"mesh": 0}] * 30
+    path = bombs.glb(tmp_path / "a.glb", corners=3000, nodes=copies, scenes=[{"nodes": list(range(30))}])
     assert refusal(load_mesh, path) == (
-        "a mesh of 900000 vertices and 899400 triangles would take 0.6 GB of memory; 0.3 GB are allowed here"
+        "a mesh of 90000 vertices and 89940 triangles would take 61 MB of memory; 30 MB are allowed here"
     )
 
 
-def test_the_pictures_of_a_mesh_count_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A hundred pictures of a megapixel each."""
-    monkeypatch.setattr(budget, "machine_memory", lambda: 400 * MB)
-    picture = bombs.png(2048, 2048)
-    for number in range(20):
+@pytest.mark.usefixtures("small_machine")
+def test_the_pictures_of_a_mesh_count_together(tmp_path: Path) -> None:
+    """A picture takes 6 MB while it is decoded and 1 MB after that; the materials are made in their reversed order."""
+    count = 26
+    picture = bombs.png(512, 512)
+    for number in range(count):
         bombs.written(tmp_path / f"{number}.png", picture)
-    bombs.written(tmp_path / "a.mtl", "".join(f"newmtl m{n}\nmap_Kd {n}.png\n" for n in range(20)))
-    uses = "".join(f"usemtl m{number}\nf 1/1 2/2 3/3\n" for number in range(20))
+    bombs.written(tmp_path / "a.mtl", "".join(f"newmtl m{n}\nmap_Kd {n}.png\n" for n in range(count)))
+    uses = "".join(f"usemtl m{number}\nf 1/1 2/2 3/3\n" for number in range(count))
     path = bombs.written(tmp_path / "a.obj", f"mtllib a.mtl\n{bombs.CORNERS}{uses}")
-    assert refusal(load_mesh, path) == "4.png: the textures would take 0.3 GB of memory; 0.3 GB are allowed here"
+    assert refusal(load_mesh, path).endswith("2.png: the textures would take 30 MB of memory; 30 MB are allowed here")
 
 
 def test_materials_of_one_picture_share_its_pixels(tmp_path: Path) -> None:
