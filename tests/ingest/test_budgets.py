@@ -102,6 +102,8 @@ def test_what_the_machine_cannot_hold_is_refused(tmp_path: Path) -> None:
     assert refusal(load_texture, bombs.written(tmp_path / "a.png", bombs.png(2048, 1024))) == (
         "an image of 2048 × 1024 pixels would take 50 MB of memory; 30 MB are allowed here"
     )
+    text = bombs.written(tmp_path / "a.obj", f"{bombs.CORNERS}f 1 2 3\n" + "#\n" * 1_500_000)
+    assert refusal(load_mesh, text) == "3000061 bytes of OBJ text would take 36 MB of memory; 30 MB are allowed here"
     copies = [{"mesh": 0}] * 30
     path = bombs.glb(tmp_path / "a.glb", corners=3000, nodes=copies, scenes=[{"nodes": list(range(30))}])
     assert refusal(load_mesh, path) == (

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.ingest.formats import check_suffix
@@ -12,6 +13,8 @@ from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
+
+_TEXT_BYTES = 12  # that reading an OBJ file takes for each byte, measured with a million triangles
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:
@@ -55,6 +58,7 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
 
 def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     """Return the triangles of an OBJ file with the materials of its libraries, those of the last group first."""
+    check_memory(path, _TEXT_BYTES * len(data), f"{len(data)} bytes of OBJ text")
     data = as_utf8(data)
     mesh = parse_obj(data, path)
     check_triangle_count(mesh.triangle_count, path)
