@@ -111,6 +111,6 @@ class Camera:
 
     def moved(self, shift: glm.dvec3) -> "Camera":
         """Return the camera and its target moved by `shift`, metres, world."""
-        (x, y, z), (to_x, to_y, to_z) = self.position, self.target  # see `geometry.vectors.components`
+        (x, y, z), (to_x, to_y, to_z) = self.position, self.target
         position, target = (x + shift.x, y + shift.y, z + shift.z), (to_x + shift.x, to_y + shift.y, to_z + shift.z)
         return replace(self, position=position, target=target)
