@@ -13,8 +13,9 @@ from pydantic import Field
 
 from depthwalk.limits import MAX_ASSETS
 from depthwalk.params import param
-from depthwalk.scene.document import check_model, read_document
+from depthwalk.scene.document import read_document
 from depthwalk.scene.fields import FileParams, Version
+from depthwalk.scene.validate import check_model
 
 _MOST_SIZES = 64
 

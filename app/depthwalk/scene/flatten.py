@@ -236,8 +236,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     if isinstance(asset, DepthImageAssetParams):
         return ("dpci", "dmesh", *_HEIGHT_FIELDS) if asset.depth_image.size else ("dpci", "dmesh")
     if isinstance(asset, BakedAssetParams):
-        return ("dpci", *_POLYGONS, "dmesh") if asset.mesh else ("dpci", "dmesh")
-    return ("dpci", *_POLYGONS, "dmesh") if asset.dpci else _POLYGONS
+        return ("dpci", *_POLYGONS, "dmesh", "auto") if asset.mesh else ("dpci", "dmesh")
+    return ("dpci", *_POLYGONS, "dmesh", "auto") if asset.dpci else _POLYGONS
 
 
 def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:

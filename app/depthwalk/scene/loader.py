@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from depthwalk.errors import InputError, missing_file, suggest_file
 from depthwalk.ingest.formats import is_baked_file, is_model_file
 from depthwalk.resources import asset_root
+from depthwalk.scene.advice import load_advice
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
@@ -34,8 +35,8 @@ def load_scene(
 ) -> Scene:
     """Load a scene file; or a mesh, or depth images, as a scene that holds nothing else.
 
-    Of the files that the scene names, only the lists of positions of `places` items are opened; of all others it is
-    made sure that they exist.
+    Of the files that the scene names, only its advice and the lists of positions of `places` items are opened; of all
+    others it is made sure that they exist.
 
     Parameters
     ----------
@@ -69,6 +70,7 @@ def load_scene(
     named = {
         row.loc: finder.find((*row.loc, "file"), row.spec.file) for row in rows if isinstance(row.spec, PlacesParams)
     }
+    advice = finder.find_optional(("advice",), file.advice)
     missing = {asset.name for asset in assets if isinstance(asset, BakedAsset) and asset.source is None}
     raise_all(reference_errors(rows, file.assets, source, missing) + finder.errors)
     places = {loc: read_places(found) for loc, found in named.items()}
@@ -84,6 +86,7 @@ def load_scene(
         camera=camera_from(file.camera) if file.camera else None,
         render=file.render,
         walk=file.walk,
+        advice=load_advice(advice) if advice else {},
     )
 
 

@@ -3,6 +3,7 @@
 Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes the objects below it, and nothing else.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -10,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
@@ -169,6 +171,8 @@ class Scene:
         How the picture is made.
     walk : WalkParams
         How the camera of the window moves.
+    advice : dict of Advice
+        By name of the asset, what `depthwalk advise` found for it.
     """
 
     path: Path
@@ -181,6 +185,7 @@ class Scene:
     camera: Camera | None
     render: RenderSettings
     walk: WalkParams = field(default_factory=WalkParams)
+    advice: Mapping[str, Advice] = field(default_factory=dict)
 
 
 def set_node_transform(

@@ -31,7 +31,7 @@ MIDDLE = 200  # pixels that the object is high where triangles vary
 COUNTS = 1, 10, 100, 1000, 10_000, 100_000
 SPACING = 2.5  # metres from object to object, where their number varies
 SLOW = 1500.0  # milliseconds: what takes longer is not measured with more objects or triangles
-_CLUSTERED = 300_000  # triangles; building clusters of more takes minutes
+_CLUSTERED = 100_000  # triangles; building clusters of more takes a minute and longer
 _SOURCE = "Not in the paper: it compares two heads of fixed size"
 _TIMES = (
     "Processor time of all threads on a software rasteriser, else time by the clock; medians of frames of a walk, in "

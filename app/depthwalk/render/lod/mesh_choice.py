@@ -7,8 +7,8 @@ are nearly linear, so that the mesh is quicker where
 
 with the pixels of the rectangle about the object. The first number is what a pixel of an impostor costs more than a
 pixel of a mesh, the second what an object's impostor costs however small it is, both over what a triangle costs. Where
-`depthwalk advise` has measured an asset, its result takes the place of this model. The mesh that is drawn is the finest,
-which is no worse than depth images made from it.
+`depthwalk advise` has measured an asset, its result takes the place of this model. The mesh that is drawn may be as
+coarse as a mesh fallback, `render.mesh.error`.
 """
 
 import math
@@ -27,7 +27,7 @@ from depthwalk.types import Array, Mask, Rows
 
 # Measured by `depthwalk tables --only triangles,objects,pixels` on Mesa llvmpipe.
 TRIANGLES_PER_PIXEL = 0.8
-FREE_TRIANGLES = 1000.0
+FREE_TRIANGLES = 3000.0
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels
@@ -157,7 +157,7 @@ class MeshChooser:
         found = asked[np.isfinite(triangles) & (modelled | (advised[asked] == AS_MESH))]
         self._was_mesh[first] = False
         self._was_mesh[first[found]] = True
-        return able[found]
+        return np.asarray(able[found])
 
 
 def _on_screen(
