@@ -26,7 +26,7 @@ def main(
     scene: SceneArgument,
     want_flip: Annotated[
         float, typer.Option(metavar="FLIP", min=0, max=1, help="Mean FLIP of an object that is low enough.")
-    ] = 0.1,
+    ] = 0.12,
     seconds: Annotated[
         float,
         typer.Option(

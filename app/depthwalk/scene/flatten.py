@@ -155,7 +155,8 @@ def reference_errors(
             hint = suggest(row.spec.asset, list(assets)) or "; 'assets' has none of that name"
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
         elif wanted is not None and wanted not in (possible := _representations(asset)):
-            lack = "has no dpci" if wanted in ("dpci", "dmesh") else "has no mesh"
+            no_images = wanted in ("dpci", "dmesh") or (wanted == "auto" and "dpci" not in possible)
+            lack = "has no dpci" if no_images else "has no mesh"
             lack = "is no relief, one planar depth image" if wanted in _HEIGHT_FIELDS else lack
             *others, last = map(repr, possible)
             choice = f"{', '.join(others)} or {last}"

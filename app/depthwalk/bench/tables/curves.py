@@ -4,6 +4,7 @@ The object is the Venus of table 1, 67,170 triangles. Fewer triangles are its si
 each into four, so that the surface stays the same.
 """
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -67,7 +68,7 @@ def over_triangles(report: Report, most: int = TRIANGLES) -> Table:
         count = len(mesh.faces)
         report("venus", f"{count:,} triangles")
         library = SceneLibrary(scene.assets, report)
-        library.take_mesh(0, mesh, f"curves-{count}")
+        library.take_mesh(0, mesh, hashlib.sha256(mesh.positions.tobytes()).hexdigest())
         left = [kind for kind in COMPARED if kind not in slow]
         left = [kind for kind in left if kind is not Representation.MESH_CLUSTERS or count <= _CLUSTERED]
         found = ObjectCosts(scene, 0, library, SIZE, left, judged=False).measured(MIDDLE, FRAMES).by
@@ -222,7 +223,6 @@ def _crossing_notes(unit: str, x: Sequence[float], columns: Mapping[str, Sequenc
     for label in values:
         if label != own:
             found = ", ".join(f"{place:,.0f}" for place in crossings(x, values[own], values[label]))
-            notes.append(
-                f"{own} and {label} cost the same at {found} {unit}." if found else f"{own} and {label}: no crossing."
-            )
+            where = f"cost the same at {found} {unit}" if found else "never cost the same"
+            notes.append(f"{own} and {label} {where}.")
     return notes
