@@ -17,6 +17,7 @@ SIZES = 300, 40, 120, 600, 15  # pixels, in the order in which they are measured
 FRAMES = 8
 # Nobody can ask for less error than the mesh has, whose error is aliasing; a quarter more is as good.
 _AS_GOOD = 1.25
+_CLEARLY = 0.9  # of the time of depth images: a mesh that takes longer is not worth the change
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +35,7 @@ class SizeAdvice:
     quickest
         The quickest of those whose FLIP is low enough.
     mesh
-        Whether `auto` draws the mesh: it is quicker than depth images, or these are not good enough.
+        Whether `auto` draws the mesh: it is clearly quicker than depth images, or these are not good enough.
     """
 
     asset: str
@@ -137,7 +138,7 @@ def judged(asset: str, pixels: float, costs: Mapping[Representation, Cost], want
         pixels=pixels,
         costs=costs,
         quickest=min(good, key=lambda kind: costs[kind].milliseconds),
-        mesh=images not in good or costs[mesh].milliseconds < costs[images].milliseconds,
+        mesh=images not in good or costs[mesh].milliseconds < _CLEARLY * costs[images].milliseconds,
     )
 
 

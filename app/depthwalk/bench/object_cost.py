@@ -37,7 +37,8 @@ class Cost:
     Attributes
     ----------
     milliseconds
-        Median over the frames of what each copy adds to a frame, milliseconds of `clock_of`; at least 0.
+        Mean over the frames of what each copy adds to a frame, milliseconds as in `frame_costs`; at least 0. It is no
+        median, since impostors are warped in some frames only.
     flip
         Mean FLIP against the mesh with 16 samples a pixel, where either shows anything, 0 to 1; None if not measured.
     """
@@ -159,7 +160,7 @@ class ObjectCosts:
                 flips = {name: quality(headless, reference, centre, distance).flip for name, headless in drawn.items()}
         by = {
             kind: Cost(
-                milliseconds=max(float(np.median(times[kind.label] - times[""])) / copies, 0.0),
+                milliseconds=max(float(np.mean(times[kind.label] - times[""])) / copies, 0.0),
                 flip=flips.get(kind.label),
             )
             for kind in self._representations

@@ -35,7 +35,7 @@ SLOW = 1500.0  # milliseconds: what takes longer is not measured with more objec
 _CLUSTERED = 100_000  # triangles; building clusters of more takes a minute and longer
 _SOURCE = "Not in the paper: it compares two heads of fixed size"
 _TIMES = (
-    "Processor time of all threads on a software rasteriser, else time by the clock; medians of frames of a walk, in "
+    "Processor time of all threads on a software rasteriser, else time by the clock; means over frames of a walk, in "
     "turn, less what a frame without objects takes."
 )
 
@@ -104,7 +104,7 @@ def over_objects(report: Report, counts: Sequence[int] = COUNTS) -> Table:
             times = frame_costs(drawn, cameras)
         x.append(float(count))
         for kind in COMPARED:
-            cost = float(np.median(times[kind.label] - times[""])) if kind.label in times else None
+            cost = float(np.mean(times[kind.label] - times[""])) if kind.label in times else None
             columns[kind.label].append(cost)
             if cost is not None and cost > SLOW:
                 slow.add(kind)
