@@ -80,6 +80,12 @@ def test_a_scene_without_a_choice_is_refused(tiny_scene: Path) -> None:
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message)
 
 
+def test_pictures_are_not_too_large_to_be_compared(tiny_scene: Path) -> None:
+    result = run(tiny_scene, "--resolution", "4100,48")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("--resolution 4100,48: each side must be at most 4096 pixels")
+
+
 def test_nothing_of_the_scene_is_overwritten(tiny_scene: Path) -> None:
     before = tiny_scene.read_bytes()
     result = run(tiny_scene, "--json", tiny_scene)

@@ -19,6 +19,7 @@ from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError
 
 _SUFFIX = ".advice.json"
+_MOST_PIXELS = 4096
 
 
 @guarded
@@ -48,6 +49,9 @@ def main(
     The advice is written to a file, which the scene names by the key `advice`; `representation: auto` follows it.
     """
     size = parse_resolution(resolution)
+    if max(size) > _MOST_PIXELS:
+        why = "since pictures are compared with ones of four times the width and height"
+        raise InputError(f"--resolution {resolution}: each side must be at most {_MOST_PIXELS} pixels, {why}")
     from depthwalk.assets.library import SceneLibrary
     from depthwalk.bench.advise import advise, fields, to_table
     from depthwalk.bench.tables.table import to_text
