@@ -8,11 +8,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError, missing_file, suggest_file
 from depthwalk.ingest.formats import is_baked_file, is_model_file
 from depthwalk.resources import asset_root
-from depthwalk.scene.advice import load_advice
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
@@ -28,6 +28,9 @@ from depthwalk.scene.schema import (
     SceneFile,
 )
 from depthwalk.scene.validate import Source, check_model, raise_all
+
+if TYPE_CHECKING:
+    from depthwalk.scene.advice import Advice
 
 
 def load_scene(
@@ -86,8 +89,17 @@ def load_scene(
         camera=camera_from(file.camera) if file.camera else None,
         render=file.render,
         walk=file.walk,
-        advice=load_advice(advice) if advice else {},
+        advice=_advice(advice),
     )
+
+
+def _advice(file: Path | None) -> "dict[str, Advice]":
+    """Return what a file of advice says, by asset; nothing where the scene names none, as most do."""
+    if file is None:
+        return {}
+    from depthwalk.scene.advice import load_advice
+
+    return load_advice(file)
 
 
 def camera_from(params: CameraParams) -> Camera:

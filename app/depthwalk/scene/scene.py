@@ -6,17 +6,19 @@ Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.schema import DpciParams, IntrinsicsParams, PanoramaParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
+
+if TYPE_CHECKING:
+    from depthwalk.scene.advice import Advice
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,7 +187,7 @@ class Scene:
     camera: Camera | None
     render: RenderSettings
     walk: WalkParams = field(default_factory=WalkParams)
-    advice: Mapping[str, Advice] = field(default_factory=dict)
+    advice: "Mapping[str, Advice]" = field(default_factory=dict)
 
 
 def set_node_transform(
