@@ -1,0 +1,243 @@
+"""List what is fuzzed: every reader of files, how its files are changed, and what holds of what it returns."""
+
+import os
+from functools import partial
+from pathlib import Path
+
+from depthwalk.assets.asset_files import mesh_source
+from depthwalk.bake.cache import find_cached
+from depthwalk.bake.file import read_baked
+from depthwalk.bake.level_file import find_levels
+from depthwalk.bake.meso_file import load_meso
+from depthwalk.cache import DamagedFileError, cache_folder
+from depthwalk.cook.cluster_file import find_clusters
+from depthwalk.cook.cook import COOK_VERSION, CookOptions
+from depthwalk.cook.cooked_file import find_cooked, read_cooked
+from depthwalk.errors import InputError
+from depthwalk.ingest.image import load_texture
+from depthwalk.ingest.loader import check_mesh, load_mesh
+from depthwalk.ingest.range_image import Intrinsics, load_depth_image, load_panorama, load_range_image
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.path import PathFile, load_path
+from depthwalk.scene.places import read_places
+from depthwalk.scene.scene import MeshAsset
+from depthwalk.scene.schema import SceneFile
+from fuzz import properties, seeds
+from fuzz.bytes_changes import change_text
+from fuzz.case import Target
+from fuzz.container_changes import (
+    GLTF_KEYS,
+    change_exr,
+    change_glb,
+    change_npy,
+    change_npz,
+    change_png,
+)
+from fuzz.tree_changes import change_json, change_yaml
+
+INGEST = ("depthwalk.ingest",)
+_SEEN = {  # by how files are called
+    "tall": {"height": 2.0},
+    "z-up": {"up": "z"},
+    "textured": {"texture": "picture.png"},
+}
+
+
+def _schema_keys(model: type) -> tuple[str, ...]:
+    schema = model.model_json_schema()  # type: ignore[attr-defined]
+    nodes = (schema, *schema.get("$defs", {}).values())
+    return tuple(sorted({key for node in nodes for key in node.get("properties", {})}))
+
+
+SCENE_KEYS, PATH_KEYS = _schema_keys(SceneFile), _schema_keys(PathFile)
+_YAML = (b"&a ", b"*a", b"!!int ", b"!!float ", b"!!binary ", b"<<: ", b"---\n", b"...\n", b"%YAML 1.1\n", b"%TAG ! x\n",
+         b"0x", b"0b", b"0o8", b".inf", b".nan", b"1e999", b"? ", b"| ", b"> ", b"2001-01-01", b'"\\ud800"', b'"\\x00"',
+         b"\xef\xbb\xbf", b"\xc2\x85", b"\xe2\x80\xa8", b"[", b"]", b"{", b"}", b"#", b"!", b"'")  # fmt: skip
+
+
+def read_mesh(path: Path) -> None:
+    """Load a mesh, check it, hash it: all agree on whether it is right."""
+    options = dict(_SEEN.get(path.stem, {}))
+    texture = path.parent / str(options.pop("texture")) if "texture" in options else None
+    try:
+        mesh = load_mesh(path, texture=texture, **options)  # type: ignore[arg-type]
+    except InputError as refused:
+        try:
+            check_mesh(path, texture=texture, **options)  # type: ignore[arg-type]
+        except InputError as also:
+            properties.holds(str(refused) == str(also), f"check_mesh says the same: {refused} / {also}")
+        else:
+            raise AssertionError(f"check_mesh accepts what load_mesh refuses: {refused}") from refused
+        raise
+    properties.check_mesh_arrays(mesh)
+    check_mesh(path, texture=texture, **options)  # type: ignore[arg-type]
+    up, height = options.get("up", "y"), options.get("height")
+    mesh_source(MeshAsset(name="x", mesh=path, texture=texture, up=up, height=height, dpci=None))  # type: ignore[arg-type]
+
+
+def read_range(path: Path) -> None:
+    """Read a depth file as its name says, with the pictures that lie beside it."""
+    colour, normal = (file if (file := path.parent / name).exists() else None for name in ("colour.png", "normal.png"))
+    match path.stem:
+        case "unit":
+            image = load_depth_image(path, size=(1, 2), unit=0.01, colour=colour, normal=normal)
+        case "range":
+            image = load_depth_image(path, size=(1, 2), depth_range=0.1, colour=colour, normal=normal)
+        case "meso":
+            meso = load_meso(path, height=0.1, tile=(1, 1), normal=normal)
+            return properties.holds(abs(meso.relief) < float("inf"), "the relief is finite")
+        case "panorama":
+            properties.check_planar(load_panorama(path, unit=0.001, colour=colour))
+            return None
+        case _:
+            lens = Intrinsics(fx=8.0, fy=7.5, cx=4.0, cy=3.5)
+            properties.check_planar(load_range_image(path, lens=lens, unit=0.001, colour=colour, normal=normal))
+            return None
+    properties.check_planar(image)
+    return None
+
+
+def read_cooked_file(path: Path) -> None:
+    """Read cooked objects from a file of a user's, or from the cache."""
+    if path.name.endswith(".dpci.npz"):
+        for cooked in read_cooked(path):
+            properties.check_cooked(*cooked.load())
+        return
+    _put_into_cache(path, f"ab-cook{COOK_VERSION}.npz")
+    for cooked in find_cooked("ab", CookOptions()) or ():
+        try:
+            properties.check_cooked(*cooked.load())
+        except DamagedFileError:
+            return
+
+
+def read_cached(path: Path) -> None:
+    """Find simplified meshes, clusters or depth images in a cache that holds this file."""
+    mesh = seeds.dense()
+    if path.name.startswith("levels"):
+        _put_into_cache(path, "ab.levels.npz")
+        for level in find_levels(mesh, "ab") or ():
+            properties.check_mesh_arrays(level.mesh)
+    elif path.name.startswith("clusters"):
+        _put_into_cache(path, "ab.clusters.npz")
+        clusters = find_clusters(mesh, "ab")
+        if clusters is not None:
+            properties.check_clusters(clusters, len(mesh.parts))
+    else:
+        _put_into_cache(path, "ab" * 16 + ".dpci.exr")
+        model = find_cached("ab" * 16)
+        if model is not None:
+            properties.check_model(model)
+
+
+def _put_into_cache(path: Path, name: str) -> None:
+    """Make the file the only one of a cache beside it."""
+    os.environ["XDG_CACHE_HOME"] = str(path.parent / "cache")
+    folder = cache_folder()
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(path.read_bytes())
+
+
+_PNG = {".png": (change_png,)}
+TARGETS = (
+    Target(
+        name="scene",
+        seeds=seeds.scenes,
+        read=lambda path: properties.check_scene(load_scene(path)),
+        modules=("depthwalk.scene",),
+        words=(*_YAML, *(key.encode() + b": " for key in SCENE_KEYS)),
+        changes={".yaml": (change_text, partial(change_yaml, keys=SCENE_KEYS), partial(change_yaml, keys=SCENE_KEYS))},
+    ),
+    Target(
+        name="path",
+        seeds=seeds.paths,
+        read=lambda path: properties.check_path(load_path(path)),
+        modules=("depthwalk.scene.path", "depthwalk.scene.document", "depthwalk.scene.validate"),
+        words=(*_YAML, *(key.encode() + b": " for key in PATH_KEYS)),
+        changes={".yaml": (change_text, partial(change_yaml, keys=PATH_KEYS))},
+    ),
+    Target(
+        name="places",
+        seeds=seeds.places,
+        read=lambda path: properties.check_places(read_places(path)),
+        modules=("depthwalk.scene.places", "depthwalk.ingest.npy"),
+        words=(b"x", b"y", b"z", b"yaw", b"scale", b'"', b"'", b",", b"\r", b"\x0b", b"\x1c", b"\x85", b"\n"),
+        changes={".csv": (change_text,), ".npy": (change_npy,)},
+    ),
+    Target(
+        name="obj",
+        seeds=seeds.objs,
+        read=read_mesh,
+        modules=INGEST,
+        words=(b"v ", b"vt ", b"vn ", b"f ", b"usemtl ", b"mtllib ", b"newmtl ", b"map_Kd ", b"Kd ", b"Ns ", b"Ks ", b"#",
+               b"\\\n", b"//", b"/", b"mesh.mtl", b"skin.png", b"../", b"\xff", b"\r\n", b"-1"),  # fmt: skip
+        changes={".obj": (change_text,), ".mtl": (change_text,)} | _PNG,
+    ),
+    Target(
+        name="ply",
+        seeds=seeds.plys,
+        read=read_mesh,
+        modules=(*INGEST, "trimesh.exchange.ply"),
+        words=(b"element vertex ", b"element face ", b"property float ", b"property list uchar int ", b"property double ",
+               b"property uchar ", b"vertex_indices", b"vertex_index", b"format ascii 1.0\n", b"nx", b"ny", b"nz", b"u", b"v",
+               b"format binary_big_endian 1.0\n", b"comment TextureFile ", b"end_header\n", b"texcoord", b"red", b"alpha",
+               b"element edge ", b"element tristrips ", b"skin.png"),  # fmt: skip
+        changes={".ply": (change_text,)} | _PNG,
+    ),
+    Target(
+        name="stl",
+        seeds=seeds.stls,
+        read=read_mesh,
+        modules=(*INGEST, "trimesh.exchange.stl"),
+        words=(b"solid ", b"facet normal ", b"outer loop", b"vertex ", b"endloop", b"endfacet", b"endsolid", b"FACET"),
+        changes={".stl": (change_text,)},
+    ),
+    Target(
+        name="gltf",
+        seeds=seeds.gltfs,
+        read=read_mesh,
+        modules=(*INGEST, "trimesh.exchange.gltf"),
+        words=tuple(f'"{key}": '.encode() for key in GLTF_KEYS),
+        changes={".gltf": (partial(change_json, keys=GLTF_KEYS),), ".glb": (change_glb,)} | _PNG,
+    ),
+    Target(
+        name="texture",
+        seeds=seeds.textures,
+        read=lambda path: properties.check_texture(load_texture(path)),
+        modules=("depthwalk.ingest.image", "depthwalk.ingest.sources", "PIL.PngImagePlugin", "PIL.TiffImagePlugin",
+                 "PIL.TgaImagePlugin", "PIL.DdsImagePlugin", "PIL.BmpImagePlugin", "PIL.GifImagePlugin"),
+        words=(b"IHDR", b"IDAT", b"PLTE", b"tRNS", b"IEND", b"acTL", b"fdAT", b"RIFF", b"WEBP", b"VP8X", b"ALPH", b"GIF89a",
+               b"II*\0", b"MM\0*", b"BM", b"\xff\xd8\xff", b"DDS ", b"DXT1", b"P6\n"),  # fmt: skip
+        changes=_PNG,
+    ),
+    Target(
+        name="range",
+        seeds=seeds.ranges,
+        read=read_range,
+        modules=(*INGEST, "depthwalk.bake.meso_file"),
+        words=(b"channels", b"dataWindow", b"compression", b"IHDR", b"IDAT", b"tRNS", b"'descr': ", b"'shape': "),
+        changes={".npy": (change_npy,), ".exr": (change_exr,)} | _PNG,
+    ),
+    Target(
+        name="baked",
+        seeds=seeds.baked,
+        read=lambda path: properties.check_model(read_baked(path)),
+        modules=("depthwalk.bake.file", "depthwalk.bake.header"),
+        words=(b"side.0", b"part1.", b"border.", b"dataWindow", b"channels", b"depthwalk.steps", b"depthwalk.key"),
+        changes={".exr": (change_exr, change_exr)},
+    ),
+    Target(
+        name="cooked",
+        seeds=seeds.cooked,
+        read=read_cooked_file,
+        modules=("depthwalk.cook.cooked_file", "depthwalk.cook.array_packing", "depthwalk.cache"),
+        changes={".npz": (change_npz, change_npz)},
+    ),
+    Target(
+        name="cache",
+        seeds=lambda: seeds.caches() + [{"kept.exr": files["model.dpci.exr"]} for files in seeds.baked()],
+        read=read_cached,
+        modules=("depthwalk.cache", "depthwalk.bake.level_file", "depthwalk.cook.cluster_file", "depthwalk.bake.cache"),
+        changes={".npz": (change_npz, change_npz), ".exr": (change_exr,)},
+    ),
+)
