@@ -123,10 +123,9 @@ def _run(
 def _session(task: Task, until: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends
     signal.signal(signal.SIGXCPU, signal.SIG_DFL)
-    sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  libraries print
-    os.dup2(sys.stdout.fileno(), 1)
-    errors = os.open(task.folder / "errors", os.O_CREAT | os.O_WRONLY)
-    os.dup2(errors, 2)
+    errors = os.open(task.folder / "errors", os.O_CREAT | os.O_WRONLY | os.O_APPEND)
+    for output in (1, 2):  # libraries print
+        os.dup2(errors, output)
     limit_memory()
     Session(task.target, task.seed, task.folder).run(until)
 

@@ -55,7 +55,7 @@ def change_bytes(data: Data, rng: random.Random, words: tuple[bytes, ...] = ()) 
 def _packed(rng: random.Random) -> Data:
     order = rng.choice("<>")
     if rng.random() < 0.3:
-        return struct.pack(order + rng.choice("efd"), rng.choice(_FLOATS[:6] + _FLOATS[7:]) if rng.random() < 0.5 else 1.0)
+        return struct.pack(order + rng.choice("fd"), rng.choice(_FLOATS[:6] + _FLOATS[7:]) if rng.random() < 0.5 else 1.0)
     width = rng.choice("HIQ")
     return struct.pack(order + width, rng.choice(_INTEGERS) % (1 << 8 * struct.calcsize(width)))
 

@@ -54,9 +54,12 @@ def judge(target: Target, files: Files, folder: Path, trace: LineTrace | None = 
     before = used()
     fault = None
     try:
-        with warnings.catch_warnings(), trace.tracing() if trace else nullcontext():
-            warnings.simplefilter("error", RuntimeWarning)  # of NumPy: a number that has become none
+        with warnings.catch_warnings(record=True) as warned, trace.tracing() if trace else nullcontext():
+            warnings.simplefilter("always")
             target.read(path)
+        if unforeseen := [w for w in warned if issubclass(w.category, RuntimeWarning)]:  # numbers that have become none
+            where = f"{Path(unforeseen[0].filename).name}:{unforeseen[0].lineno}"
+            fault = Fault(kind=f"a warning in {where}", detail=str(unforeseen[0].message))
     except InputError as error:
         fault = _bad_message(str(error), folder)
     except Exception as error:

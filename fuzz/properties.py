@@ -120,7 +120,7 @@ def _check_object(baked: BakedObject) -> None:
         _shaped(image.normal, (*shape, 3), np.float32, "normals")
         _shaped(image.albedo, (*shape, 4), np.float32, "albedo")
         holds(max(shape) <= limits.MAX_DPCI_RESOLUTION, "images are not too large")
-        holds(np.isfinite(image.normal) & (np.abs(image.normal) <= 2), "normals are finite")
+        holds(np.isfinite(image.normal), "normals are finite")
         holds(np.isfinite(image.albedo), "colours are finite")
         holds(~np.isnan(image.depth) & (image.depth > -np.inf), "depths are numbers")
         holds(image.owner <= 6, "owners are faces")
@@ -155,8 +155,7 @@ def check_cooked(geometry: LodGeometry, texture: VirtualTexture) -> None:
     holds(np.isfinite(geometry.box_low) & np.isfinite(geometry.box_size), "the box is finite")
     height, width = texture.normals.shape[:2]
     _shaped(texture.normals, (None, None, 4), np.uint8, "normals")
-    holds(texture.colours.shape[:2] == (height, width) and texture.tints.shape[:2] == (height, width), "pictures agree")
-    holds(max(height, width) <= limits.MAX_TEXTURE_SIDE * 4, "pictures are not too large")
+    holds(texture.colours.shape[:2] == (height, width), "colours and normals are of one size")
     _shaped(texture.table, (None, None, None, 2), np.int16, "the table's entries")
     holds(np.isfinite(texture.palette), "the palette is finite")
     holds(0 <= texture.last_mip_tier < len(texture.first_rows), "mip tiers exist")

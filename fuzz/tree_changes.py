@@ -2,6 +2,7 @@
 
 import json
 import random
+from collections import deque
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -10,6 +11,8 @@ VALUES: tuple[Any, ...] = (
     None, True, False, 0, 1, -1, 2, 3, 64, 255, 5121, 5123, 5125, 5126, 65536, 2**31, 2**53, 2**64, 1e-9, 0.5, 1e6, 1e7,
     -1e7, 1e30, 1e308, "", "x", "../x", "\x1b[2J\nforged", "nan", "é", [], {}, [0, 0, 0], [1, 1, 1], [0, 0], {"x": 1},
 )  # fmt: skip
+
+_MOST_PLACES = 2_000
 
 Place = tuple[Any, Any]  # a list or dict, and an index or key of it
 
@@ -40,7 +43,7 @@ def changed_tree(tree: Any, rng: random.Random, keys: tuple[str, ...]) -> Any:
             case 3 if parent is not holder:
                 del parent[key]
             case 4 if isinstance(parent, list) and parent is not holder:
-                parent[key:key] = [parent[key]] * rng.choice((1, 2, 30))
+                parent[key:key] = [parent[key]] * (1 if isinstance(parent[key], list | dict) else rng.choice((1, 2, 30)))
             case 5 if isinstance(parent[key], dict) and keys:
                 parent[key][rng.choice(keys)] = _new_value(0, rng)
             case 6:
@@ -57,10 +60,11 @@ def _new_value(old: Any, rng: random.Random) -> Any:
 
 
 def _places(node: Any) -> list[Place]:
+    """Return the first places of a tree, breadth first: aliases may make one of any depth."""
     found: list[Place] = []
-    pending = [node]
-    while pending:
-        parent = pending.pop()
+    pending = deque([node])
+    while pending and len(found) < _MOST_PLACES:
+        parent = pending.popleft()
         items = parent.items() if isinstance(parent, dict) else enumerate(parent)
         for key, value in items:
             found.append((parent, key))
