@@ -74,7 +74,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"what to fuzz, all by default: {names}")
     parser.add_argument("--seconds", type=float, default=60, help="how long to go on, in all (60)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes at a time (one per processor)")
-    parser.add_argument("--seed", type=int, action="append", help="of the random numbers, may be repeated (0 and today's)")
+    parser.add_argument(
+        "--seed", type=int, action="append", help="of the random numbers, may be repeated (0 and today's)"
+    )
     parser.add_argument("--findings", type=Path, default=Path("out/fuzz"), help="folder for what is found (out/fuzz)")
     parser.add_argument("--missed", action="store_true", help="name the lines that no input reached")
     options = parser.parse_args()
@@ -88,9 +90,7 @@ def _options() -> argparse.Namespace:
 Found = tuple[str, str, str, Path]
 
 
-def _run(
-    tasks: list[Task], end: float, jobs: int, findings: Path
-) -> tuple[list[Found], list[tuple[str, Tally]]]:
+def _run(tasks: list[Task], end: float, jobs: int, findings: Path) -> tuple[list[Found], list[tuple[str, Tally]]]:
     """Run sessions, so many at a time, of equal length, and return what they found and did."""
     context = multiprocessing.get_context("fork")  # what is imported and baked once serves all
     waiting, running = list(tasks), {}
@@ -136,7 +136,8 @@ def _note_end(task: Task, exitcode: int) -> None:
     kind = names.get(exitcode, f"the process ended: {exitcode}")
     errors = (task.folder / "errors").read_text(errors="replace")[-3000:]
     shutil.copytree(task.folder / "input", task.folder / "fault-end", dirs_exist_ok=True)
-    (task.folder / "fault-end.json").write_text(json.dumps({"kind": kind, "detail": errors, "first": ""}))
+    first = (task.folder / "first").read_text()
+    (task.folder / "fault-end.json").write_text(json.dumps({"kind": kind, "detail": errors, "first": first}))
 
 
 def _collect(task: Task, findings: Path, found: dict[tuple[str, str], Found]) -> None:
@@ -146,8 +147,7 @@ def _collect(task: Task, findings: Path, found: dict[tuple[str, str], Found]) ->
         key = (task.target.name, fault["kind"])
         if key in found:
             continue
-        stem = Path(fault["first"]).stem or "input"
-        place = findings / task.target.name / f"{stem}-{len(found) + 1}"
+        place = findings / task.target.name / f"{fault['first']}-{len(found) + 1}"
         shutil.rmtree(place, ignore_errors=True)
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copytree(note.with_suffix(""), place)

@@ -33,7 +33,9 @@ def change_bytes(data: Data, rng: random.Random, words: tuple[bytes, ...] = ()) 
             return data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :]
         case 1 if data:
             at = rng.randrange(len(data))
-            return data[:at] + bytes([rng.choice((0, 1, 10, 32, 47, 127, 128, 255, rng.randrange(256)))]) + data[at + 1 :]
+            return (
+                data[:at] + bytes([rng.choice((0, 1, 10, 32, 47, 127, 128, 255, rng.randrange(256)))]) + data[at + 1 :]
+            )
         case 2:
             return data[:start] + data[end:]
         case 3:
@@ -55,7 +57,9 @@ def change_bytes(data: Data, rng: random.Random, words: tuple[bytes, ...] = ()) 
 def _packed(rng: random.Random) -> Data:
     order = rng.choice("<>")
     if rng.random() < 0.3:
-        return struct.pack(order + rng.choice("fd"), rng.choice(_FLOATS[:6] + _FLOATS[7:]) if rng.random() < 0.5 else 1.0)
+        return struct.pack(
+            order + rng.choice("fd"), rng.choice(_FLOATS[:6] + _FLOATS[7:]) if rng.random() < 0.5 else 1.0
+        )
     width = rng.choice("HIQ")
     return struct.pack(order + width, rng.choice(_INTEGERS) % (1 << 8 * struct.calcsize(width)))
 
@@ -85,7 +89,9 @@ def change_text(data: Data, rng: random.Random, words: tuple[bytes, ...] = ()) -
         case _:
             line = lines[at]
             place = rng.randrange(len(line) + 1)
-            lines[at] = line[:place] + rng.choice((*words, *NUMBERS, b"\\", b"#", b"\t", b"\r", b"\x1b[2J")) + line[place:]
+            lines[at] = (
+                line[:place] + rng.choice((*words, *NUMBERS, b"\\", b"#", b"\t", b"\r", b"\x1b[2J")) + line[place:]
+            )
     return b"\n".join(lines)
 
 

@@ -14,13 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzz.bytes_changes import change_bytes
+from fuzz.dictionary import GLTF_KEYS
 from fuzz.tree_changes import change_json, changed_tree
 
 _TYPES = ("<f4", "<f8", "<f2", ">f4", "u1", "<u2", "<u4", "<i4", "<i8", "i1", "?", "<c8", "<U4", "S3", "<M8[s]", ">u2")
-_HEADERS = ("{'descr': 'O', 'fortran_order': False, 'shape': (2, 2), }", "{'descr': '<f4', 'fortran_order': False, "
-            "'shape': (99999, 99999), }", "{'descr': '<f4', 'fortran_order': True, 'shape': (-1, 2), }",
-            "{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (4,), }", "(" * 90,
-            "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 9223372036854775807), }")  # fmt: skip
+_HEADERS = (
+    "{'descr': 'O', 'fortran_order': False, 'shape': (2, 2), }",
+    "{'descr': '<f4', 'fortran_order': False, 'shape': (99999, 99999), }",
+    "{'descr': '<f4', 'fortran_order': True, 'shape': (-1, 2), }",
+    "{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (4,), }",
+    "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 9223372036854775807), }",
+    "(" * 90,
+)
 
 
 def changed_array(values: NDArray[Any], rng: random.Random) -> NDArray[Any]:
@@ -37,9 +42,11 @@ def changed_array(values: NDArray[Any], rng: random.Random) -> NDArray[Any]:
                 flat[at : at + rng.choice((1, 1, 4, len(flat)))] = np.array(rng.choice(extreme)).astype(values.dtype)
         case 3 if values.ndim:
             axis = rng.randrange(values.ndim)
-            values = np.take(values, range(rng.choice((0, 1, max(values.shape[axis] - 1, 0)))), axis) if len(
-                values
-            ) else values
+            values = (
+                np.take(values, range(rng.choice((0, 1, max(values.shape[axis] - 1, 0)))), axis)
+                if len(values)
+                else values
+            )
         case 4:
             values = rng.choice((values.ravel(), values[None], values[..., None], values.T, values[:0]))
         case _:
@@ -55,8 +62,9 @@ def change_npy(data: bytes, rng: random.Random) -> bytes:
     if rng.random() < 0.7:
         np.save(file, changed_array(values, rng), allow_pickle=False)
         return file.getvalue()
-    header = rng.choice((*_HEADERS, repr({"descr": rng.choice(_TYPES), "fortran_order": rng.random() < 0.5,
-                                          "shape": rng.choice((values.shape, (0, 3), (1 << 40,), (), (3, 5)))})))  # fmt: skip
+    shape = rng.choice((values.shape, (0, 3), (1 << 40,), (), (3, 5)))
+    own = repr({"descr": rng.choice(_TYPES), "fortran_order": rng.random() < 0.5, "shape": shape})
+    header = rng.choice((*_HEADERS, own, own))
     text = header.encode() + b"\n"
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text + values.tobytes()
 
@@ -134,16 +142,13 @@ def glb(header: bytes, buffer: bytes) -> bytes:
     header += b" " * (-len(header) % 4)
     buffer += b"\0" * (-len(buffer) % 4)
     total = struct.pack("<4sII", b"glTF", 2, 28 + len(header) + len(buffer))
-    return total + struct.pack("<I4s", len(header), b"JSON") + header + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
-
-
-GLTF_KEYS = ("sparse", "normalized", "byteOffset", "byteStride", "uri", "extensionsRequired", "extensions", "matrix",
-             "children", "mesh", "mode", "indices", "TEXCOORD_0", "COLOR_0", "NORMAL", "JOINTS_0", "count", "images",
-             "scale", "rotation", "name", "skin", "camera", "targets", "KHR_texture_transform")  # fmt: skip
+    return (
+        total + struct.pack("<I4s", len(header), b"JSON") + header + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
+    )
 
 
 def change_exr(data: bytes, rng: random.Random) -> bytes:
-    """Return an OpenEXR file with channels or attributes of a part changed; depth images are given the checksum that fits."""
+    """Return an OpenEXR file with channels or attributes of a part changed; baked ones get the checksum that fits."""
     import OpenEXR
 
     from depthwalk.bake.file import _checksum
@@ -159,7 +164,9 @@ def change_exr(data: bytes, rng: random.Random) -> bytes:
             case 0:
                 own = [key for key in header if key.startswith(ATTRIBUTE)]
                 key = rng.choice(own or list(header))
-                header[key] = rng.choice((0, 1, -1, 99, 1.5, -1.0, float("nan"), float("inf"), 1e30, "", "x\x1b\n", "0" * 99))
+                header[key] = rng.choice(
+                    (0, 1, -1, 99, 1.5, -1.0, float("nan"), float("inf"), 1e30, "", "x\x1b\n", "0" * 99)
+                )
             case 1:
                 del channels[rng.choice(list(channels))]
             case 2:

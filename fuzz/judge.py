@@ -87,7 +87,9 @@ def _bad_message(message: str, folder: Path) -> Fault | None:
 def _place(error: BaseException) -> str:
     """Return file and function in which an exception left the package's code, or was raised by this folder's."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if "depthwalk" in Path(frame.filename).parts or "fuzz" in Path(frame.filename).parts]
+    own = [
+        frame for frame in frames if "depthwalk" in Path(frame.filename).parts or "fuzz" in Path(frame.filename).parts
+    ]
     last = own[-1]
     what = f": {error}"[:80] if isinstance(error, AssertionError) else ""
     return f"in {Path(last.filename).name} {last.name}{what}"

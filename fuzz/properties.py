@@ -67,7 +67,7 @@ def check_planar(image: PlanarImage | RangeImage) -> None:
     _shaped(image.depth, (None, None), np.float32, "depth")
     _shaped(image.colour, (*shape, 3), np.uint8, "colours")
     _shaped(image.normal, (*shape, 3), np.float32, "normals")
-    holds(2 <= min(shape) and max(shape) <= limits.MAX_TEXTURE_SIDE, "the picture has pixels, and not too many")
+    holds(min(shape) >= 2 and max(shape) <= limits.MAX_TEXTURE_SIDE, "the picture has pixels, and not too many")
     known = image.depth < np.inf
     depth = image.depth[known]
     holds(known.any(), "a pixel has depth")

@@ -4,7 +4,7 @@ import io
 import json
 import struct
 import tempfile
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -24,26 +24,47 @@ OBJ = (
     "vn 0 0 1\nusemtl red\nf 1/1/1 3/2/1 2/3/1\nf 1/1 2/2 4/3\nusemtl plain\nf -4 -1 -2\nf 2//1 \\\n3//1 4//1\n"
 )
 MTL = "newmtl red\nKd 0.8 0.1 0.1\nKs 0.5 0.5 0.5\nNs 90\nmap_Kd -s 1 1 1 skin.png\nnewmtl plain\nKd 1 1 1\n"
-SCENE = (
-    "version: 1\nassets:\n  box: {mesh: box.obj, up: z, height: 2, dpci: {resolution: 64, layers: auto, meso: {depth: "
-    "box.obj, height: 0.1, tile: [1, 1]}}}\n  relief: {depth_image: {depth: box.obj, size: [1, 2], range: 0.1}}\n  seen: "
-    "{depth_image: {depth: box.obj, intrinsics: {fx: 9, fy: 9, cx: 4, cy: 4}}}\n  kept: {baked: box.dpci.exr}\nobjects:\n"
-    "- {asset: box, position: [0, 1, 0], yaw: 30, scale: 2, name: one}\n- {grid: {asset: box, count: [2, 3], spacing: "
-    "[1, 2]}}\n- group:\n    name: g\n    objects:\n    - {scatter: {asset: box, count: 9, area: [9, 9], seed: 1, spacing: "
-    "0.5, scale: [1, 2]}}\n    - {places: {asset: box, file: places.csv}}\nenvironment:\n  background: '#202020'\n  sky: {}\n"
-    "  ground: {colour: [0, 1, 0]}\n  sun: {direction: [0, -1, 0]}\n  lights: [{position: [0, 1, 0], range: 2, "
-    "direction: [0, -1, 0], angle: 60}]\ncamera: &c {position: [0, 1, 2], target: [0, 0, 0], fov: 50}\n"
-    "render: {lod: {bias: 1.5}, aa: fxaa}\nwalk: {}\n"
-)
-PATH = (
-    "version: 1\nfps: 12.5\ninterpolation: smooth\nkeyframes:\n- {time: 0, position: [0, 1, 4], target: [0, 1, 0], fov: "
-    "45}\n- {time: 1, position: [4, 1, 0], target: [0, 1, 0], fov: 60}\n- &k {time: 2.5, position: [0, 3, 4], target: [0, "
-    "1, 0]}\n"
-)
+SCENE = """version: 1
+assets:
+  box:
+    mesh: box.obj
+    up: z
+    height: 2
+    dpci: {resolution: 64, layers: auto, meso: {depth: box.obj, height: 0.1, tile: [1, 1]}}
+  relief: {depth_image: {depth: box.obj, size: [1, 2], range: 0.1}}
+  seen: {depth_image: {depth: box.obj, intrinsics: {fx: 9, fy: 9, cx: 4, cy: 4}}}
+  round: {depth_image: {depth: box.obj, panorama: {horizon: 4}, method: paper}}
+  kept: {baked: box.dpci.exr}
+objects:
+- {asset: box, position: [0, 1, 0], yaw: 30, scale: 2, name: one}
+- {grid: {asset: box, count: [2, 3], spacing: [1, 2]}}
+- group:
+    name: g
+    objects:
+    - {scatter: {asset: box, count: 9, area: [9, 9], seed: 1, spacing: 0.5, scale: [1, 2]}}
+    - {places: {asset: box, file: places.csv}}
+environment:
+  background: '#202020'
+  sky: {}
+  ground: {colour: [0, 1, 0]}
+  sun: {direction: [0, -1, 0]}
+  lights: [{position: [0, 1, 0], range: 2, direction: [0, -1, 0], angle: 60}]
+camera: &c {position: [0, 1, 2], target: [0, 0, 0], fov: 50}
+render: {lod: {bias: 1.5}, aa: fxaa}
+walk: {}
+"""
+PATH = """version: 1
+fps: 12.5
+interpolation: smooth
+keyframes:
+- {time: 0, position: [0, 1, 4], target: [0, 1, 0], fov: 45}
+- {time: 1, position: [4, 1, 0], target: [0, 1, 0], fov: 60}
+- &k {time: 2.5, position: [0, 3, 4], target: [0, 1, 0]}
+"""
 _PLY_HEADER = (
     "ply\nformat {form} 1.0\ncomment TextureFile skin.png\nelement vertex 4\nproperty float x\nproperty float y\n"
-    "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty float t\n"
-    "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\n"
+    "property float t\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
 )
 
 
@@ -91,7 +112,8 @@ def places() -> list[Files]:
 def objs() -> list[Files]:
     skin = picture("PNG")
     files = [
-        {name: OBJ.encode(), "mesh.mtl": MTL.encode(), "skin.png": skin} for name in ("mesh.obj", "tall.obj", "z-up.obj")
+        {name: OBJ.encode(), "mesh.mtl": MTL.encode(), "skin.png": skin}
+        for name in ("mesh.obj", "tall.obj", "z-up.obj")
     ]
     coloured = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 1 1 1 .5 .5 .5\nf 1 2 4 3\nf 1 2 3 4 2\n"
     files += [{"mesh.obj": coloured.encode()}, {"textured.obj": OBJ.encode(), "picture.png": skin}]
@@ -118,7 +140,9 @@ def stls() -> list[Files]:
     binary = bytes(80) + struct.pack("<I", 4)
     binary += b"".join(struct.pack("<12fH", 0, 0, 1, *map(float, face.ravel()), 0) for face in corners)
     facets = "".join(
-        "facet normal 0 0 1\nouter loop\n" + "".join(f"vertex {x:g} {y:g} {z:g}\n" for x, y, z in face) + "endloop\nendfacet\n"
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join(f"vertex {x:g} {y:g} {z:g}\n" for x, y, z in face)
+        + "endloop\nendfacet\n"
         for face in corners
     )
     text = f"solid body\n{facets}endsolid body\n".encode()
@@ -138,6 +162,7 @@ def _gltf(image: str, buffer: str | None) -> tuple[dict[str, Any], bytes]:
         for k, (name, kind, count) in enumerate(kinds)
     ]
     accessors[0] |= {"min": [0, 0, 0], "max": [1, 1, 1]}
+    rough = {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 0.5, 0.5, 1], "roughnessFactor": 0.5}
     attributes = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "COLOR_0": 3}
     header: dict[str, Any] = {
         "asset": {"version": "2.0"},
@@ -146,8 +171,7 @@ def _gltf(image: str, buffer: str | None) -> tuple[dict[str, Any], bytes]:
         "nodes": [{"children": [1, 2], "translation": [0, 1, 0]}, {"mesh": 0, "scale": [1, 2, -1]},
                   {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 2, 0, 0, 1]}],
         "meshes": [{"primitives": [{"attributes": attributes, "indices": 4, "material": 0, "mode": 4}]}],
-        "materials": [{"name": "m", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.5,
-                                                              "baseColorFactor": [1, 0.5, 0.5, 1], "metallicFactor": 0}}],
+        "materials": [{"name": "m", "pbrMetallicRoughness": rough}],
         "textures": [{"source": 0}],
         "images": [{"uri": image}],
         "accessors": accessors,
@@ -175,7 +199,10 @@ def gltfs() -> list[Files]:
 
 
 def textures() -> list[Files]:
-    made = [{f"picture.{form.lower()}": picture(form)} for form in ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "DDS")]
+    made = [
+        {f"picture.{form.lower()}": picture(form)}
+        for form in ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "DDS")
+    ]
     made += [{"picture.ppm": picture("PPM", "RGB")}]
     made += [{"picture.png": picture("PNG", mode)} for mode in ("1", "L", "LA", "P", "I;16", "RGB")]
     made += [{"picture.tif": picture("TIFF", mode)} for mode in ("F", "I;16", "L", "CMYK")]
@@ -202,7 +229,7 @@ def ranges() -> list[Files]:
     made += [{"seen.npy": npy((depth * 1000).astype(np.uint16))}, {"unit.exr": exr({"Y": depth})}]
     made += [{"seen.png": picture("PNG", "I;16", (depth * 1000).astype(np.uint16))}]
     made += [{"range.png": picture("PNG", "LA", np.stack([grey, np.where(grey > 30, 255, 0).astype(np.uint8)], -1))}]
-    return made + [{"range.png": picture("PNG", "1", (grey > 30))}]
+    return [*made, {"range.png": picture("PNG", "1", grey > 30)}]
 
 
 @cache
@@ -219,8 +246,8 @@ def bakeable() -> Any:
 @cache
 def baked_models() -> tuple[Any, ...]:
     """Return models with depth images, one of one object, one of two."""
-    from depthwalk.bake.parts import bake_model
     from depthwalk.bake.params import ModelParams
+    from depthwalk.bake.parts import bake_model
 
     params = (ModelParams(resolution=16, layers=2), ModelParams(resolution=16, layers=1, parts=2))
     return tuple(bake_model(bakeable(), one, "ab" * 16, workers=1) for one in params)
@@ -229,7 +256,7 @@ def baked_models() -> tuple[Any, ...]:
 def baked() -> list[Files]:
     from depthwalk.bake.file import write_baked
 
-    return [{"model.dpci.exr": _written(lambda path: write_baked(path, model))} for model in baked_models()]
+    return [{"model.dpci.exr": _written(partial(write_baked, model=model))} for model in baked_models()]
 
 
 def cooked() -> list[Files]:
@@ -239,8 +266,8 @@ def cooked() -> list[Files]:
     made: list[Files] = []
     for model in baked_models():
         objects = tuple(cook_object(part, CookOptions()) for part in model.parts)
-        made += [{"model.dpci.npz": _written(lambda path, o=objects: write_cooked(path, "ab", o))}]
-        made += [{"cooked.npz": _cached(lambda o=objects: keep_cooked("ab", CookOptions(), o))}]
+        made += [{"model.dpci.npz": _written(partial(write_cooked, key="ab", objects=objects))}]
+        made += [{"cooked.npz": _cached(partial(keep_cooked, "ab", CookOptions(), objects))}]
     return made
 
 

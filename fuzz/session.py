@@ -1,4 +1,4 @@
-"""Fuzz one target for some time with one seed: change what took new ways, judge it, make what is wrong as short as can be."""
+"""Fuzz one target with one seed: change what took new ways, judge it, and make what is wrong short."""
 
 import json
 import random
@@ -24,8 +24,8 @@ class Tally:
 
     Attributes
     ----------
-    inputs, accepted
-        How many inputs were read, and how many of them without an error.
+    inputs
+        How many were read.
     kept
         How many took a new way.
     seconds
@@ -51,7 +51,6 @@ class Session:
         self.rng = random.Random(f"{target.name} {seed}")
         self.folder = folder
         self.trace = LineTrace(module_files(target.modules))
-        self.known: set[object] = set()
         self.corpus: list[Files] = []
         self.tally = Tally()
 
@@ -59,9 +58,9 @@ class Session:
         """Fuzz until a moment of `time.monotonic`."""
         started = used().seconds
         for files in self.target.seeds() + findings(self.target.name):
-            self._try(files)
+            self.attempt(files)
         while time.monotonic() < until and self.corpus:
-            self._try(self._changed(self._chosen()))
+            self.attempt(self.changed())
             self.tally.seconds = used().seconds - started
             if self.tally.inputs % 256 == 0:
                 self._save()
@@ -74,9 +73,9 @@ class Session:
             return self.corpus[-1 - self.rng.randrange(min(len(self.corpus), 20))]
         return self.rng.choice(self.corpus)
 
-    def _changed(self, files: Files) -> Files:
+    def changed(self) -> Files:
         """Return an input with one to four changes of one of its files; now and then a file is taken from another."""
-        rng, files = self.rng, dict(files)
+        rng, files = self.rng, dict(self._chosen())
         names = list(files)
         name = names[0] if rng.random() < 0.75 else rng.choice(names)
         ways = [change for end, known in self.target.changes.items() if name.endswith(end) for change in known]
@@ -93,7 +92,8 @@ class Session:
             files |= {key: value for key, value in other.items() if key in files and rng.random() < 0.5}
         return files
 
-    def _try(self, files: Files) -> None:
+    def attempt(self, files: Files) -> None:
+        """Judge an input, and keep it to be changed further where it took a new way."""
         before = len(self.trace.steps)
         fault = self._judged(files)
         self.tally.inputs += 1
@@ -108,6 +108,7 @@ class Session:
         if folder.exists():
             shutil.rmtree(folder)
         folder.mkdir()
+        (self.folder / "first").write_text(next(iter(files)))
         limit_seconds()
         return judge(self.target, files, folder, self.trace)
 

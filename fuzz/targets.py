@@ -18,15 +18,13 @@ from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh, load_mesh
 from depthwalk.ingest.range_image import Intrinsics, load_depth_image, load_panorama, load_range_image
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.path import PathFile, load_path
+from depthwalk.scene.path import load_path
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import MeshAsset
-from depthwalk.scene.schema import SceneFile
-from fuzz import properties, seeds
+from fuzz import dictionary, properties, seeds
 from fuzz.bytes_changes import change_text
 from fuzz.case import Target
 from fuzz.container_changes import (
-    GLTF_KEYS,
     change_exr,
     change_glb,
     change_npy,
@@ -41,18 +39,6 @@ _SEEN = {  # by how files are called
     "z-up": {"up": "z"},
     "textured": {"texture": "picture.png"},
 }
-
-
-def _schema_keys(model: type) -> tuple[str, ...]:
-    schema = model.model_json_schema()  # type: ignore[attr-defined]
-    nodes = (schema, *schema.get("$defs", {}).values())
-    return tuple(sorted({key for node in nodes for key in node.get("properties", {})}))
-
-
-SCENE_KEYS, PATH_KEYS = _schema_keys(SceneFile), _schema_keys(PathFile)
-_YAML = (b"&a ", b"*a", b"!!int ", b"!!float ", b"!!binary ", b"<<: ", b"---\n", b"...\n", b"%YAML 1.1\n", b"%TAG ! x\n",
-         b"0x", b"0b", b"0o8", b".inf", b".nan", b"1e999", b"? ", b"| ", b"> ", b"2001-01-01", b'"\\ud800"', b'"\\x00"',
-         b"\xef\xbb\xbf", b"\xc2\x85", b"\xe2\x80\xa8", b"[", b"]", b"{", b"}", b"#", b"!", b"'")  # fmt: skip
 
 
 def read_mesh(path: Path) -> None:
@@ -145,23 +131,29 @@ TARGETS = (
         seeds=seeds.scenes,
         read=lambda path: properties.check_scene(load_scene(path)),
         modules=("depthwalk.scene",),
-        words=(*_YAML, *(key.encode() + b": " for key in SCENE_KEYS)),
-        changes={".yaml": (change_text, partial(change_yaml, keys=SCENE_KEYS), partial(change_yaml, keys=SCENE_KEYS))},
+        words=(*dictionary.YAML, *(key.encode() + b": " for key in dictionary.SCENE_KEYS)),
+        changes={
+            ".yaml": (
+                change_text,
+                partial(change_yaml, keys=dictionary.SCENE_KEYS),
+                partial(change_yaml, keys=dictionary.SCENE_KEYS),
+            )
+        },
     ),
     Target(
         name="path",
         seeds=seeds.paths,
         read=lambda path: properties.check_path(load_path(path)),
         modules=("depthwalk.scene.path", "depthwalk.scene.document", "depthwalk.scene.validate"),
-        words=(*_YAML, *(key.encode() + b": " for key in PATH_KEYS)),
-        changes={".yaml": (change_text, partial(change_yaml, keys=PATH_KEYS))},
+        words=(*dictionary.YAML, *(key.encode() + b": " for key in dictionary.PATH_KEYS)),
+        changes={".yaml": (change_text, partial(change_yaml, keys=dictionary.PATH_KEYS))},
     ),
     Target(
         name="places",
         seeds=seeds.places,
         read=lambda path: properties.check_places(read_places(path)),
         modules=("depthwalk.scene.places", "depthwalk.ingest.npy"),
-        words=(b"x", b"y", b"z", b"yaw", b"scale", b'"', b"'", b",", b"\r", b"\x0b", b"\x1c", b"\x85", b"\n"),
+        words=dictionary.PLACES,
         changes={".csv": (change_text,), ".npy": (change_npy,)},
     ),
     Target(
@@ -169,8 +161,7 @@ TARGETS = (
         seeds=seeds.objs,
         read=read_mesh,
         modules=INGEST,
-        words=(b"v ", b"vt ", b"vn ", b"f ", b"usemtl ", b"mtllib ", b"newmtl ", b"map_Kd ", b"Kd ", b"Ns ", b"Ks ", b"#",
-               b"\\\n", b"//", b"/", b"mesh.mtl", b"skin.png", b"../", b"\xff", b"\r\n", b"-1"),  # fmt: skip
+        words=dictionary.OBJ,
         changes={".obj": (change_text,), ".mtl": (change_text,)} | _PNG,
     ),
     Target(
@@ -178,10 +169,7 @@ TARGETS = (
         seeds=seeds.plys,
         read=read_mesh,
         modules=(*INGEST, "trimesh.exchange.ply"),
-        words=(b"element vertex ", b"element face ", b"property float ", b"property list uchar int ", b"property double ",
-               b"property uchar ", b"vertex_indices", b"vertex_index", b"format ascii 1.0\n", b"nx", b"ny", b"nz", b"u", b"v",
-               b"format binary_big_endian 1.0\n", b"comment TextureFile ", b"end_header\n", b"texcoord", b"red", b"alpha",
-               b"element edge ", b"element tristrips ", b"skin.png"),  # fmt: skip
+        words=dictionary.PLY,
         changes={".ply": (change_text,)} | _PNG,
     ),
     Target(
@@ -189,7 +177,7 @@ TARGETS = (
         seeds=seeds.stls,
         read=read_mesh,
         modules=(*INGEST, "trimesh.exchange.stl"),
-        words=(b"solid ", b"facet normal ", b"outer loop", b"vertex ", b"endloop", b"endfacet", b"endsolid", b"FACET"),
+        words=dictionary.STL,
         changes={".stl": (change_text,)},
     ),
     Target(
@@ -197,17 +185,24 @@ TARGETS = (
         seeds=seeds.gltfs,
         read=read_mesh,
         modules=(*INGEST, "trimesh.exchange.gltf"),
-        words=tuple(f'"{key}": '.encode() for key in GLTF_KEYS),
-        changes={".gltf": (partial(change_json, keys=GLTF_KEYS),), ".glb": (change_glb,)} | _PNG,
+        words=tuple(f'"{key}": '.encode() for key in dictionary.GLTF_KEYS),
+        changes={".gltf": (partial(change_json, keys=dictionary.GLTF_KEYS),), ".glb": (change_glb,)} | _PNG,
     ),
     Target(
         name="texture",
         seeds=seeds.textures,
         read=lambda path: properties.check_texture(load_texture(path)),
-        modules=("depthwalk.ingest.image", "depthwalk.ingest.sources", "PIL.PngImagePlugin", "PIL.TiffImagePlugin",
-                 "PIL.TgaImagePlugin", "PIL.DdsImagePlugin", "PIL.BmpImagePlugin", "PIL.GifImagePlugin"),
-        words=(b"IHDR", b"IDAT", b"PLTE", b"tRNS", b"IEND", b"acTL", b"fdAT", b"RIFF", b"WEBP", b"VP8X", b"ALPH", b"GIF89a",
-               b"II*\0", b"MM\0*", b"BM", b"\xff\xd8\xff", b"DDS ", b"DXT1", b"P6\n"),  # fmt: skip
+        modules=(
+            "depthwalk.ingest.image",
+            "depthwalk.ingest.sources",
+            "PIL.PngImagePlugin",
+            "PIL.TiffImagePlugin",
+            "PIL.TgaImagePlugin",
+            "PIL.DdsImagePlugin",
+            "PIL.BmpImagePlugin",
+            "PIL.GifImagePlugin",
+        ),
+        words=dictionary.PICTURE,
         changes=_PNG,
     ),
     Target(
@@ -215,7 +210,7 @@ TARGETS = (
         seeds=seeds.ranges,
         read=read_range,
         modules=(*INGEST, "depthwalk.bake.meso_file"),
-        words=(b"channels", b"dataWindow", b"compression", b"IHDR", b"IDAT", b"tRNS", b"'descr': ", b"'shape': "),
+        words=dictionary.DEPTH,
         changes={".npy": (change_npy,), ".exr": (change_exr,)} | _PNG,
     ),
     Target(
@@ -223,7 +218,7 @@ TARGETS = (
         seeds=seeds.baked,
         read=lambda path: properties.check_model(read_baked(path)),
         modules=("depthwalk.bake.file", "depthwalk.bake.header"),
-        words=(b"side.0", b"part1.", b"border.", b"dataWindow", b"channels", b"depthwalk.steps", b"depthwalk.key"),
+        words=dictionary.BAKED,
         changes={".exr": (change_exr, change_exr)},
     ),
     Target(

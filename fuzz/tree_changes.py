@@ -43,7 +43,9 @@ def changed_tree(tree: Any, rng: random.Random, keys: tuple[str, ...]) -> Any:
             case 3 if parent is not holder:
                 del parent[key]
             case 4 if isinstance(parent, list) and parent is not holder:
-                parent[key:key] = [parent[key]] * (1 if isinstance(parent[key], list | dict) else rng.choice((1, 2, 30)))
+                parent[key:key] = [parent[key]] * (
+                    1 if isinstance(parent[key], list | dict) else rng.choice((1, 2, 30))
+                )
             case 5 if isinstance(parent[key], dict) and keys:
                 parent[key][rng.choice(keys)] = _new_value(0, rng)
             case 6:

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 # Some of Pillow's other formats start programs (EPS) or reach for files of their own.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
 
-# Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through.
-BROKEN = (OSError, ValueError, TypeError, SyntaxError, ArithmeticError, LookupError, EOFError, MemoryError)
+# Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through,
+# NotImplementedError among them.
+_VALUES = (ValueError, TypeError, SyntaxError, ArithmeticError, LookupError)
+BROKEN = (*_VALUES, OSError, EOFError, MemoryError, RuntimeError)
 
 
 @dataclass(frozen=True, kw_only=True)
