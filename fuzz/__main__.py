@@ -12,6 +12,7 @@ import tempfile
 import time
 from dataclasses import dataclass
 from datetime import date
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 for _library in ("OPENBLAS", "OMP"):  # a process has one thread, as long as it is one of several
@@ -93,7 +94,8 @@ Found = tuple[str, str, str, Path]
 def _run(tasks: list[Task], end: float, jobs: int, findings: Path) -> tuple[list[Found], list[tuple[str, Tally]]]:
     """Run sessions, so many at a time, of equal length, and return what they found and did."""
     context = multiprocessing.get_context("fork")  # what is imported and baked once serves all
-    waiting, running = list(tasks), {}
+    waiting = list(tasks)
+    running: dict[BaseProcess, tuple[Task, float]] = {}
     found: dict[tuple[str, str], Found] = {}
     tallies: list[tuple[str, Tally]] = []
     while waiting or running:
@@ -102,9 +104,9 @@ def _run(tasks: list[Task], end: float, jobs: int, findings: Path) -> tuple[list
             rounds = -(-(len(waiting) + 1) // jobs)
             until = time.monotonic() + max((end - time.monotonic()) / rounds, _SHORTEST)
             task.folder.mkdir(exist_ok=True)
-            process = context.Process(target=_session, args=(task, until))
-            process.start()
-            running[process] = task, until
+            begun = context.Process(target=_session, args=(task, until))
+            begun.start()
+            running[begun] = task, until
         multiprocessing.connection.wait([process.sentinel for process in running], timeout=5)
         for process, (task, until) in list(running.items()):
             if process.is_alive():

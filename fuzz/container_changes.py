@@ -57,7 +57,7 @@ def changed_array(values: NDArray[Any], rng: random.Random) -> NDArray[Any]:
 
 def change_npy(data: bytes, rng: random.Random) -> bytes:
     """Return an NPY file with another array, or another header before the same bytes."""
-    values = np.load(io.BytesIO(data), allow_pickle=False)
+    values: NDArray[Any] = np.load(io.BytesIO(data), allow_pickle=False)
     file = io.BytesIO()
     if rng.random() < 0.7:
         np.save(file, changed_array(values, rng), allow_pickle=False)

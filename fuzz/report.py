@@ -21,8 +21,8 @@ def coverage_table(tallies: Iterable[Tally], modules: tuple[str, ...], missed: b
     """Return which share of the lines in functions of modules ran, by file; with the lines that did not, if asked."""
     ran: dict[str, set[int]] = {}
     for tally in tallies:
-        for file, lines in tally.lines.items():
-            ran.setdefault(file, set()).update(lines)
+        for file, numbers in tally.lines.items():
+            ran.setdefault(file, set()).update(numbers)
     rows = []
     for module in modules:
         rows += ["", f"lines of {module} that were reached"]

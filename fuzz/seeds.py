@@ -91,7 +91,8 @@ def read_folder(folder: Path) -> Files:
 
 def scenes() -> list[Files]:
     beside = {"box.obj": b"", "box.dpci.exr": b"", "places.csv": b"x,y,z,yaw,scale\n1,2,3,4,5\n"}
-    written = [{"scene.yaml": SCENE.encode()} | beside]
+    written: list[Files] = [{"scene.yaml": SCENE.encode()} | beside]
+    written += [{name: b"x"} for name in ("box.obj", "box.dpci.exr", "box.dpci.npz", "box.fbx")]  # scenes of one model
     return written + [files | beside for files in hostile("*.yaml") if len(next(iter(files.values()))) < 2000]
 
 

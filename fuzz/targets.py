@@ -3,12 +3,14 @@
 import os
 from functools import partial
 from pathlib import Path
+from typing import Literal, TypedDict
 
-from depthwalk.assets.asset_files import mesh_source
+from depthwalk.assets.asset_files import complaints_about, mesh_source
 from depthwalk.bake.cache import find_cached
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.level_file import find_levels
 from depthwalk.bake.meso_file import load_meso
+from depthwalk.bake.planar import range_mesh
 from depthwalk.cache import DamagedFileError, cache_folder
 from depthwalk.cook.cluster_file import find_clusters
 from depthwalk.cook.cook import COOK_VERSION, CookOptions
@@ -17,13 +19,14 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh, load_mesh
 from depthwalk.ingest.range_image import Intrinsics, load_depth_image, load_panorama, load_range_image
+from depthwalk.ingest.solid import is_solid
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import MeshAsset
 from fuzz import dictionary, properties, seeds
 from fuzz.bytes_changes import change_text
-from fuzz.case import Target
+from fuzz.case import Change, Target
 from fuzz.container_changes import (
     change_exr,
     change_glb,
@@ -34,53 +37,62 @@ from fuzz.container_changes import (
 from fuzz.tree_changes import change_json, change_yaml
 
 INGEST = ("depthwalk.ingest",)
-_SEEN = {  # by how files are called
-    "tall": {"height": 2.0},
-    "z-up": {"up": "z"},
-    "textured": {"texture": "picture.png"},
-}
+
+
+class _Options(TypedDict, total=False):
+    up: Literal["y", "z"]
+    height: float
+
+
+class _Pictures(TypedDict):
+    colour: Path | None
+    normal: Path | None
+
+
+_OPTIONS: dict[str, _Options] = {"tall": {"height": 2.0}, "z-up": {"up": "z"}}  # by how files are called
 
 
 def read_mesh(path: Path) -> None:
     """Load a mesh, check it, hash it: all agree on whether it is right."""
-    options = dict(_SEEN.get(path.stem, {}))
-    texture = path.parent / str(options.pop("texture")) if "texture" in options else None
+    options = _OPTIONS.get(path.stem, _Options())
+    texture = path.parent / "picture.png" if path.stem == "textured" else None
     try:
-        mesh = load_mesh(path, texture=texture, **options)  # type: ignore[arg-type]
+        mesh = load_mesh(path, texture=texture, **options)
     except InputError as refused:
         try:
-            check_mesh(path, texture=texture, **options)  # type: ignore[arg-type]
+            check_mesh(path, texture=texture, **options)
         except InputError as also:
             properties.holds(str(refused) == str(also), f"check_mesh says the same: {refused} / {also}")
         else:
             raise AssertionError(f"check_mesh accepts what load_mesh refuses: {refused}") from refused
         raise
     properties.check_mesh_arrays(mesh)
-    check_mesh(path, texture=texture, **options)  # type: ignore[arg-type]
+    is_solid(mesh)
+    check_mesh(path, texture=texture, **options)
     up, height = options.get("up", "y"), options.get("height")
-    mesh_source(MeshAsset(name="x", mesh=path, texture=texture, up=up, height=height, dpci=None))  # type: ignore[arg-type]
+    mesh_source(MeshAsset(name="x", mesh=path, texture=texture, up=up, height=height, dpci=None))
 
 
 def read_range(path: Path) -> None:
     """Read a depth file as its name says, with the pictures that lie beside it."""
     colour, normal = (file if (file := path.parent / name).exists() else None for name in ("colour.png", "normal.png"))
+    pictures = _Pictures(colour=colour, normal=normal)
     match path.stem:
         case "unit":
-            image = load_depth_image(path, size=(1, 2), unit=0.01, colour=colour, normal=normal)
+            return properties.check_planar(load_depth_image(path, size=(1, 2), unit=0.01, **pictures))
         case "range":
-            image = load_depth_image(path, size=(1, 2), depth_range=0.1, colour=colour, normal=normal)
+            return properties.check_planar(load_depth_image(path, size=(1, 2), depth_range=0.1, **pictures))
         case "meso":
             meso = load_meso(path, height=0.1, tile=(1, 1), normal=normal)
             return properties.holds(abs(meso.relief) < float("inf"), "the relief is finite")
         case "panorama":
-            properties.check_planar(load_panorama(path, unit=0.001, colour=colour))
-            return None
+            seen = load_panorama(path, unit=0.001, colour=colour)
         case _:
             lens = Intrinsics(fx=8.0, fy=7.5, cx=4.0, cy=3.5)
-            properties.check_planar(load_range_image(path, lens=lens, unit=0.001, colour=colour, normal=normal))
-            return None
-    properties.check_planar(image)
-    return None
+            seen = load_range_image(path, lens=lens, unit=0.001, **pictures)
+    properties.check_planar(seen)
+    with complaints_about(path):  # a picture may be readable and hold no surface
+        properties.check_mesh_arrays(range_mesh(seen))
 
 
 def read_cooked_file(path: Path) -> None:
@@ -103,7 +115,7 @@ def read_cached(path: Path) -> None:
     if path.name.startswith("levels"):
         _put_into_cache(path, "ab.levels.npz")
         for level in find_levels(mesh, "ab") or ():
-            properties.check_mesh_arrays(level.mesh)
+            properties.check_mesh_arrays(level.mesh, unit_normals=False)
     elif path.name.startswith("clusters"):
         _put_into_cache(path, "ab.clusters.npz")
         clusters = find_clusters(mesh, "ab")
@@ -124,7 +136,7 @@ def _put_into_cache(path: Path, name: str) -> None:
     (folder / name).write_bytes(path.read_bytes())
 
 
-_PNG = {".png": (change_png,)}
+_PNG: dict[str, tuple[Change, ...]] = {".png": (change_png,)}
 TARGETS = (
     Target(
         name="scene",
@@ -162,7 +174,7 @@ TARGETS = (
         read=read_mesh,
         modules=INGEST,
         words=dictionary.OBJ,
-        changes={".obj": (change_text,), ".mtl": (change_text,)} | _PNG,
+        changes={".obj": (change_text,), ".mtl": (change_text,), **_PNG},
     ),
     Target(
         name="ply",
@@ -170,7 +182,7 @@ TARGETS = (
         read=read_mesh,
         modules=(*INGEST, "trimesh.exchange.ply"),
         words=dictionary.PLY,
-        changes={".ply": (change_text,)} | _PNG,
+        changes={".ply": (change_text,), **_PNG},
     ),
     Target(
         name="stl",
@@ -186,7 +198,7 @@ TARGETS = (
         read=read_mesh,
         modules=(*INGEST, "trimesh.exchange.gltf"),
         words=tuple(f'"{key}": '.encode() for key in dictionary.GLTF_KEYS),
-        changes={".gltf": (partial(change_json, keys=dictionary.GLTF_KEYS),), ".glb": (change_glb,)} | _PNG,
+        changes={".gltf": (partial(change_json, keys=dictionary.GLTF_KEYS),), ".glb": (change_glb,), **_PNG},
     ),
     Target(
         name="texture",
@@ -211,7 +223,7 @@ TARGETS = (
         read=read_range,
         modules=(*INGEST, "depthwalk.bake.meso_file"),
         words=dictionary.DEPTH,
-        changes={".npy": (change_npy,), ".exr": (change_exr,)} | _PNG,
+        changes={".npy": (change_npy,), ".exr": (change_exr,), **_PNG},
     ),
     Target(
         name="baked",
