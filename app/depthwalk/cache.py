@@ -254,16 +254,11 @@ def read_arrays(
 
 
 def _parsed(data: bytes) -> NDArray[Any]:
-    """Return the array that the bytes of a `.npy` file hold.
-
-    `numpy.lib.format.read_array` would not do: it allocates what the header asks for before it looks at the bytes.
-    Raises ValueError where they are fewer.
-    """
-    file = io.BytesIO(data)
-    version = np.lib.format.read_magic(file)
+    """Return the array that the bytes of a `.npy` file hold. Raises ValueError where they are no array or too few."""
+    stream = io.BytesIO(data)
+    version = np.lib.format.read_magic(stream)
     read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    shape, is_fortran, dtype = read_header(file)
-    if dtype.hasobject or min(shape, default=0) < 0:
-        raise ValueError(f"an array of {dtype} of {shape}")
-    values = np.frombuffer(data, dtype, math.prod(shape), file.tell())
-    return values.reshape(shape, order="F" if is_fortran else "C").copy(order="K")
+    shape, _, dtype = read_header(stream)
+    if math.prod(shape) * dtype.itemsize > len(data):  # NumPy allocates before it looks
+        raise ValueError(f"an array of shape {shape} in {len(data)} bytes")
+    return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)

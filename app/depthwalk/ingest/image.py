@@ -19,10 +19,8 @@ if TYPE_CHECKING:
 # Some of Pillow's other formats start programs (EPS) or reach for files of their own.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
 
-# Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through,
-# NotImplementedError among them.
-_VALUES = (ValueError, TypeError, SyntaxError, ArithmeticError, LookupError)
-BROKEN = (*_VALUES, OSError, EOFError, MemoryError, RuntimeError)
+# Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through.
+BROKEN = (OSError, ValueError, TypeError, SyntaxError, ArithmeticError, LookupError, EOFError, MemoryError)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +73,7 @@ def open_image(data: bytes, name: str) -> "Image.Image":
             image = Image.open(io.BytesIO(data), formats=FORMATS)
     except Image.DecompressionBombError:
         raise InputError(f"{name}: image has more pixels than can be used safely") from None
-    except BROKEN:
+    except (*BROKEN, NotImplementedError):  # which DDS files raise
         raise InputError(f"{name}: cannot be read as an image") from None
     check_size(image, name)
     return image
