@@ -14,7 +14,7 @@ from fuzz.session import Session, Tally, shortened
 
 def read(path: Path) -> None:
     materials = parse_mtl(path.read_text("latin-1"))
-    if any(material.image and "#" in material.image for material in materials.values()):
+    if any(material.terms.get("ns") == 90 and name != "red" for name, material in materials.items()):
         raise KeyError("planted")
     if not materials:
         raise InputError(f"{path}: none")
