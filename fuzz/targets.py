@@ -142,7 +142,7 @@ TARGETS = (
         name="scene",
         seeds=seeds.scenes,
         read=lambda path: properties.check_scene(load_scene(path)),
-        modules=("depthwalk.scene",),
+        modules=("depthwalk.scene", "depthwalk.ingest.formats"),
         words=(*dictionary.YAML, *(key.encode() + b": " for key in dictionary.SCENE_KEYS)),
         changes={
             ".yaml": (
