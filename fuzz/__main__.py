@@ -31,6 +31,7 @@ from fuzz.session import Session, Tally  # noqa: E402
 from fuzz.targets import TARGETS  # noqa: E402
 
 _SHORTEST = 2.0  # seconds that are worth beginning a session for
+_PATIENCE = 600.0  # seconds after its end at which a session is ended, which may be making a fault short
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +86,8 @@ def _options() -> argparse.Namespace:
         parser.error(f"unknown target {sorted(unknown)[0]!r}; known: {names}")
     if not 0 < options.seconds < 1e7 or not 0 < options.jobs <= 256:
         parser.error("--seconds and --jobs must be positive, and jobs at most 256")
+    if options.findings.exists() and not options.findings.is_dir():
+        parser.error(f"--findings {options.findings}: is a file")
     return options
 
 
@@ -98,25 +101,32 @@ def _run(tasks: list[Task], end: float, jobs: int, findings: Path) -> tuple[list
     running: dict[BaseProcess, tuple[Task, float]] = {}
     found: dict[tuple[str, str], Found] = {}
     tallies: list[tuple[str, Tally]] = []
-    while waiting or running:
-        while waiting and len(running) < jobs:
-            task = waiting.pop(0)
-            rounds = -(-(len(waiting) + 1) // jobs)
-            until = time.monotonic() + max((end - time.monotonic()) / rounds, _SHORTEST)
-            task.folder.mkdir(exist_ok=True)
-            begun = context.Process(target=_session, args=(task, until))
-            begun.start()
-            running[begun] = task, until
-        multiprocessing.connection.wait([process.sentinel for process in running], timeout=5)
-        for process, (task, until) in list(running.items()):
-            if process.is_alive():
-                if time.monotonic() < until + 120:
-                    continue
-                process.kill()  # waits for something that uses no processor
-                process.join()
-            del running[process]
-            if process.exitcode:
-                _note_end(task, process.exitcode)
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                task = waiting.pop(0)
+                rounds = -(-(len(waiting) + 1) // jobs)
+                until = time.monotonic() + max((end - time.monotonic()) / rounds, _SHORTEST)
+                task.folder.mkdir(exist_ok=True)
+                begun = context.Process(target=_session, args=(task, until))
+                begun.start()
+                running[begun] = task, until
+            multiprocessing.connection.wait([process.sentinel for process in running], timeout=5)
+            for process, (task, until) in list(running.items()):
+                if process.is_alive():
+                    if time.monotonic() < until + _PATIENCE:
+                        continue
+                    process.kill()  # waits for something that uses no processor
+                    process.join()
+                del running[process]
+                if process.exitcode:
+                    _note_end(task, process.exitcode)
+                _collect(task, findings, found)
+                tallies.append((task.target.name, _tally(task)))
+    except KeyboardInterrupt:  # what was found until then is told
+        for process, (task, _) in running.items():
+            process.terminate()
+            process.join()
             _collect(task, findings, found)
             tallies.append((task.target.name, _tally(task)))
     return list(found.values()), tallies
@@ -137,6 +147,8 @@ def _note_end(task: Task, exitcode: int) -> None:
     names = {-signal.SIGXCPU: "no end of it: seconds of a processor", -signal.SIGKILL: "no end of it: seconds"}
     kind = names.get(exitcode, f"the process ended: {exitcode}")
     errors = (task.folder / "errors").read_text(errors="replace")[-3000:]
+    if not (task.folder / "first").exists():  # nothing was read yet: it is the fuzzer's own fault
+        raise RuntimeError(f"{task.folder.name}: {kind}\n{errors}")
     shutil.copytree(task.folder / "input", task.folder / "fault-end", dirs_exist_ok=True)
     first = (task.folder / "first").read_text()
     (task.folder / "fault-end.json").write_text(json.dumps({"kind": kind, "detail": errors, "first": first}))
