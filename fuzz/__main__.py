@@ -147,7 +147,7 @@ def _note_end(task: Task, exitcode: int) -> None:
     names = {-signal.SIGXCPU: "no end of it: seconds of a processor", -signal.SIGKILL: "no end of it: seconds"}
     kind = names.get(exitcode, f"the process ended: {exitcode}")
     errors = (task.folder / "errors").read_text(errors="replace")[-3000:]
-    if not (task.folder / "first").exists():  # nothing was read yet: it is the fuzzer's own fault
+    if not (task.folder / "input").exists():  # nothing was being read: it is the fuzzer's own fault
         raise RuntimeError(f"{task.folder.name}: {kind}\n{errors}")
     shutil.copytree(task.folder / "input", task.folder / "fault-end", dirs_exist_ok=True)
     first = (task.folder / "first").read_text()
