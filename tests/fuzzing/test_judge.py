@@ -18,9 +18,20 @@ def fault_of(folder: Path, read: Callable[[Path], object], data: bytes = b"data"
     return judge(target, {"x.txt": data}, folder)
 
 
+class _RawError(InputError):
+    """An error whose message is as it was given, as if nobody had made it printable."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.message = message
+
+    def __str__(self) -> str:
+        return self.message
+
+
 def refuse(message: str) -> Callable[[Path], object]:
     def read(path: Path) -> None:
-        raise InputError(message.replace("PATH", str(path)))
+        raise _RawError(message.replace("PATH", str(path)))
 
     return read
 

@@ -24,6 +24,7 @@ SUMMARIES = {
     "bench": "Measure how long the frames of a scene and their passes take.",
     "tables": "Measure the tables of the papers again, with the papers' figures beside.",
     "check": "Check scene files, path files and meshes without rendering anything.",
+    "cache": "Show what the cache of depth images holds, or clear it.",
     "info": "Show versions, the OpenGL renderer and limits, or what a file holds.",
 }
 

@@ -159,6 +159,15 @@ JsonReport = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the
 HtmlReport = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as a page with pictures.")
 ]
+CacheLimit = Annotated[
+    str | None,
+    typer.Option(
+        "--cache-limit",
+        metavar="SIZE",
+        help="Most that the cache of depth images may hold, such as 500MB; DEPTHWALK_CACHE_LIMIT says it for good.",
+        show_default="4GiB",
+    ),
+]
 Fullscreen = Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")]
 Verbose = Annotated[bool, typer.Option("--verbose", help="Report every step; show tracebacks.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
