@@ -59,7 +59,7 @@ class RepresentationName(StrEnum):
 
     `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes,
     `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own. The
-    others draw reliefs as height fields.
+    others draw reliefs as height fields, but for `auto`, which chooses between `mesh` and `dpci` for each object.
     """
 
     SCENE = "scene"
@@ -73,6 +73,7 @@ class RepresentationName(StrEnum):
     PARALLAX = "parallax"
     BUMP = "bump"
     DISPLACEMENT = "displacement"
+    AUTO = "auto"
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
@@ -95,6 +96,7 @@ RepresentationOption = Annotated[
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
         "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
         "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); "
+        "auto: as meshes or depth images, whichever is quicker; "
         "scene: as the scene file says, with meshes in place of depth images near by.",
     ),
 ]
