@@ -145,7 +145,7 @@ def command(words: list[str]) -> tuple[Any, list[str]] | None:
         assert isinstance(commands, TyperGroup)
         return commands.commands[words[1]], words[2:]
     assert words[:2] == ["python", "-m"]
-    if words[2].startswith("tools."):
+    if words[2].split(".")[0] in ("tools", "fuzz"):
         tool = ROOT / words[2].replace(".", "/")
         assert tool.is_dir() or tool.with_suffix(".py").is_file(), words[2]
         return None

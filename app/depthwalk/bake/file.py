@@ -353,12 +353,16 @@ def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
         raise ValueError(f"part {name} holds depths that are negative or not numbers")
     if (plane["owner"] >= len(Face)).any():
         raise ValueError(f"part {name} has texels that belong to no face")
+    normal = np.stack([plane[k] for k in ("N.x", "N.y", "N.z")], -1).astype(np.float32)
+    albedo = np.stack([plane[k] for k in ("R", "G", "B", "specular")], -1).astype(np.float32)
+    if not (np.isfinite(normal).all() and np.isfinite(albedo).all()):
+        raise ValueError(f"part {name} holds normals or colours that are not numbers")
     return DepthImage(
         face=face,
         layer=int(layer),
         depth=depth,
-        normal=np.stack([plane[k] for k in ("N.x", "N.y", "N.z")], -1).astype(np.float32),
-        albedo=np.stack([plane[k] for k in ("R", "G", "B", "specular")], -1).astype(np.float32),
+        normal=normal,
+        albedo=albedo,
         cells=_unpacked_cells(face, plane, steps),
         owner=np.ascontiguousarray(plane["owner"], np.uint8),
         coordinates=_coordinates(plane[COORDINATES]) if COORDINATES in plane else None,

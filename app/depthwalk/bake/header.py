@@ -186,7 +186,8 @@ def _parsed(part: dict[str, Any]) -> Header:
     steps, key, checksum = values["steps"], values["key"], values["checksum"]
     for name in numbers:
         if type(values[name]) is not float or not math.isfinite(values[name]):
-            raise ValueError(f"{name} is {values[name]!r:.40}, not a finite number")
+            shown = repr(values[name]) if isinstance(values[name], int | float | str) else type(values[name]).__name__
+            raise ValueError(f"{name} is {shown:.40}, not a finite number")
     if not (min(cylinder.radius, cylinder.half_width, cylinder.half_depth) > 0 and cylinder.top > cylinder.bottom):
         raise ValueError("its cylinder has no volume")
     if values["shininess"] < 0 or abs(math.hypot(*rotation) - 1) > 1e-3:

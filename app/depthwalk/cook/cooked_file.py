@@ -20,6 +20,7 @@ from depthwalk.bake.images import BakedObject, Cylinder, Face
 from depthwalk.cache import Cache, read_arrays, write_arrays
 from depthwalk.cook.array_packing import pack_picture, pack_words, unpack_picture, unpack_words
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, bare_image
+from depthwalk.cook.cooked_check import check_geometry, check_texture
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.errors import InputError
@@ -303,4 +304,7 @@ def _read(path: Path, number: int, packed: bool = False) -> tuple[LodGeometry, V
         for kind in (LodGeometry, VirtualTexture)
     )
     values: dict[str, Any] = texture | {name: texture[name].tolist() for name in _NUMBERS if name in texture}
-    return LodGeometry(**geometry), VirtualTexture(**values)
+    made = LodGeometry(**geometry), VirtualTexture(**values)
+    check_geometry(made[0])
+    check_texture(made[1])
+    return made

@@ -52,7 +52,7 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     if min(values.shape) < 2:
         raise InputError(f"{path}: a depth image needs at least 2 × 2 pixels")
     if values.dtype.kind == "f":
-        with np.errstate(over="ignore"):  # what float32 cannot hold is no depth either
+        with np.errstate(over="ignore", invalid="ignore"):  # what float32 cannot hold is no depth either
             metres = values.astype(np.float32) * np.float32(unit or 1)
     elif unit is not None:
         metres = values * np.float32(unit)
@@ -63,7 +63,7 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
         raise InputError(f"{path}: whole numbers need {needed} to become metres")
     valid = valid & np.isfinite(metres) & (metres <= MAX_COORDINATE)  # Blender writes 1e10 for nothing
     if unit is not None or camera:
-        valid &= values != 0
+        valid &= metres != 0  # nor what float32 takes for it
     if negative := np.count_nonzero(metres[valid] < 0):
         raise InputError(f"{path}: {negative} depths are negative (in front of the {'camera' if camera else 'plane'})")
     if not valid.any():

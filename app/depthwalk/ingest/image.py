@@ -79,7 +79,7 @@ def open_image(data: bytes, name: str) -> "Image.Image":
             image = Image.open(io.BytesIO(data), formats=FORMATS)
     except Image.DecompressionBombError:
         raise InputError(f"{name}: image has more pixels than can be used safely") from None
-    except BROKEN:
+    except (*BROKEN, NotImplementedError):  # which DDS files raise
         raise InputError(f"{name}: cannot be read as an image") from None
     check_size(image, name)
     return image

@@ -77,11 +77,17 @@ def load_mesh(
         positions=positions[source].astype(np.float32),
         normals=normals.astype(np.float32),
         colours=soup.colours[source],
-        uv=np.nan_to_num(soup.uv[source], posinf=0.0, neginf=0.0).astype(np.float32),
+        uv=_single(soup.uv[source]),
         faces=faces[order].astype(np.int32),
         parts=parts,
         materials=soup.materials,
     )
+
+
+def _single(uv: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return texture coordinates in single precision, 0 in place of what that cannot hold."""
+    with np.errstate(over="ignore"):
+        return np.nan_to_num(uv.astype(np.float32), posinf=0.0, neginf=0.0)
 
 
 def check_mesh(

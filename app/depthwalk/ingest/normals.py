@@ -40,7 +40,9 @@ def split_at_creases(
         (N, 3) float64, unit length.
     """
     face_normals = doubled_areas(positions, faces)
-    face_normals /= np.linalg.norm(face_normals, axis=1, keepdims=True)
+    lengths = np.linalg.norm(face_normals, axis=1, keepdims=True)
+    # Far from the origin of their file faces may have lost their area to rounding: nothing is seen of them.
+    face_normals = np.where(lengths > 0, face_normals / np.maximum(lengths, np.finfo(float).tiny), [0.0, 1.0, 0.0])
     welded = row_ids(positions)[0][faces]
     group = _smooth_groups(welded, face_normals, np.cos(crease))
 

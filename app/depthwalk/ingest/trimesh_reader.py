@@ -258,7 +258,7 @@ def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette
     linear = matrix[:3, :3]
     if (turn := np.linalg.det(linear)) < 0:
         faces = faces[:, ::-1]  # a mirror turns the faces inside out
-    normals = normals @ np.linalg.inv(linear) if turn else np.full_like(normals, np.nan)
+    normals = unit_normals(normals @ np.linalg.inv(linear)) if turn else np.full_like(normals, np.nan)
     return Soup(
         positions=positions @ linear.T + matrix[:3, 3],
         normals=normals,

@@ -1,0 +1,48 @@
+"""List the words of each format, which are put into files where chance alone would hardly spell them.
+
+Those of scene files and camera paths come from the schema of these files.
+"""
+
+from pydantic import BaseModel
+
+from depthwalk.scene.path import PathFile
+from depthwalk.scene.schema import SceneFile
+
+Words = tuple[bytes, ...]
+
+
+def _schema_keys(model: type[BaseModel]) -> tuple[str, ...]:
+    schema = model.model_json_schema()
+    nodes = (schema, *schema.get("$defs", {}).values())
+    return tuple(sorted({key for node in nodes for key in node.get("properties", {})}))
+
+
+def _words(*lines: bytes) -> Words:
+    return tuple(word for line in lines for word in line.split(b"|"))
+
+
+SCENE_KEYS, PATH_KEYS = _schema_keys(SceneFile), _schema_keys(PathFile)
+GLTF_KEYS = (
+    *("sparse", "normalized", "byteOffset", "byteStride", "uri", "extensionsRequired", "extensions", "matrix"),
+    *("children", "mesh", "mode", "indices", "TEXCOORD_0", "COLOR_0", "NORMAL", "JOINTS_0", "count", "images"),
+    *("scale", "rotation", "name", "skin", "camera", "targets", "KHR_texture_transform", "componentType"),
+)
+YAML = _words(
+    b"&a |*a|!!int |!!float |!!binary |<<: |---\n|...\n|%YAML 1.1\n|%TAG ! x\n|0x|0b|0o8|.inf|.nan|1e999|? |> ",
+    b'2001-01-01|"\\ud800"|"\\x00"|\xef\xbb\xbf|\xc2\x85|\xe2\x80\xa8|[|]|{|}|#|!|\'',
+)
+PLACES = _words(b"x|y|z|yaw|scale|\"|'|,|\r|\x0b|\x1c|\x85|\n")
+OBJ = _words(
+    b"v |vt |vn |f |usemtl |mtllib |newmtl |map_Kd |Kd |Ns |Ks |#|\\\n|//|/|mesh.mtl|skin.png|../|\xff|\r\n|-1",
+)
+PLY = _words(
+    b"element vertex |element face |element edge |element tristrips |property float |property double |property uchar ",
+    b"property list uchar int |vertex_indices|vertex_index|format ascii 1.0\n|format binary_big_endian 1.0\n",
+    b"end_header\n|comment TextureFile |nx|ny|nz|u|v|texcoord|red|alpha|skin.png",
+)
+STL = _words(b"solid |facet normal |outer loop|vertex |endloop|endfacet|endsolid|FACET")
+PICTURE = _words(
+    b"IHDR|IDAT|PLTE|tRNS|IEND|acTL|fdAT|RIFF|WEBP|VP8X|ALPH|GIF89a|II*\0|MM\0*|BM|\xff\xd8\xff|DDS |DXT1|P6\n"
+)
+DEPTH = _words(b"channels|dataWindow|compression|IHDR|IDAT|tRNS|'descr': |'shape': ")
+BAKED = _words(b"side.0|part1.|border.|dataWindow|channels|depthwalk.steps|depthwalk.key")
