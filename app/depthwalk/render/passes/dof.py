@@ -13,7 +13,7 @@ import numpy as np
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_radius, lens_views
+from depthwalk.render.view.lens import COARSENESS, DISC, circle_radius, gaussian, largest_radius, lens_views
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import DofParams
 
@@ -31,7 +31,7 @@ class DofPass(Pass[DofParams]):
         """Create the programs, which `gl` owns."""
         self._programs = {
             name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag")
-            for name in ("tiles", "spread", "gather", "blur", "paper", "scaled")
+            for name in ("reduce", "tiles", "spread", "coarse", "gather", "blur", "paper", "scaled")
         }
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
@@ -62,14 +62,33 @@ class DofPass(Pass[DofParams]):
     def _draw_gather(self, frame: Frame, params: DofParams) -> None:
         targets, circles = frame.targets, _circles(frame, params)
         tiles = -(-targets.size[0] // TILE), -(-targets.size[1] // TILE)
+        before = targets.lit_before()
         targets.depth.use(0)
-        extremes = self._run("tiles", "tiles", tiles, 2, tile_side=TILE, **circles)
-        extremes.use(1)
+        before.use(2)
+        colour, block = self._reduce(targets.size, circles)
+        block.use(3)
+        self._run("tiles", "tiles", tiles, 2, circles_texture=3, tile_side=TILE // COARSENESS).use(1)
         spread = {"tile_texture": 1, "tile_side": TILE, "largest": circles["largest"]}
-        self._run("spread", "spread", tiles, 2, **spread).use(1)
-        targets.lit_before().use(2)
+        self._run("spread", "spread", tiles, 4, **spread).use(1)
+        colour.use(4)
+        coarse = self._run("coarse", "coarse", colour.size, 4, "f2", range_texture=1, colour_texture=4, circles_texture=3, tile_side=TILE//COARSENESS)
+        coarse.filter = moderngl.LINEAR, moderngl.LINEAR
+        coarse.use(4)
         sizes = {"tile_side": TILE, "samples": params.samples}
-        self._fill(targets.lit, "gather", range_texture=1, lit_texture=2, **sizes, **circles)
+        self._fill(targets.lit, "gather", range_texture=1, lit_texture=2, coarse_texture=4, circles_texture=3, **sizes, **circles)
+
+    def _reduce(self, size, circles):
+        if "reduced" not in self._pictures:
+            coarse = tuple(-(-n // COARSENESS) for n in size)
+            colour, block = self.gl.texture(coarse, 4, "f2"), self.gl.texture(coarse, 4, "f4")
+            colour.build_mipmaps(max_level=1)
+            colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
+            self._pictures["block"] = block, self.gl.framebuffer([colour, block])
+            self._pictures["reduced"] = colour, self.gl.framebuffer([colour])
+        self._fill(self._pictures["block"][1], "reduce", lit_texture=2, **circles)
+        colour, block = self._pictures["reduced"][0], self._pictures["block"][0]
+        colour.build_mipmaps(max_level=1)
+        return colour, block
 
     def _draw_paper(self, frame: Frame, params: DofParams) -> None:
         targets, circles = frame.targets, _circles(frame, params)
@@ -96,10 +115,10 @@ class DofPass(Pass[DofParams]):
         self._fill(frame.targets.lit, "scaled", picture=0, factor=1 / (frame.lens_point + 1))
 
     def _run(
-        self, program: str, name: str, size: tuple[int, int], components: int, **uniforms: object
+        self, program: str, name: str, size: tuple[int, int], components: int, dtype: str = "f4", **uniforms: object
     ) -> moderngl.Texture:
         """Draw into the texture `name` of this pass, made when it is first needed; return it."""
-        texture, framebuffer = self._picture(name, size, components)
+        texture, framebuffer = self._picture(name, size, components, dtype)
         self._fill(framebuffer, program, **uniforms)
         return texture
 
@@ -109,10 +128,10 @@ class DofPass(Pass[DofParams]):
             self._programs[program].fill()
 
     def _picture(
-        self, name: str, size: tuple[int, int], components: int
+        self, name: str, size: tuple[int, int], components: int, dtype: str = "f4"
     ) -> tuple[moderngl.Texture, moderngl.Framebuffer]:
         if name not in self._pictures:
-            texture = self.gl.texture(size, components, "f4")
+            texture = self.gl.texture(size, components, dtype)
             self._pictures[name] = texture, self.gl.framebuffer([texture])
         return self._pictures[name]
 

@@ -1,0 +1,31 @@
+// Gathers what rays from all over the lens meet, at a quarter of the picture's width and height. Twin: reference/dof.py.
+#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, COARSE_RAYS, EVEN
+uniform sampler2D colour_texture;   // of `reduce`, linear filter
+uniform sampler2D circles_texture;
+uniform sampler2D range_texture;
+uniform int tile_side;              // of this picture's pixels
+layout(location = 0) out vec4 lit;
+
+ivec2 picture_size() { return textureSize(circles_texture, 0); }
+float circle_at(ivec2 pixel) { return texelFetch(circles_texture, pixel, 0).r / float(COARSENESS); }
+#include "dof/rays.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float own = circle_at(pixel);
+    vec4 range = texelFetch(range_texture, pixel / tile_side, 0) / float(COARSENESS);
+    lit = vec4(0.0);
+    if (abs(own) < 0.75 * LEAST_COARSE / float(COARSENESS)) return;
+    float radius = max(-range.x, own);
+    int count = clamp(int(2.0 * radius * radius), 8, COARSE_RAYS);
+    vec2 size = vec2(picture_size());
+    float level = radius * radius > 1.5 * float(count) ? 1.0 : 0.0;
+    if (range.w - range.z <= EVEN * abs(own)) {
+        float reach = sqrt(max(own * own - 1.0, 0.0));
+        for (int k = 0; k < count; ++k)
+            lit += textureLod(colour_texture, (middle_of(pixel) + reach * lens_point(k, count)) / size, level);
+    } else
+        for (int k = 0; k < count; ++k)
+            lit += textureLod(colour_texture, traced(pixel, lens_point(k, count), own, range.xy) / size, 0.0);
+    lit /= float(count);
+}
