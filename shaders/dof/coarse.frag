@@ -20,12 +20,13 @@ void main() {
     int count = clamp(int(2.0 * radius * radius), 8, COARSE_RAYS);
     vec2 size = vec2(picture_size());
     float level = radius * radius > 1.5 * float(count) ? 1.0 : 0.0;
+    vec2 towards = vec2(inversesqrt(float(count)), 0.0);
     if (range.w - range.z <= EVEN * abs(own)) {
-        float reach = sqrt(max(own * own - 1.0, 0.0));
-        for (int k = 0; k < count; ++k)
-            lit += textureLod(colour_texture, (middle_of(pixel) + reach * lens_point(k, count)) / size, level);
+        towards *= sqrt(max(own * own - 1.0, 0.0));
+        for (int k = 0; k < count; ++k, towards = TURN * towards)
+            lit += textureLod(colour_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, level);
     } else
-        for (int k = 0; k < count; ++k)
-            lit += textureLod(colour_texture, traced(pixel, lens_point(k, count), own, range.xy) / size, 0.0);
+        for (int k = 0; k < count; ++k, towards = TURN * towards)
+            lit += textureLod(colour_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
     lit /= float(count);
 }

@@ -45,10 +45,13 @@ void main() {
     int count = clamp(int(RAY_DENSITY * radius * radius), min(MIN_RAYS, samples), samples);
     bool even = range.w - range.z <= EVEN * abs(own);
     vec4 sum = vec4(0.0);
-    for (int k = 0; k < count; ++k) {
-        vec2 lens = lens_point(k, count);
-        vec2 end = even ? gl_FragCoord.xy + own * lens : traced(pixel, lens, own, range.xy);
-        sum += textureLod(lit_texture, end / size, 0.0);
-    }
+    vec2 towards = vec2(inversesqrt(float(count)), 0.0);
+    if (even) {
+        towards *= own;
+        for (int k = 0; k < count; ++k, towards = TURN * towards)
+            sum += textureLod(lit_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, 0.0);
+    } else
+        for (int k = 0; k < count; ++k, towards = TURN * towards)
+            sum += textureLod(lit_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
     lit = sum / float(count);
 }

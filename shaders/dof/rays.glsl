@@ -9,11 +9,8 @@ ivec2 beside(ivec2 pixel, vec2 offset) {
 }
 vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
 
-// Where on the unit disc ray `k` of `count` goes (Vogel 1979).
-vec2 lens_point(int k, int count) {
-    float angle = float(k) * GOLDEN_ANGLE;
-    return sqrt((float(k) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
-}
+// Points of the unit disc for rays: radius √(k + ½) / √n at k times the golden angle (Vogel 1979).
+const mat2 TURN = mat2(cos(GOLDEN_ANGLE), sin(GOLDEN_ANGLE), -sin(GOLDEN_ANGLE), cos(GOLDEN_ANGLE));
 
 // Where in the picture a ray ends, pixels. own: the circle at `pixel`, where all rays that meet nothing before it end.
 vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
