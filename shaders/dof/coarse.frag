@@ -1,5 +1,6 @@
 // Gathers what rays from all over the lens meet, at a quarter of the picture's width and height. Twin: reference/dof.py.
-#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, COARSE_RAYS, EVEN
+// EVEN_TILES: where circles are about as large all around, no ray is traced.
+#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, COARSE_RAYS
 uniform sampler2D colour_texture;   // of `reduce`, linear filter
 uniform sampler2D circles_texture;
 uniform sampler2D range_texture;
@@ -14,19 +15,22 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float own = circle_at(pixel);
     vec4 range = texelFetch(range_texture, pixel / tile_side, 0) / float(COARSENESS);
+    if (abs(own) < 0.75 * LEAST_COARSE / float(COARSENESS)) discard;
+    vec2 size = vec2(picture_size());
     lit = vec4(0.0);
-    if (abs(own) < 0.75 * LEAST_COARSE / float(COARSENESS)) return;
+#ifdef EVEN_TILES
+    int count = clamp(int(2.0 * own * own), 8, COARSE_RAYS);
+    float level = own * own > 1.5 * float(count) ? 1.0 : 0.0;
+    vec2 towards = vec2(inversesqrt(float(count)), 0.0);
+    towards *= sqrt(max(own * own - 1.0, 0.0));
+    for (int k = 0; k < count; ++k, towards = TURN * towards)
+        lit += textureLod(colour_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, level);
+#else
     float radius = max(-range.x, own);
     int count = clamp(int(2.0 * radius * radius), 8, COARSE_RAYS);
-    vec2 size = vec2(picture_size());
-    float level = radius * radius > 1.5 * float(count) ? 1.0 : 0.0;
     vec2 towards = vec2(inversesqrt(float(count)), 0.0);
-    if (range.w - range.z <= EVEN * abs(own)) {
-        towards *= sqrt(max(own * own - 1.0, 0.0));
-        for (int k = 0; k < count; ++k, towards = TURN * towards)
-            lit += textureLod(colour_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, level);
-    } else
-        for (int k = 0; k < count; ++k, towards = TURN * towards)
-            lit += textureLod(colour_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
+    for (int k = 0; k < count; ++k, towards = TURN * towards)
+        lit += textureLod(colour_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
+#endif
     lit /= float(count);
 }

@@ -1,6 +1,6 @@
 // Blurs each pixel by rays to points of the lens. Where all circles of confusion are wide, the coarse picture has the result.
 #include "dof/circle.glsl"
-#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, RAY_DENSITY, MIN_RAYS, EVEN
+#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, MIN_RAYS
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile, and around it
 uniform sampler2D coarse_texture;   // of `coarse`, linear filter
@@ -17,10 +17,6 @@ void main() {
     vec4 range = texelFetch(range_texture, pixel / tile_side, 0);
     if (max(-range.x, range.y) < SHARP_RADIUS) discard;
     vec2 size = vec2(picture_size());
-    if (min(range.z, range.w) >= LEAST_COARSE || max(range.z, range.w) <= -LEAST_COARSE) {
-        lit = textureLod(coarse_texture, gl_FragCoord.xy / (float(COARSENESS) * vec2(textureSize(coarse_texture, 0))), 0.0);
-        return;
-    }
     float own = circle_at(pixel);
     float radius = max(-range.x, own);
     if (radius < SHARP_RADIUS) discard;
@@ -43,15 +39,9 @@ void main() {
         }
     }
     int count = clamp(int(RAY_DENSITY * radius * radius), min(MIN_RAYS, samples), samples);
-    bool even = range.w - range.z <= EVEN * abs(own);
     vec4 sum = vec4(0.0);
     vec2 towards = vec2(inversesqrt(float(count)), 0.0);
-    if (even) {
-        towards *= own;
-        for (int k = 0; k < count; ++k, towards = TURN * towards)
-            sum += textureLod(lit_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, 0.0);
-    } else
-        for (int k = 0; k < count; ++k, towards = TURN * towards)
-            sum += textureLod(lit_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
+    for (int k = 0; k < count; ++k, towards = TURN * towards)
+        sum += textureLod(lit_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
     lit = sum / float(count);
 }

@@ -2,15 +2,13 @@
 // and Seidel 2010). Where the circle is c, a ray to the point u of the unit disc passes c·u beside the pixel. So it meets the
 // surface that has the circle c at that place. From the nearest on: what is in front hides what is behind. What includes it
 // defines `ivec2 picture_size()` and `float circle_at(ivec2)`. Twin: reference/dof.py.
-#from depthwalk.render.view.lens import GOLDEN_ANGLE, SHARP_RADIUS, RAY_STRIDE
+#include "dof/disc.glsl"
+#from depthwalk.render.view.lens import RAY_STRIDE
 
 ivec2 beside(ivec2 pixel, vec2 offset) {
     return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), picture_size() - 1);
 }
 vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
-
-// Points of the unit disc for rays: radius √(k + ½) / √n at k times the golden angle (Vogel 1979).
-const mat2 TURN = mat2(cos(GOLDEN_ANGLE), sin(GOLDEN_ANGLE), -sin(GOLDEN_ANGLE), cos(GOLDEN_ANGLE));
 
 // Where in the picture a ray ends, pixels. own: the circle at `pixel`, where all rays that meet nothing before it end.
 vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {

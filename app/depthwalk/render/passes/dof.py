@@ -13,7 +13,7 @@ import numpy as np
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.view.lens import COARSENESS, DISC, circle_radius, gaussian, largest_radius, lens_views
+from depthwalk.render.view.lens import COARSENESS, TileClass, DISC, circle_radius, gaussian, largest_radius, lens_views
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import DofParams
 
@@ -31,8 +31,11 @@ class DofPass(Pass[DofParams]):
         """Create the programs, which `gl` owns."""
         self._programs = {
             name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag")
-            for name in ("reduce", "tiles", "spread", "coarse", "gather", "blur", "paper", "scaled")
+            for name in ("reduce", "tiles", "spread", "blur", "paper", "scaled")
         }
+        for name in ("coarse", "upsample", "even", "gather"):
+            self._programs[name] = Program(gl, "dof/tile.vert", f"dof/{name}.frag")
+        self._programs["coarse_even"] = Program(gl, "dof/tile.vert", "dof/coarse.frag", ("EVEN_TILES",))
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -71,16 +74,27 @@ class DofPass(Pass[DofParams]):
         spread = {"tile_texture": 1, "tile_side": TILE, "largest": circles["largest"]}
         self._run("spread", "spread", tiles, 4, **spread).use(1)
         colour.use(4)
-        coarse = self._run("coarse", "coarse", colour.size, 4, "f2", range_texture=1, colour_texture=4, circles_texture=3, tile_side=TILE//COARSENESS)
+        across = {"range_texture": 1, "tiles_across": (targets.size[0] / TILE, targets.size[1] / TILE)}
+        coarse, into = self._picture("coarse", colour.size, 4)
         coarse.filter = moderngl.LINEAR, moderngl.LINEAR
+        fine = {"colour_texture": 4, "circles_texture": 3, "tile_side": TILE // COARSENESS, **across}
+        self._tiles(into, "coarse_even", TileClass.WIDE_EVEN, tiles, **fine)
+        self._tiles(into, "coarse", TileClass.WIDE | TileClass.MIXED | TileClass.EVEN, tiles, **fine)
         coarse.use(4)
-        sizes = {"tile_side": TILE, "samples": params.samples}
-        self._fill(targets.lit, "gather", range_texture=1, lit_texture=2, coarse_texture=4, circles_texture=3, **sizes, **circles)
+        sizes = {"samples": params.samples, "lit_texture": 2, **across, **circles}
+        self._tiles(targets.lit, "upsample", TileClass.WIDE | TileClass.WIDE_EVEN, tiles, coarse_texture=4, **across)
+        self._tiles(targets.lit, "even", TileClass.EVEN, tiles, **sizes)
+        self._tiles(targets.lit, "gather", TileClass.MIXED, tiles, tile_side=TILE, coarse_texture=4, circles_texture=3, **sizes)
+
+    def _tiles(self, into, program, tile_class, tiles, **uniforms):
+        self._programs[program].set(tile_class=int(tile_class), **uniforms)
+        with self.gl.state(into=into):
+            self._programs[program].rectangles(tiles[0] * tiles[1])
 
     def _reduce(self, size, circles):
         if "reduced" not in self._pictures:
             coarse = tuple(-(-n // COARSENESS) for n in size)
-            colour, block = self.gl.texture(coarse, 4, "f2"), self.gl.texture(coarse, 4, "f4")
+            colour, block = self.gl.texture(coarse, 4, "f4"), self.gl.texture(coarse, 4, "f4")
             colour.build_mipmaps(max_level=1)
             colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
             self._pictures["block"] = block, self.gl.framebuffer([colour, block])

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +26,20 @@ RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
 RAY_DENSITY = 1.0  # rays per square of the radius
 MIN_RAYS = 16  # rays of a pixel
 COARSENESS = 4  # pixels along a block that is one of the coarse picture
-LEAST_COARSE = 6.0  # pixels: circles from here on are gathered in the coarse picture
+LEAST_COARSE = 4.0  # pixels: circles from here on are gathered in the coarse picture
 COARSE_RAYS = 32  # most rays of a pixel of it
 EVEN = 0.3  # how far circles may differ, relative to one of them, where no ray needs to be traced
+
+LEAST_STEP = 1.0  # pixels that circles may differ by there
+
+class TileClass(IntEnum):
+    """Name how a tile of the picture is gathered; several are asked for together as bits."""
+
+    SHARP = 0  # it stays as it is
+    EVEN = 1
+    MIXED = 2
+    WIDE_EVEN = 4
+    WIDE = 8
 
 
 def lens_radius(lens: DofParams) -> float:
