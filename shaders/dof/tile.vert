@@ -7,9 +7,7 @@ uniform int tile_class;
 // How the circles of confusion in and around a tile, pixels, ask for its picture to be gathered.
 int class_of(vec4 range) {
     if (max(-range.x, range.y) < SHARP_RADIUS) return TILE_SHARP;
-    float widest = max(-range.z, range.w);
-    bool even = range.w - range.z <= max(LEAST_STEP, EVEN * widest);
-    bool wide = min(range.z, range.w) >= LEAST_COARSE || max(range.z, range.w) <= -LEAST_COARSE;
+    bool even = range.w <= max(LEAST_STEP, EVEN * range.z), wide = range.z >= LEAST_COARSE;
     return wide ? (even ? TILE_WIDE_EVEN : TILE_WIDE) : (even ? TILE_EVEN : TILE_MIXED);
 }
 

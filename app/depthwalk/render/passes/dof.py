@@ -70,7 +70,7 @@ class DofPass(Pass[DofParams]):
         before.use(2)
         colour, block = self._reduce(targets.size, circles)
         block.use(3)
-        self._run("tiles", "tiles", tiles, 2, circles_texture=3, tile_side=TILE // COARSENESS).use(1)
+        self._run("tiles", "tiles", tiles, 4, circles_texture=3, tile_side=TILE // COARSENESS).use(1)
         spread = {"tile_texture": 1, "tile_side": TILE, "largest": circles["largest"]}
         self._run("spread", "spread", tiles, 4, **spread).use(1)
         colour.use(4)
