@@ -25,12 +25,17 @@ void main() {
     towards *= sqrt(max(own * own - 1.0, 0.0));
     for (int k = 0; k < count; ++k, towards = TURN * towards)
         lit += textureLod(colour_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, level);
+    lit /= float(count);
 #else
     float radius = max(-range.x, own);
     int count = clamp(int(2.0 * radius * radius), 8, COARSE_RAYS);
     vec2 towards = vec2(inversesqrt(float(count)), 0.0);
-    for (int k = 0; k < count; ++k, towards = TURN * towards)
-        lit += textureLod(colour_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
+    float total = 0.0;
+    for (int k = 0; k < count; ++k, towards = TURN * towards) {
+        vec3 end = traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy);
+        lit += end.z * textureLod(colour_texture, end.xy / size, 0.0);
+        total += end.z;
+    }
+    lit /= total;
 #endif
-    lit /= float(count);
 }

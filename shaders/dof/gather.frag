@@ -41,7 +41,11 @@ void main() {
     int count = clamp(int(RAY_DENSITY * radius * radius), min(MIN_RAYS, samples), samples);
     vec4 sum = vec4(0.0);
     vec2 towards = vec2(inversesqrt(float(count)), 0.0);
-    for (int k = 0; k < count; ++k, towards = TURN * towards)
-        sum += textureLod(lit_texture, traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy) / size, 0.0);
-    lit = sum / float(count);
+    float total = 0.0;
+    for (int k = 0; k < count; ++k, towards = TURN * towards) {
+        vec3 end = traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy);
+        sum += end.z * textureLod(lit_texture, end.xy / size, 0.0);
+        total += end.z;
+    }
+    lit = sum / total;
 }

@@ -10,12 +10,12 @@ ivec2 beside(ivec2 pixel, vec2 offset) {
 }
 vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
 
-// Where in the picture a ray ends, pixels. own: the circle at `pixel`, where all rays that meet nothing before it end.
-vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
+// Where in the picture a ray ends, pixels; z = 1, or 0 where what it meets is hidden from the viewer. own: the circle at
+// `pixel`, where all rays that meet nothing before it end.
+vec3 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
     float stride = RAY_STRIDE / max(length(lens), 0.05);
     float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
-    float last = -1e4, deepest = last;
-    ivec2 end = pixel;
+    float last = -1e4;
     for (float k = -before; k <= after; ++k) {
         float circle = own + (k < 0.0 ? (own - range.x) * k / before : (range.y - own) * k / max(after, 1.0));
         ivec2 at = beside(pixel, circle * lens);
@@ -24,13 +24,9 @@ vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
             // Met since the last step, unless the ray came out from behind another surface.
             ivec2 met = beside(pixel, found * lens);
             if (abs(circle_at(met) - found) <= 2.0 * SHARP_RADIUS)
-                return mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0));
-        }
-        if (found > deepest) {
-            deepest = found;
-            end = at;
+                return vec3(mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0)), 1.0);
         }
         last = circle;
     }
-    return middle_of(end);  // what it meets is hidden from the viewer: the farthest that is not
+    return vec3(middle_of(pixel), 0.001);
 }
