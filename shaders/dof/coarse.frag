@@ -1,6 +1,6 @@
 // Gathers what rays from all over the lens meet, at a quarter of the picture's width and height. Twin: reference/dof.py.
 // EVEN_TILES: where circles are about as large all around, no ray is traced.
-#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, COARSE_RAYS
+#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, COARSE_RAYS, EVEN_RAYS
 uniform sampler2D colour_texture;   // of `reduce`, linear filter
 uniform sampler2D circles_texture;
 uniform sampler2D range_texture;
@@ -19,13 +19,13 @@ void main() {
     vec2 size = vec2(picture_size());
     lit = vec4(0.0);
 #ifdef EVEN_TILES
-    int count = clamp(int(2.0 * own * own), 8, COARSE_RAYS);
-    float level = own * own > 1.5 * float(count) ? 1.0 : 0.0;
-    vec2 towards = vec2(inversesqrt(float(count)), 0.0);
-    towards *= sqrt(max(own * own - 1.0, 0.0));
-    for (int k = 0; k < count; ++k, towards = TURN * towards)
+    // The texels of level 2^l, their filter and that of what is shown blur too: the disc is smaller by their variance.
+    float level = clamp(floor(log2(abs(own) / 4.0) + 1.0), 0.0, 2.0), texel = exp2(level);
+    float reach = sqrt(max(own * own - 0.667 - texel * texel, 0.25 * own * own));
+    vec2 towards = vec2(reach * inversesqrt(float(EVEN_RAYS)), 0.0);
+    for (int k = 0; k < EVEN_RAYS; ++k, towards = TURN * towards)
         lit += textureLod(colour_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, level);
-    lit /= float(count);
+    lit /= float(EVEN_RAYS);
 #else
     float radius = max(-range.x, own);
     int count = clamp(int(2.0 * radius * radius), 8, COARSE_RAYS);

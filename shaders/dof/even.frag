@@ -10,8 +10,8 @@ void main() {
     float own = circle_at(ivec2(gl_FragCoord.xy));
     if (abs(own) < SHARP_RADIUS) discard;
     vec2 size = vec2(textureSize(lit_texture, 0));
-    int count = clamp(int(RAY_DENSITY * own * own), min(MIN_RAYS, samples), samples);
-    vec2 towards = vec2(own * inversesqrt(float(count)), 0.0);
+    int count = clamp(int(RAY_DENSITY * own * own), 8, 16);
+    vec2 towards = vec2(sqrt(max(own * own - 0.667, 0.25 * own * own)) * inversesqrt(float(count)), 0.0);
     lit = vec4(0.0);
     for (int k = 0; k < count; ++k, towards = TURN * towards)
         lit += textureLod(lit_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, 0.0);

@@ -79,7 +79,7 @@ class DofPass(Pass[DofParams]):
         coarse.filter = moderngl.LINEAR, moderngl.LINEAR
         fine = {"colour_texture": 4, "circles_texture": 3, "tile_side": TILE // COARSENESS, **across}
         self._tiles(into, "coarse_even", TileClass.WIDE_EVEN, tiles, **fine)
-        self._tiles(into, "coarse", TileClass.WIDE | TileClass.MIXED | TileClass.EVEN, tiles, **fine)
+        self._tiles(into, "coarse", TileClass.WIDE | TileClass.MIXED, tiles, **fine)
         coarse.use(4)
         sizes = {"samples": params.samples, "lit_texture": 2, **across, **circles}
         self._tiles(targets.lit, "upsample", TileClass.WIDE | TileClass.WIDE_EVEN, tiles, coarse_texture=4, **across)
@@ -95,13 +95,13 @@ class DofPass(Pass[DofParams]):
         if "reduced" not in self._pictures:
             coarse = tuple(-(-n // COARSENESS) for n in size)
             colour, block = self.gl.texture(coarse, 4, "f4"), self.gl.texture(coarse, 4, "f4")
-            colour.build_mipmaps(max_level=1)
+            colour.build_mipmaps(max_level=2)
             colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
             self._pictures["block"] = block, self.gl.framebuffer([colour, block])
             self._pictures["reduced"] = colour, self.gl.framebuffer([colour])
         self._fill(self._pictures["block"][1], "reduce", lit_texture=2, **circles)
         colour, block = self._pictures["reduced"][0], self._pictures["block"][0]
-        colour.build_mipmaps(max_level=1)
+        colour.build_mipmaps(max_level=2)
         return colour, block
 
     def _draw_paper(self, frame: Frame, params: DofParams) -> None:

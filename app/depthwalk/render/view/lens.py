@@ -26,8 +26,9 @@ RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
 RAY_DENSITY = 1.0  # rays per square of the radius
 MIN_RAYS = 16  # rays of a pixel
 COARSENESS = 4  # pixels along a block that is one of the coarse picture
-LEAST_COARSE = 8.0  # pixels: circles from here on are gathered in the coarse picture
-COARSE_RAYS = 32  # most rays of a pixel of it
+LEAST_COARSE = 6.0  # pixels: circles from here on are gathered in the coarse picture
+COARSE_RAYS = 24  # most rays of a pixel of it
+EVEN_RAYS = 16  # rays of a pixel of it where none is traced
 EVEN = 0.2  # how far circles may differ, relative to one of them, where no ray needs to be traced
 
 LEAST_STEP = 1.0  # pixels that circles may differ by there
