@@ -1,5 +1,5 @@
 // Covers the tiles of one class with a rectangle each; what is drawn elsewhere, software rasterisers would compute and discard.
-#from depthwalk.render.view.lens import LEAST_COARSE, EVEN, LEAST_STEP, SHARP_RADIUS, TileClass as TILE
+#from depthwalk.render.view.lens import LEAST_COARSE, LEAST_PREFILTERED, EVEN, LEAST_STEP, SHARP_RADIUS, TileClass as TILE
 uniform sampler2D range_texture;    // of `spread`
 uniform vec2 tiles_across;          // tiles along the picture's width and height, the last ones cut off
 uniform int tile_class;
@@ -8,7 +8,7 @@ uniform int tile_class;
 int class_of(vec4 range) {
     if (max(-range.x, range.y) < SHARP_RADIUS) return TILE_SHARP;
     bool even = range.w <= max(LEAST_STEP, EVEN * range.z), wide = range.z >= LEAST_COARSE;
-    return wide ? (even ? TILE_WIDE_EVEN : TILE_WIDE) : (even ? TILE_EVEN : TILE_MIXED);
+    return wide ? (even ? TILE_WIDE_EVEN : TILE_WIDE) : (even ? (range.z >= LEAST_PREFILTERED ? TILE_PREFILTERED : TILE_EVEN) : TILE_MIXED);
 }
 
 void main() {

@@ -36,6 +36,7 @@ class DofPass(Pass[DofParams]):
         for name in ("coarse", "upsample", "even", "gather"):
             self._programs[name] = Program(gl, "dof/tile.vert", f"dof/{name}.frag")
         self._programs["coarse_even"] = Program(gl, "dof/tile.vert", "dof/coarse.frag", ("EVEN_TILES",))
+        self._programs["prefiltered"] = Program(gl, "dof/tile.vert", "dof/even.frag", ("PREFILTERED",))
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -83,7 +84,10 @@ class DofPass(Pass[DofParams]):
         coarse.use(4)
         sizes = {"samples": params.samples, "lit_texture": 2, **across, **circles}
         self._tiles(targets.lit, "upsample", TileClass.WIDE | TileClass.WIDE_EVEN, tiles, coarse_texture=4, **across)
+        colour.use(4)
         self._tiles(targets.lit, "even", TileClass.EVEN, tiles, **sizes)
+        self._tiles(targets.lit, "prefiltered", TileClass.PREFILTERED, tiles, **(sizes | {"lit_texture": 4}))
+        coarse.use(4)
         self._tiles(targets.lit, "gather", TileClass.MIXED, tiles, tile_side=TILE, coarse_texture=4, circles_texture=3, **sizes)
 
     def _tiles(self, into, program, tile_class, tiles, **uniforms):

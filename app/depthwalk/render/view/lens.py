@@ -26,7 +26,8 @@ RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
 RAY_DENSITY = 1.0  # rays per square of the radius
 MIN_RAYS = 16  # rays of a pixel
 COARSENESS = 4  # pixels along a block that is one of the coarse picture
-LEAST_COARSE = 6.0  # pixels: circles from here on are gathered in the coarse picture
+LEAST_PREFILTERED = 5.0  # pixels
+LEAST_COARSE = 10.0  # pixels: circles from here on are gathered in the coarse picture
 COARSE_RAYS = 24  # most rays of a pixel of it
 EVEN_RAYS = 16  # rays of a pixel of it where none is traced
 EVEN = 0.2  # how far circles may differ, relative to one of them, where no ray needs to be traced
@@ -41,6 +42,7 @@ class TileClass(IntEnum):
     MIXED = 2
     WIDE_EVEN = 4
     WIDE = 8
+    PREFILTERED = 16
 
 
 def lens_radius(lens: DofParams) -> float:
