@@ -1,5 +1,5 @@
 // Averages each pixel over its circle of confusion, where all around are about as large and nothing hides anything.
-#from depthwalk.render.view.lens import COARSENESS
+#from depthwalk.render.view.lens import MIN_RAYS
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform int samples;
 layout(location = 0) out vec4 lit;
@@ -9,16 +9,10 @@ layout(location = 0) out vec4 lit;
 void main() {
     float own = circle_at(ivec2(gl_FragCoord.xy));
     if (abs(own) < SHARP_RADIUS) discard;
-#ifdef PREFILTERED
-    int count = 16;
-    float spread = sqrt(max(own * own - 16.0, 0.25 * own * own));
-    vec2 size = float(COARSENESS) * vec2(textureSize(lit_texture, 0));
-#else
-    int count = clamp(int(RAY_DENSITY * own * own), 8, samples);
+    int count = clamp(int(RAY_DENSITY * own * own), min(MIN_RAYS, samples), samples);
     float spread = sqrt(max(own * own - 0.667, 0.25 * own * own));
     vec2 size = vec2(textureSize(lit_texture, 0));
-#endif
-    vec2 towards = vec2(spread * sign(own) * inversesqrt(float(count)), 0.0);
+    vec2 towards = vec2(spread * inversesqrt(float(count)), 0.0);
     lit = vec4(0.0);
     for (int k = 0; k < count; ++k, towards = TURN * towards)
         lit += textureLod(lit_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, 0.0);

@@ -1,9 +1,9 @@
 // Shows the coarse picture where all circles of confusion are wide.
-#from depthwalk.render.view.lens import COARSENESS
-uniform sampler2D coarse_texture;   // of `coarse`, linear filter
+uniform sampler2D gathered_texture;   // of `reduced`, linear filter
+uniform float block;                // pixels along one of its pixels
 layout(location = 0) out vec4 lit;
 
 void main() {
-    vec2 size = float(COARSENESS) * vec2(textureSize(coarse_texture, 0));
-    lit = textureLod(coarse_texture, gl_FragCoord.xy / size, 0.0);
+    vec2 size = block * vec2(textureSize(gathered_texture, 0));
+    lit = textureLod(gathered_texture, gl_FragCoord.xy / size, 0.0);
 }

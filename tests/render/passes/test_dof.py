@@ -11,8 +11,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.quality.metrics import psnr
 from depthwalk.reference import dof as twin
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.passes.dof import TILE
-from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_radius, lens_points, lens_views
+from depthwalk.render.view.lens import DISC, TILE, circle_radius, gaussian, largest_radius, lens_points, lens_views
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings

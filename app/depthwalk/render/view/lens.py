@@ -20,14 +20,14 @@ DISC = (
 )
 DISC_POINTS = len(DISC)
 GAUSSIAN_RADIUS = 6  # taps of the kernel beside its middle one
+TILE = 16  # pixels along a tile of the picture, whose circles are found together
 # Of rays through the depth buffer (`gather`):
 SHARP_RADIUS = 0.5  # pixels: a radius that reaches no other pixel's middle
 RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
 RAY_DENSITY = 1.0  # rays per square of the radius
 MIN_RAYS = 16  # rays of a pixel
-COARSENESS = 4  # pixels along a block that is one of the coarse picture
-LEAST_PREFILTERED = 5.0  # pixels
-LEAST_COARSE = 10.0  # pixels: circles from here on are gathered in the coarse picture
+LEAST_HALF = 4.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
+LEAST_QUARTER = 12.0  # and from here on in one a quarter as wide and high
 COARSE_RAYS = 24  # most rays of a pixel of it
 EVEN_RAYS = 16  # rays of a pixel of it where none is traced
 EVEN = 0.2  # how far circles may differ, relative to one of them, where no ray needs to be traced
@@ -40,9 +40,10 @@ class TileClass(IntEnum):
     SHARP = 0  # it stays as it is
     EVEN = 1
     MIXED = 2
-    WIDE_EVEN = 4
-    WIDE = 8
-    PREFILTERED = 16
+    HALF_EVEN = 4
+    HALF = 8
+    QUARTER_EVEN = 16
+    QUARTER = 32
 
 
 def lens_radius(lens: DofParams) -> float:

@@ -1,21 +1,22 @@
-// Gathers what rays from all over the lens meet, at a quarter of the picture's width and height. Twin: reference/dof.py.
+// Gathers what rays from all over the lens meet, in a reduced picture. Twin: reference/dof.py.
 // EVEN_TILES: where circles are about as large all around, no ray is traced.
-#from depthwalk.render.view.lens import COARSENESS, LEAST_COARSE, COARSE_RAYS, EVEN_RAYS
+#from depthwalk.render.view.lens import LEAST_HALF, COARSE_RAYS, EVEN_RAYS
 uniform sampler2D colour_texture;   // of `reduce`, linear filter
 uniform sampler2D circles_texture;
 uniform sampler2D range_texture;
+uniform float block;                // pixels of the whole picture along one of this picture's
 uniform int tile_side;              // of this picture's pixels
 layout(location = 0) out vec4 lit;
 
 ivec2 picture_size() { return textureSize(circles_texture, 0); }
-float circle_at(ivec2 pixel) { return texelFetch(circles_texture, pixel, 0).r / float(COARSENESS); }
+float circle_at(ivec2 pixel) { return texelFetch(circles_texture, pixel, 0).r / block; }
 #include "dof/rays.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float own = circle_at(pixel);
-    vec4 range = texelFetch(range_texture, pixel / tile_side, 0) / float(COARSENESS);
-    if (abs(own) < 0.75 * LEAST_COARSE / float(COARSENESS)) discard;
+    vec4 range = texelFetch(range_texture, pixel / tile_side, 0) / block;
+    if (abs(own) < 0.75 * LEAST_HALF / block) discard;
     vec2 size = vec2(picture_size());
     lit = vec4(0.0);
 #ifdef EVEN_TILES
