@@ -15,7 +15,8 @@ vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
 vec3 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
     float stride = RAY_STRIDE / max(length(lens), 0.05);
     float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
-    float last = -1e4;
+    float last = -1e4, deepest = own + 2.0 * SHARP_RADIUS;
+    vec3 end = vec3(middle_of(pixel), 0.001);
     for (float k = -before; k <= after; ++k) {
         float circle = own + (k < 0.0 ? (own - range.x) * k / before : (range.y - own) * k / max(after, 1.0));
         ivec2 at = beside(pixel, circle * lens);
@@ -26,7 +27,11 @@ vec3 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
             if (abs(circle_at(met) - found) <= 2.0 * SHARP_RADIUS)
                 return vec3(mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0)), 1.0);
         }
+        if (found > deepest) {
+            deepest = found;
+            end = vec3(middle_of(at), 1.0);
+        }
         last = circle;
     }
-    return vec3(middle_of(pixel), 0.001);
+    return end;
 }

@@ -21,7 +21,7 @@ void main() {
     lit = vec4(0.0);
 #ifdef EVEN_TILES
     // The texels of level 2^l, their filter and that of what is shown blur too: the disc is smaller by their variance.
-    float level = clamp(floor(log2(abs(own) / 4.0) + 1.0), 0.0, 2.0), texel = exp2(level);
+    float level = clamp(floor(log2(abs(own) / 6.0) + 1.0), 0.0, 2.0), texel = exp2(level);
     float reach = sqrt(max(own * own - 0.667 - texel * texel, 0.25 * own * own));
     vec2 towards = vec2(reach * inversesqrt(float(EVEN_RAYS)), 0.0);
     for (int k = 0; k < EVEN_RAYS; ++k, towards = TURN * towards)
