@@ -24,9 +24,9 @@ TILE = 16  # pixels along a tile of the picture, whose circles are found togethe
 # Of rays through the depth buffer (`gather`):
 SHARP_RADIUS = 0.5  # pixels: a radius that reaches no other pixel's middle
 RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
-RAY_DENSITY = 1.0  # rays per square of the radius
+RAY_DENSITY = 0.5  # rays per square of the radius
 MIN_RAYS = 10  # rays of a pixel
-LEAST_HALF = 6.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
+LEAST_HALF = 8.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
 LEAST_QUARTER = 12.0  # and from here on in one a quarter as wide and high
 COARSE_RAYS = 24  # most rays of a pixel of it
 EVEN_RAYS = 32  # rays of a pixel of it where none is traced
