@@ -25,11 +25,11 @@ TILE = 16  # pixels along a tile of the picture, whose circles are found togethe
 SHARP_RADIUS = 0.5  # pixels: a radius that reaches no other pixel's middle
 RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
 RAY_DENSITY = 0.5  # rays per square of the radius
-MIN_RAYS = 10  # rays of a pixel
-LEAST_HALF = 8.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
-LEAST_QUARTER = 12.0  # and from here on in one a quarter as wide and high
-COARSE_RAYS = 24  # most rays of a pixel of it
-EVEN_RAYS = 32  # rays of a pixel of it where none is traced
+MIN_RAYS = 8  # rays of a pixel
+LEAST_HALF = 7.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
+LEAST_QUARTER = 10.0  # and from here on in one a quarter as wide and high
+COARSE_RAYS = 16  # most rays of a pixel of it
+EVEN_RAYS = 20  # rays of a pixel of it where none is traced
 EVEN = 0.2  # how far circles may differ, relative to one of them, where no ray needs to be traced
 
 LEAST_STEP = 1.0  # pixels that circles may differ by there
