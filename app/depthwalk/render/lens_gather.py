@@ -16,9 +16,7 @@ import moderngl
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.lens import TILE, TileClass
-
-_HIGHEST_MIP = 2  # of the reduced colours
+from depthwalk.render.view.lens import HIGHEST_MIP, TILE, TileClass
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,11 +108,11 @@ class LensGather:
         targets.depth.use(0)
         before.use(2)
         self._fill(half.surfaces, "reduce_first", lit_texture=2, **circles)
-        half.colour.build_mipmaps(max_level=_HIGHEST_MIP)
+        half.colour.build_mipmaps(max_level=HIGHEST_MIP)
         half.circles.use(1)
         half.colour.use(3)
         self._fill(quarter.surfaces, "reduce", lit_texture=3, circles_texture=1)
-        quarter.colour.build_mipmaps(max_level=_HIGHEST_MIP)
+        quarter.colour.build_mipmaps(max_level=HIGHEST_MIP)
         self._classify(self._classes, quarter, circles["largest"])
         across = targets.size[0] / TILE, targets.size[1] / TILE
         half_alone, quarter_alone = TileClass.HALF | TileClass.HALF_EVEN, TileClass.QUARTER | TileClass.QUARTER_EVEN
@@ -124,8 +122,9 @@ class LensGather:
         ):
             picture.colour.use(3)
             picture.circles.use(1)
-            own = {"colour_texture": 3, "circles_texture": 1, "block": picture.block, "tiles_across": across}
-            own |= {"tile_side": TILE // picture.block}
+            side, (width, height) = TILE // picture.block, picture.circles.size
+            own = {"colour_texture": 3, "circles_texture": 1, "block": picture.block, "samples": samples}
+            own |= {"tile_side": side, "tiles_across": (width / side, height / side)}
             self._tiles(picture.lens, "reduced_even", even, **own)
             self._tiles(picture.lens, "reduced", traced, beside=shown | traced, left_out=even, **own)
             picture.gathered.use(4)
@@ -158,13 +157,11 @@ class LensGather:
         small = -(-size[0] // block), -(-size[1] // block)
         # Software rasterisers take halfs apart one by one; of reduced pictures, floats are small enough.
         colour, circles, gathered = (self._gl.texture(small, 4, "f4") for _ in range(3))
-        colour.build_mipmaps(max_level=_HIGHEST_MIP)
+        colour.build_mipmaps(max_level=HIGHEST_MIP)
         colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
         gathered.filter = moderngl.LINEAR, moderngl.LINEAR
         surfaces, lens = self._gl.framebuffer([colour, circles]), self._gl.framebuffer([gathered])
-        return _Reduced(
-            block=block, colour=colour, circles=circles, surfaces=surfaces, gathered=gathered, lens=lens
-        )
+        return _Reduced(block=block, colour=colour, circles=circles, surfaces=surfaces, gathered=gathered, lens=lens)
 
     def _fill(self, into: moderngl.Framebuffer, program: str, **uniforms: Any) -> None:
         self._programs[program].set(**uniforms)

@@ -116,7 +116,7 @@ def test_from_all_over_the_lens_points_appear_aside_by_their_circle() -> None:
 
 def test_gather_matches_its_twin(sharp: Drawn, gathered: Drawn) -> None:
     circles, lit = gathered.limited[::-1], sharp.linear[::-1]
-    expected = twin.gather(lit, circles, twin.ranges(circles, TILE), gathered.lens.samples)[::-1]
+    expected = twin.gather(lit, circles, gathered.lens.samples)[::-1]
     difference = np.abs(gathered.linear - expected).max(-1)
     assert np.abs(gathered.linear - sharp.linear).max(-1).mean() > 0.015
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3

@@ -29,8 +29,7 @@ class DofPass(Pass[DofParams]):
     def setup(self, gl: Scope) -> None:
         """Create the programs, which `gl` owns."""
         self._programs = {
-            name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag")
-            for name in ("blur", "paper", "scaled")
+            name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag") for name in ("blur", "paper", "scaled")
         }
         self._gather = LensGather(gl)
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}

@@ -24,15 +24,20 @@ TILE = 16  # pixels along a tile of the picture, whose circles are found togethe
 # Of rays through the depth buffer (`gather`):
 SHARP_RADIUS = 0.5  # pixels: a radius that reaches no other pixel's middle
 RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
-RAY_DENSITY = 0.5  # rays per square of the radius
-MIN_RAYS = 8  # rays of a pixel
+RAY_DENSITY = 0.5  # rays per square of the radius, of the whole picture
+MIN_RAYS = 8  # rays of a pixel of it
+HIDDEN_WEIGHT = 1e-3  # of a ray that meets what nobody sees: only where all do, they count
 LEAST_HALF = 7.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
-LEAST_QUARTER = 10.0  # and from here on in one a quarter as wide and high
-COARSE_RAYS = 16  # most rays of a pixel of it
-EVEN_RAYS = 20  # rays of a pixel of it where none is traced
-EVEN = 0.2  # how far circles may differ, relative to one of them, where no ray needs to be traced
+LEAST_QUARTER = 10.0  # pixels: from here on in one a quarter as wide and high
+NEARLY = 0.75  # of `LEAST_HALF`: circles that a reduced picture still gathers for its neighbours
+REDUCED_RAYS = 16  # traced rays of a pixel of reduced pictures
+EVEN_RAYS = 20  # points of the lens there, where no ray needs to be traced
+MIP_RADIUS = 6.0  # pixels of the reduced picture: the radius from which on its first mip-map is averaged
+HIGHEST_MIP = 2
+LINEAR_BLUR = 2 / 3  # radius², pixels, of the disc that blurs as linear filtering does: 4 variances of a tent
+EVEN = 0.2  # how far neighbours' circles may differ, relative to the least around, where no ray needs to be traced
+LEAST_STEP = 1.0  # pixels that they may always differ by
 
-LEAST_STEP = 1.0  # pixels that circles may differ by there
 
 class TileClass(IntEnum):
     """Name how a tile of the picture is gathered; several are asked for together as bits."""
