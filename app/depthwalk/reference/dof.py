@@ -259,8 +259,9 @@ def _gathered(
 
 
 def _averaged(lit: Array, where: NDArray[np.bool_], reach: Array, count: NDArray[np.intp]) -> Array:
-    """Return the means (n, 4) over discs of the radii `reach` (n,) about the pixels `where` (h, w) has, by `count`
-    points each. `lit` (h', w', 4) may be smaller than `where`.
+    """Return the means (n, 4) over discs about the pixels that `where` (h, w) has, by `count` (n,) points each.
+
+    `reach` (n,) are the radii, pixels of `where`. `lit` (h', w', 4) may be smaller.
     """
     y, x = (at + 0.5 for at in np.nonzero(where))
     scale = [small / whole for small, whole in zip(lit.shape, where.shape, strict=False)]

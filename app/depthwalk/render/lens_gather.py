@@ -1,10 +1,10 @@
-"""Gather what a lens sees of each pixel, as finely as its circle of confusion asks for (mode `gather` of the pass `dof`).
+"""Gather what a lens sees of each pixel, as finely as its circle of confusion asks for (`render.dof.mode: gather`).
 
 Rays go to points of the lens through the depth buffer (Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Focus
 Control*, 2010). A wide circle leaves nothing fine in the picture: it is gathered in one of half or a quarter of the
-width and height, and shown magnified. Tiles of the picture are classified by the circles that reach them (McGuire et al.
-2012; Jimenez, *Next Generation Post Processing in Call of Duty: Advanced Warfare*, 2014), and each class is drawn by a
-program of its own, since a software rasteriser computes both sides of a branch. `reference/dof.py` is the twin.
+width and height, and shown magnified. Tiles of the picture are classified by the circles that reach them (McGuire et
+al. 2012; Jimenez, *Next Generation Post Processing in Call of Duty: Advanced Warfare*, 2014), and each class is drawn
+by a program of its own, since a software rasteriser computes both sides of a branch. `reference/dof.py` is the twin.
 """
 
 from collections.abc import Mapping
