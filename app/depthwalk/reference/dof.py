@@ -168,7 +168,7 @@ def tile_classes(quarter: Reduced, tile: int) -> NDArray[np.intp]:
         (np.ones(len(y), bool), TileClass.EVEN, TileClass.MIXED),
     ]
     chosen = np.select([where for where, _, _ in kinds], [np.where(even, a, b) for _, a, b in kinds])
-    return chosen.reshape(shape)
+    return np.asarray(chosen.reshape(shape), np.intp)
 
 
 def gather(lit: Array, circles: Array, samples: int, tile: int = TILE) -> Array:
@@ -227,7 +227,7 @@ def gather(lit: Array, circles: Array, samples: int, tile: int = TILE) -> Array:
 
 def _counts(radius: Array, samples: int) -> NDArray[np.intp]:
     """Return how many rays a pixel of the whole picture sends, by the `radius` that they reach, pixels."""
-    return np.clip((RAY_DENSITY * radius**2).astype(int), min(MIN_RAYS, samples), samples)
+    return np.asarray(np.clip((RAY_DENSITY * radius**2).astype(int), min(MIN_RAYS, samples), samples), np.intp)
 
 
 def _gathered(

@@ -123,16 +123,21 @@ class LensGather:
             picture.colour.use(3)
             picture.circles.use(1)
             side, (width, height) = TILE // picture.block, picture.circles.size
-            own = {"colour_texture": 3, "circles_texture": 1, "block": picture.block, "samples": samples}
+            own: dict[str, Any] = {
+                "colour_texture": 3,
+                "circles_texture": 1,
+                "block": picture.block,
+                "samples": samples,
+            }
             own |= {"tile_side": side, "tiles_across": (width / side, height / side)}
             self._tiles(picture.lens, "reduced_even", even, **own)
             self._tiles(picture.lens, "reduced", traced, beside=shown | traced, left_out=even, **own)
             picture.gathered.use(4)
-            shown_by = {"gathered_texture": 4, "block": picture.block, "tiles_across": across}
+            shown_by: dict[str, Any] = {"gathered_texture": 4, "block": picture.block, "tiles_across": across}
             self._tiles(targets.lit, "upsample", shown, **shown_by)
-        whole = {"lit_texture": 2, "samples": samples, "tiles_across": across, **circles}
+        whole: dict[str, Any] = {"lit_texture": 2, "samples": samples, "tiles_across": across, **circles}
         self._tiles(targets.lit, "even", TileClass.EVEN, **whole)
-        near = {"gathered_texture": 4, "circles_texture": 1, "tile_side": TILE}  # of half the size
+        near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1, "tile_side": TILE}  # of half the size
         self._tiles(targets.lit, "gather", TileClass.MIXED, **near, **whole)
 
     def _classify(self, classes: _Classes, quarter: _Reduced, largest: float) -> None:
