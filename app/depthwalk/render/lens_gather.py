@@ -114,31 +114,32 @@ class LensGather:
         self._fill(quarter.surfaces, "reduce", lit_texture=3, circles_texture=1)
         quarter.colour.build_mipmaps(max_level=HIGHEST_MIP)
         self._classify(self._classes, quarter, circles["largest"])
+        self._gather_reduced(quarter, targets, TileClass.QUARTER_EVEN, TileClass.QUARTER, samples=samples)
+        self._gather_reduced(half, targets, TileClass.HALF_EVEN, TileClass.HALF, TileClass.MIXED, samples=samples)
         across = targets.size[0] / TILE, targets.size[1] / TILE
-        half_alone, quarter_alone = TileClass.HALF | TileClass.HALF_EVEN, TileClass.QUARTER | TileClass.QUARTER_EVEN
-        for picture, even, traced, shown in (
-            (quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER, quarter_alone),
-            (half, TileClass.HALF_EVEN, TileClass.HALF | TileClass.MIXED, half_alone),
-        ):
-            picture.colour.use(3)
-            picture.circles.use(1)
-            side, (width, height) = TILE // picture.block, picture.circles.size
-            own: dict[str, Any] = {
-                "colour_texture": 3,
-                "circles_texture": 1,
-                "block": picture.block,
-                "samples": samples,
-            }
-            own |= {"tile_side": side, "tiles_across": (width / side, height / side)}
-            self._tiles(picture.lens, "reduced_even", even, **own)
-            self._tiles(picture.lens, "reduced", traced, beside=shown | traced, left_out=even, **own)
-            picture.gathered.use(4)
-            shown_by: dict[str, Any] = {"gathered_texture": 4, "block": picture.block, "tiles_across": across}
-            self._tiles(targets.lit, "upsample", shown, **shown_by)
         whole: dict[str, Any] = {"lit_texture": 2, "samples": samples, "tiles_across": across, **circles}
         self._tiles(targets.lit, "even", TileClass.EVEN, **whole)
         near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1, "tile_side": TILE}  # of half the size
         self._tiles(targets.lit, "gather", TileClass.MIXED, **near, **whole)
+
+    def _gather_reduced(
+        self, picture: _Reduced, targets: Targets, even: TileClass, traced: TileClass, lent: int = 0, *, samples: int
+    ) -> None:
+        """Gather the tiles of the classes `even`, `traced` and `lent` in `picture`; show the first two.
+
+        Its circles and what was gathered stay at texture units 1 and 4.
+        """
+        picture.colour.use(3)
+        picture.circles.use(1)
+        side, (width, height) = TILE // picture.block, picture.circles.size
+        reduced: dict[str, Any] = {"colour_texture": 3, "circles_texture": 1, "block": picture.block}
+        reduced |= {"samples": samples, "tile_side": side, "tiles_across": (width / side, height / side)}
+        self._tiles(picture.lens, "reduced_even", even, **reduced)
+        self._tiles(picture.lens, "reduced", traced | lent, beside=even | traced | lent, left_out=even, **reduced)
+        picture.gathered.use(4)
+        across = targets.size[0] / TILE, targets.size[1] / TILE
+        shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block, "tiles_across": across}
+        self._tiles(targets.lit, "upsample", even | traced, **shown)
 
     def _classify(self, classes: _Classes, quarter: _Reduced, largest: float) -> None:
         """Find the circles that may reach each tile; leave their texture at unit 5."""
