@@ -1,5 +1,5 @@
 // Averages each pixel over its circle of confusion, where all around are about as large and nothing hides anything.
-#from depthwalk.render.view.lens import MIN_RAYS, LINEAR_BLUR
+#from depthwalk.render.view.lens import SHARP_RADIUS, RAY_DENSITY, MIN_RAYS, LINEAR_BLUR
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform int samples;
 layout(location = 0) out vec4 lit;

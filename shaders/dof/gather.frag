@@ -1,7 +1,7 @@
 // Traces rays from each pixel to points of the lens. Where its own circle of confusion is wide, it takes what was gathered in
 // the picture of half the size instead, but not from pixels there that are sharp. Twin: reference/dof.py.
+#from depthwalk.render.view.lens import SHARP_RADIUS, RAY_DENSITY, LEAST_HALF, NEARLY, MIN_RAYS
 #include "dof/circle.glsl"
-#from depthwalk.render.view.lens import LEAST_HALF, NEARLY, MIN_RAYS
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile, and around it
 uniform sampler2D gathered_texture; // of `reduced`, half as wide and high

@@ -2,8 +2,8 @@
 // and Seidel 2010). Where the circle is c, a ray to the point u of the unit disc passes c·u beside the pixel. So it meets the
 // surface that has the circle c at that place. From the nearest on: what is in front hides what is behind. What includes it
 // defines `ivec2 picture_size()` and `float circle_at(ivec2)`. Twin: reference/dof.py.
+#from depthwalk.render.view.lens import SHARP_RADIUS, RAY_STRIDE, HIDDEN_WEIGHT
 #include "dof/disc.glsl"
-#from depthwalk.render.view.lens import HIDDEN_WEIGHT, RAY_STRIDE
 
 ivec2 beside(ivec2 pixel, vec2 offset) {
     return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), picture_size() - 1);
