@@ -23,6 +23,7 @@ class Representation(IntEnum):
     PARALLAX = 7  # parallax occlusion mapping of the same: linear steps and one secant, no silhouettes
     BUMP = 8  # the plane of the picture, with its normals
     DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
+    AUTO = 10  # as MESH or DPCI, whichever is quicker; what is drawn is one of these
 
     @property
     def label(self) -> str:
@@ -43,7 +44,7 @@ HEIGHT_FIELDS = (
     Representation.BUMP,
     Representation.DISPLACEMENT,
 )
-"""Rivals of the warp, for assets of one planar depth image; numbered without a gap, above all others."""
+"""Rivals of the warp, for assets of one planar depth image; numbered without a gap, above all else that is drawn."""
 
 
 @dataclass(kw_only=True)
