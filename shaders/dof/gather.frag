@@ -1,58 +1,51 @@
-// Traces rays from a pixel's point of the focal plane to points of the lens through the depth buffer, in pixels (Lee, Eisemann
-// and Seidel 2010). Where the circle of confusion is c, a ray to the point u of the unit disc passes c·u beside the pixel. So
-// it meets the surface that has the circle c at that place. From the nearest on: what is in front hides what is behind. Twin:
-// reference/dof.py.
+// Traces rays from each pixel to points of the lens. Where its own circle of confusion is wide, it takes what was gathered in
+// the picture of half the size instead, but not from pixels there that are sharp. Twin: reference/dof.py.
+#from depthwalk.render.view.lens import SHARP_RADIUS, RAY_DENSITY, LEAST_HALF, NEARLY, MIN_RAYS
 #include "dof/circle.glsl"
-#from depthwalk.render.view.lens import GOLDEN_ANGLE, SHARP_RADIUS, RAY_STRIDE, RAY_DENSITY, MIN_RAYS
 uniform sampler2D lit_texture;      // as it was, linear filter
-uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile
+uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile, and around it
+uniform sampler2D gathered_texture; // of `reduced`, half as wide and high
+uniform sampler2D circles_texture;  // of `reduce`, likewise
 uniform int tile_side;
 uniform int samples;
 layout(location = 0) out vec4 lit;
 
-ivec2 beside(ivec2 pixel, vec2 offset) {
-    return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), textureSize(depth_texture, 0) - 1);
-}
-vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
-
-// Where in the picture a ray ends, pixels. own: the circle at `pixel`, where all rays that meet nothing before it end.
-vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
-    float stride = RAY_STRIDE / max(length(lens), 0.05);
-    float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
-    float last = -2.0 * largest, deepest = last;
-    ivec2 end = pixel;
-    for (float k = -before; k <= after; ++k) {
-        float circle = own + (k < 0.0 ? (own - range.x) * k / before : (range.y - own) * k / max(after, 1.0));
-        ivec2 at = beside(pixel, circle * lens);
-        float found = circle_at(at);
-        if (found <= circle + SHARP_RADIUS && found >= last - SHARP_RADIUS) {
-            // Met since the last step, unless the ray came out from behind another surface.
-            ivec2 met = beside(pixel, found * lens);
-            if (abs(circle_at(met) - found) <= 2.0 * SHARP_RADIUS)
-                return mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0));
-        }
-        if (found > deepest) {
-            deepest = found;
-            end = at;
-        }
-        last = circle;
-    }
-    return middle_of(end);  // what it meets is hidden from the viewer: the farthest that is not
-}
+ivec2 picture_size() { return textureSize(depth_texture, 0); }
+#include "dof/rays.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec2 range = texelFetch(range_texture, pixel / tile_side, 0).xy;
+    vec4 range = texelFetch(range_texture, pixel / tile_side, 0);
+    vec2 size = vec2(picture_size());
     float own = circle_at(pixel);
     float radius = max(-range.x, own);
     if (radius < SHARP_RADIUS) discard;
-    int count = clamp(int(RAY_DENSITY * radius * radius), min(MIN_RAYS, samples), samples);
-    vec2 size = vec2(textureSize(lit_texture, 0));
-    vec4 sum = vec4(0.0);
-    for (int k = 0; k < count; ++k) {
-        float angle = float(k) * GOLDEN_ANGLE;
-        vec2 lens = sqrt((float(k) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
-        sum += textureLod(lit_texture, traced(pixel, lens, own, range) / size, 0.0);
+    if (abs(own) >= LEAST_HALF) {
+        vec2 at = 0.5 * gl_FragCoord.xy - 0.5;
+        ivec2 low = ivec2(floor(at)), last = textureSize(gathered_texture, 0) - 1;
+        vec2 part = at - vec2(low);
+        lit = vec4(0.0);
+        float total = 0.0;
+        for (int k = 0; k < 4; ++k) {
+            ivec2 corner = ivec2(k & 1, k >> 1), texel = clamp(low + corner, ivec2(0), last);
+            vec2 near = mix(1.0 - part, part, vec2(corner));
+            if (abs(texelFetch(circles_texture, texel, 0).r) < NEARLY * LEAST_HALF) continue;  // not gathered there
+            lit += near.x * near.y * texelFetch(gathered_texture, texel, 0);
+            total += near.x * near.y;
+        }
+        if (total > 0.01) {
+            lit /= total;
+            return;
+        }
     }
-    lit = sum / float(count);
+    int count = clamp(int(RAY_DENSITY * radius * radius), min(MIN_RAYS, samples), samples);
+    vec4 sum = vec4(0.0);
+    vec2 towards = vec2(inversesqrt(float(count)), 0.0);
+    float total = 0.0;
+    for (int k = 0; k < count; ++k, towards = TURN * towards) {
+        vec3 end = traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy);
+        sum += end.z * textureLod(lit_texture, end.xy / size, 0.0);
+        total += end.z;
+    }
+    lit = sum / total;
 }

@@ -32,13 +32,13 @@ def test_ranges_are_of_the_size_of_the_picture_when_tiles_are_cut_off() -> None:
 @pytest.mark.parametrize("circle", [0.0, 0.4])
 def test_what_is_in_focus_stays_as_it_is(circle: float) -> None:
     lit, circles = picture(), np.full((24, 30), circle)
-    np.testing.assert_array_equal(gather(lit, circles, ranges(circles, 8), 16), lit)
+    np.testing.assert_array_equal(gather(lit, circles, 16, tile=8), lit)
 
 
 @pytest.mark.parametrize("circle", [-3.0, 5.0])
 def test_an_even_picture_stays_even(circle: float) -> None:
     lit, circles = np.tile([0.3, 0.5, 0.7, 1.0], (24, 30, 1)), np.full((24, 30), circle)
-    assert gather(lit, circles, ranges(circles, 8), 16) == pytest.approx(lit)
+    assert gather(lit, circles, 16, tile=8) == pytest.approx(lit)
     weights = np.exp(-np.arange(7) / 3)
     weights /= weights[0] + 2 * weights[1:].sum()
     disc = RNG.uniform(-0.7, 0.7, (13, 2))
@@ -48,7 +48,7 @@ def test_an_even_picture_stays_even(circle: float) -> None:
 def test_a_blurred_point_keeps_its_light_and_spreads_over_its_circle() -> None:
     lit, circles = np.zeros((41, 41, 4)), np.full((41, 41), 6.0)
     lit[20, 20] = 1
-    out = gather(lit, circles, ranges(circles, 8), 64)[..., 0]
+    out = gather(lit, circles, 64, tile=8)[..., 0]
     y, x = np.mgrid[:41, :41] - 20
     assert out.sum() == pytest.approx(1, abs=0.05)
     assert out[np.hypot(x, y) > 6 + 1.5].max() == 0 and np.count_nonzero(out) > 60

@@ -19,8 +19,7 @@ from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.reference.dof import ranges
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.passes.dof import TILE
-from depthwalk.render.view.lens import SHARP_RADIUS, circle_radius, largest_radius
+from depthwalk.render.view.lens import SHARP_RADIUS, TILE, circle_radius, largest_radius
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 from depthwalk.scene.scene import Scene

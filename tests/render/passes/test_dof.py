@@ -11,8 +11,16 @@ from depthwalk.gpu.device import Device
 from depthwalk.quality.metrics import psnr
 from depthwalk.reference import dof as twin
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.passes.dof import TILE
-from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_radius, lens_points, lens_views
+from depthwalk.render.view.lens import (
+    DISC,
+    TILE,
+    TileClass,
+    circle_radius,
+    gaussian,
+    largest_radius,
+    lens_points,
+    lens_views,
+)
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
@@ -117,10 +125,24 @@ def test_from_all_over_the_lens_points_appear_aside_by_their_circle() -> None:
 
 def test_gather_matches_its_twin(sharp: Drawn, gathered: Drawn) -> None:
     circles, lit = gathered.limited[::-1], sharp.linear[::-1]
-    expected = twin.gather(lit, circles, twin.ranges(circles, TILE), gathered.lens.samples)[::-1]
+    expected = twin.gather(lit, circles, gathered.lens.samples)[::-1]
     difference = np.abs(gathered.linear - expected).max(-1)
     assert np.abs(gathered.linear - sharp.linear).max(-1).mean() > 0.015
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
+
+
+def test_gather_matches_its_twin_where_circles_are_wide(sharp: Drawn, library: ShapeLibrary, gl_device: Device) -> None:
+    """In tiles of all classes; and nothing shows of what the reduced pictures held before."""
+    scene = picket(max_blur=25.0, f_number=2.0, focus_distance=1.0)
+    drawn, again = Drawn(library, scene), Drawn(library, scene)
+    circles, lit = drawn.limited[::-1], sharp.linear[::-1]
+    whole = twin.Reduced(block=1, lit=lit, circles=circles, least=circles, greatest=circles)
+    classes = set(twin.tile_classes(twin.reduced(twin.reduced(whole)), TILE).flat)
+    assert classes >= set(TileClass) - {TileClass.SHARP, TileClass.QUARTER}  # the last as `HALF`, but for its size
+    expected = twin.gather(lit, circles, drawn.lens.samples)[::-1]
+    difference = np.abs(drawn.linear - expected).max(-1)
+    assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
+    assert np.array_equal(drawn.linear, again.linear)
 
 
 def test_paper_matches_its_twin(library: ShapeLibrary, sharp: Drawn) -> None:

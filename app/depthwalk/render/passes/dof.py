@@ -13,11 +13,10 @@ import numpy as np
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.lens_gather import LensGather
 from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_radius, lens_views
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import DofParams
-
-TILE = 16  # pixels along a tile of the picture, of which the range of circles is found first
 
 
 class DofPass(Pass[DofParams]):
@@ -30,9 +29,9 @@ class DofPass(Pass[DofParams]):
     def setup(self, gl: Scope) -> None:
         """Create the programs, which `gl` owns."""
         self._programs = {
-            name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag")
-            for name in ("tiles", "spread", "gather", "blur", "paper", "scaled")
+            name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag") for name in ("blur", "paper", "scaled")
         }
+        self._gather = LensGather(gl)
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -40,6 +39,7 @@ class DofPass(Pass[DofParams]):
         for texture, framebuffer in self._pictures.values():
             self.gl.free(framebuffer, texture)
         self._pictures.clear()
+        self._gather.release()
 
     def views(self, view: View, params: DofParams) -> Iterable[View]:
         """Return the views from points all over the lens if the mode of `params` is `accumulate`, else `view` alone."""
@@ -55,21 +55,9 @@ class DofPass(Pass[DofParams]):
             case "paper":
                 self._draw_paper(frame, params)
             case "gather":
-                self._draw_gather(frame, params)
+                self._gather.draw(frame.targets, params.samples, _circles(frame, params))
             case "accumulate":
                 self._add(frame)
-
-    def _draw_gather(self, frame: Frame, params: DofParams) -> None:
-        targets, circles = frame.targets, _circles(frame, params)
-        tiles = -(-targets.size[0] // TILE), -(-targets.size[1] // TILE)
-        targets.depth.use(0)
-        extremes = self._run("tiles", "tiles", tiles, 2, tile_side=TILE, **circles)
-        extremes.use(1)
-        spread = {"tile_texture": 1, "tile_side": TILE, "largest": circles["largest"]}
-        self._run("spread", "spread", tiles, 2, **spread).use(1)
-        targets.lit_before().use(2)
-        sizes = {"tile_side": TILE, "samples": params.samples}
-        self._fill(targets.lit, "gather", range_texture=1, lit_texture=2, **sizes, **circles)
 
     def _draw_paper(self, frame: Frame, params: DofParams) -> None:
         targets, circles = frame.targets, _circles(frame, params)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +20,35 @@ DISC = (
 )
 DISC_POINTS = len(DISC)
 GAUSSIAN_RADIUS = 6  # taps of the kernel beside its middle one
+TILE = 16  # pixels along a tile of the picture, whose circles are found together
 # Of rays through the depth buffer (`gather`):
 SHARP_RADIUS = 0.5  # pixels: a radius that reaches no other pixel's middle
 RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
-RAY_DENSITY = 1.0  # rays per square of the radius
-MIN_RAYS = 16  # rays of a pixel
+RAY_DENSITY = 0.5  # rays per square of the radius, of the whole picture
+MIN_RAYS = 8  # rays of a pixel of it
+HIDDEN_WEIGHT = 1e-3  # of a ray that meets what nobody sees: only where all do, they count
+LEAST_HALF = 7.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
+LEAST_QUARTER = 10.0  # pixels: from here on in one a quarter as wide and high
+NEARLY = 0.75  # of `LEAST_HALF`: circles that a reduced picture still gathers for its neighbours
+REDUCED_RAYS = 16  # traced rays of a pixel of reduced pictures
+EVEN_RAYS = 20  # points of the lens there, where no ray needs to be traced
+MIP_RADIUS = 6.0  # pixels of the reduced picture: the radius from which on its first mip-map is averaged
+HIGHEST_MIP = 2
+LINEAR_BLUR = 2 / 3  # radius², pixels, of the disc that blurs as linear filtering does: 4 variances of a tent
+EVEN = 0.2  # how far neighbours' circles may differ, relative to the least around, where no ray needs to be traced
+LEAST_STEP = 1.0  # pixels that they may always differ by
+
+
+class TileClass(IntEnum):
+    """Name how a tile of the picture is gathered; several are asked for together as bits."""
+
+    SHARP = 0  # it stays as it is
+    EVEN = 1
+    MIXED = 2
+    HALF_EVEN = 4
+    HALF = 8
+    QUARTER_EVEN = 16
+    QUARTER = 32
 
 
 def lens_radius(lens: DofParams) -> float:
