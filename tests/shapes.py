@@ -257,6 +257,10 @@ class ShapeLibrary:
             self._clusters[asset] = None if mesh is None else build_clusters(mesh)
         return self._clusters[asset]
 
+    def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
+        mesh = self._meshes[asset]
+        return None if mesh is None else capture_views(mesh, params)
+
     def forget_mesh(self, asset: int) -> None:
         """It stays."""
 

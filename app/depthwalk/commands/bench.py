@@ -60,7 +60,7 @@ def main(
             "--representation",
             metavar="R,...",
             help="Representations to compare: scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh; of reliefs also "
-            "relief, distance, parallax, bump, displacement.",
+            "relief, distance, parallax, bump, displacement; of meshes octahedral, billboard.",
         ),
     ] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,

@@ -58,8 +58,8 @@ class RepresentationName(StrEnum):
     """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
 
     `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes,
-    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own. The
-    others draw reliefs as height fields.
+    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own.
+    `octahedral` and `billboard` draw pictures of meshes. The others draw reliefs as height fields.
     """
 
     SCENE = "scene"
@@ -73,6 +73,8 @@ class RepresentationName(StrEnum):
     PARALLAX = "parallax"
     BUMP = "bump"
     DISPLACEMENT = "displacement"
+    OCTAHEDRAL = "octahedral"
+    BILLBOARD = "billboard"
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
@@ -94,7 +96,8 @@ RepresentationOption = Annotated[
         "--representation",
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
         "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
-        "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); "
+        "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); meshes "
+        "also by pictures from many directions, three of them blended (octahedral) or one at a time (billboard); "
         "scene: as the scene file says, with meshes in place of depth images near by.",
     ),
 ]

@@ -49,6 +49,8 @@ RepresentationName = Literal[
     "parallax",
     "bump",
     "displacement",
+    "octahedral",
+    "billboard",
 ]
 BakeMethod = Literal["raycast", "six-view", "paper"]
 Coordinates = Literal["auto", "never"]

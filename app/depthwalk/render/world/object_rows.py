@@ -9,7 +9,7 @@ from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.world.stand_ins import StandIns
-from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.arrays import OF_MESH, Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Ints
 
@@ -86,7 +86,7 @@ def _rows(
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
     """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
     representation, stand_ins = asked_for(objects, library, forced), stand_ins or StandIns.none(len(library))
-    imaged = ~np.isin(representation, MESHES)
+    imaged = ~np.isin(representation, OF_MESH)
     waiting = imaged & ~stand_ins.ready[objects.asset]
     representation[waiting] = stand_ins.representation[objects.asset[waiting]]
     imaged &= ~waiting
