@@ -15,6 +15,8 @@ from tools.make_models.model import Model, vertex_normals
 
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.baker import bake_object
+from depthwalk.bake.capture import capture_views
+from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.division import Cell, part_faces
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.levels import mesh_levels

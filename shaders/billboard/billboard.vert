@@ -6,6 +6,7 @@ uniform sampler2DArray colour_views;
 
 flat out vec4 rotation;
 flat out float level;
+flat out uint row;
 flat out float layer;
 flat out vec3 viewer;           // frame of the rectangle: right, up and toward the viewer, 1 is the radius of the sphere
 PER_SAMPLE out vec3 ray;        // from the viewer into the picture, the same frame
@@ -16,7 +17,8 @@ void main() {
     vec3 from_middle = viewer_from_middle();
     vec3 corner = rectangle_corner(from_middle, gl_VertexID);
     rotation = in_rotation;
-    level = view_level(in_scale * length(from_middle), float(textureSize(colour_views, 0).x) / in_scale);
+    row = uint(in_row + 0.5);
+    level = view_level(from_middle, textureSize(colour_views, 0).x);
     gl_Position = clip_from_ray(corner);
     float azimuth = atan(from_middle.x, from_middle.z) / TURN;
     layer = mod(floor(azimuth * float(VIEWS) + 0.5), float(VIEWS));

@@ -5,6 +5,7 @@
 in vec3 in_origin;      // of the object, world, relative to the viewer
 in vec4 in_rotation;
 in float in_scale;
+in float in_row;        // number of the object's row
 
 uniform vec3 box_centre;        // metres, object frame; the middle of all views, too
 uniform vec3 box_half_size;
@@ -26,10 +27,10 @@ vec3 viewer_from_middle() { return -rotate_back(in_rotation, in_origin) / in_sca
 
 vec4 clip_from_ray(vec3 ray) { return clip_from_eye * vec4(in_scale * rotate(in_rotation, ray), 1.0); }
 
-// As large as texels of a view of so many on a side are on the screen at most, as a level of the mip-maps.
-float view_level(float distance, float texels) {
-    float pixel = pixel_angle * distance * texels / (2.0 * sphere_radius);   // texels that a pixel covers
-    return log2(max(pixel, 1e-6));
+// The level of the mip-maps whose texels are about as large as pixels. texels: on a side of a view.
+float view_level(vec3 viewer, int texels) {
+    float covered = pixel_angle * length(viewer) * float(texels) / (2.0 * sphere_radius);   // texels, by a pixel
+    return log2(max(covered, 1e-6));
 }
 
 // A corner of the least rectangle, at right angles to the view axis of the object and in front of all of its box, in which

@@ -11,6 +11,7 @@ uniform float shininess;
 
 flat in vec4 rotation;
 flat in float level;
+flat in uint row;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
@@ -41,7 +42,7 @@ ViewTexel view_texel(vec2 at, float layer) {
 void write_surface(vec3 colour, vec3 normal, float part) {
     out_albedo = vec4(colour, specular);
     out_surface = encode_surface(normalize(rotate(rotation, normal)), shininess);
-    visibility = NO_OBJECT;
+    visibility = captured_visibility(row);
     float inverse = gl_FragCoord.w / part;
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding
 }

@@ -1,5 +1,6 @@
-// Blends three captured views of an object, each shifted once by its own depth (Brucks 2018, "Octahedral impostors"). Twin:
+// Blends three captured views of an object, each shifted by its own depth (Brucks 2018, "Octahedral impostors"). Twin:
 // reference/octahedral.py.
+// STEPS: how often each view is shifted; published: 1.
 #include "common/captured_views.glsl"
 
 flat in vec3 weight;
@@ -14,9 +15,8 @@ vec3 colour = vec3(0.0), normal = vec3(0.0);
 
 // Follows the ray to the plane of a view, looks up how far before or behind it the surface is, and follows the ray to there.
 void add_view(vec3 viewer, vec3 ray, float number, float share) {
-    float to_plane = -viewer.z / ray.z;
-    float height = height_in(viewer.xy + to_plane * ray.xy, number);
-    vec2 at = viewer.xy + (height - viewer.z) / ray.z * ray.xy;
+    vec2 at = viewer.xy - viewer.z / ray.z * ray.xy;
+    for (int k = 0; k < STEPS; ++k) at = viewer.xy + (height_in(at, number) - viewer.z) / ray.z * ray.xy;
     ViewTexel texel = view_texel(at, number);
     share *= texel.coverage;
     coverage += share;

@@ -7,6 +7,7 @@ uniform sampler2DArray colour_views;
 
 flat out vec4 rotation;
 flat out float level;
+flat out uint row;
 flat out vec3 weight;
 flat out vec3 layer;            // of each view
 // The viewer and the ray to the rectangle, in the frame of each view: right, up and toward it, 1 is the radius of the sphere.
@@ -49,7 +50,8 @@ void main() {
     vec3 viewer = viewer_from_middle();
     vec3 ray = rectangle_corner(viewer, gl_VertexID);
     rotation = in_rotation;
-    level = view_level(in_scale * length(viewer), float(textureSize(colour_views, 0).x) / in_scale);
+    row = uint(in_row + 0.5);
+    level = view_level(viewer, textureSize(colour_views, 0).x);
     gl_Position = clip_from_ray(ray);
 
     vec2 grid = (square_from_direction(normalize(viewer)) * 0.5 + 0.5) * float(VIEWS - 1);

@@ -79,4 +79,4 @@ def _dilated(texels: NDArray[np.float64], solid: NDArray[np.bool_]) -> NDArray[n
     if not solid.any():
         return texels
     row, column = distance_transform_edt(~solid, return_distances=False, return_indices=True)
-    return texels[row, column]
+    return np.asarray(texels[row, column])

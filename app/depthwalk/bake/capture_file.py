@@ -1,6 +1,7 @@
 """Keep captured views in the user's cache folder, found by their key, as NumPy archives."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -61,14 +62,12 @@ def _read(path: Path, params: CaptureParams) -> CapturedViews:
     picture = params.views, params.resolution, params.resolution, 4
     shapes = {"centre": (3,), "half_size": (3,), "colour": picture, "surface": picture, **dict.fromkeys(_NUMBERS, ())}
     for name, shape in shapes.items():
-        values = stored[name]
-        kind = "u1" if len(shape) == 4 else "f"
-        if values.shape != shape or not (values.dtype == np.uint8 if kind == "u1" else values.dtype.kind == "f"):
-            raise ValueError(f"{name} are {values.dtype} of {values.shape}")
-        if kind == "f" and not np.isfinite(values).all():
+        found, kind = stored[name], "u" if len(shape) == 4 else "f"
+        if found.shape != shape or found.dtype.kind != kind or (kind == "u" and found.itemsize != 1):
+            raise ValueError(f"{name} are {found.dtype} of {found.shape}")
+        if kind == "f" and not np.isfinite(found).all():
             raise ValueError(f"{name} hold what is no finite number")
     if stored["radius"] <= 0 or (stored["half_size"] < 0).any():
         raise ValueError("its bounds are empty")
-    arrays = {name: stored[name] for name in _ARRAYS}
-    numbers = {name: float(stored[name]) for name in _NUMBERS}
-    return CapturedViews(**arrays, **numbers)
+    values: dict[str, Any] = {name: stored[name] for name in _ARRAYS}
+    return CapturedViews(**values, **{name: float(stored[name]) for name in _NUMBERS})

@@ -12,6 +12,9 @@ CAPTURE_VERSION = 1
 """What capturing yields for the same parameters: to be raised where it changes."""
 
 
+Directions = Literal["sphere", "hemisphere", "azimuths"]
+
+
 @dataclass(frozen=True, kw_only=True)
 class CaptureParams:
     """Say from where an object is captured, and how finely.
@@ -26,7 +29,7 @@ class CaptureParams:
         Width and height of each picture, texels.
     """
 
-    directions: Literal["sphere", "hemisphere", "azimuths"]
+    directions: Directions
     count: int
     resolution: int
 

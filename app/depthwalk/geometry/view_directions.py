@@ -36,7 +36,7 @@ def square_from_direction(direction: Array, hemisphere: bool) -> NDArray[np.floa
     if hemisphere:
         return np.stack([p[:, 0] + p[:, 1], p[:, 0] - p[:, 1]], -1)
     folded = (1 - np.abs(p[:, ::-1])) * np.where(p < 0, -1.0, 1.0)
-    return np.where(upward[:, None] < 0, folded, p)
+    return np.asarray(np.where(upward[:, None] < 0, folded, p))
 
 
 def direction_from_square(square: Array, hemisphere: bool) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.resources.placed_records import CAPTURED_RECORD
 from depthwalk.scene.arrays import Representation
 
 P = TypeVar("P", bound=Params)
@@ -40,11 +40,15 @@ class CapturedViewPass(Pass[P]):
         """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         shaders = f"{self.name}/{self.name}.vert", f"{self.name}/{self.name}.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
-        self._instances = InstanceStream(gl, PLACED_RECORD)
+        self._instances = InstanceStream(gl, CAPTURED_RECORD)
 
     @abstractmethod
     def capture(self, params: P) -> CaptureParams:
         """Return how the views are captured that `params` ask for."""
+
+    def defines(self, params: P) -> tuple[str, ...]:
+        """Return the defines by which further `params` become constants of the shader; by default none."""
+        return ()
 
     def draw(self, frame: Frame, params: P) -> None:
         """Draw what `frame` shows in this representation into albedo, normals, visibility and depth.
@@ -54,7 +58,11 @@ class CapturedViewPass(Pass[P]):
         drawn = frame.plan.captured[self.representation]
         self._instances.upload(drawn.records)
         capture = self.capture(params)
-        defines = (f"VIEWS={capture.count}", *(("HEMISPHERE",) if capture.directions == "hemisphere" else ()))
+        defines = (
+            f"VIEWS={capture.count}",
+            *self.defines(params),
+            *(("HEMISPHERE",) if capture.directions == "hemisphere" else ()),
+        )
         program = self._programs[*defines, *frame.targets.defines]
         # Unclamped, the rectangle may be nearer than the near plane while the surface behind it is not.
         with self.gl.state(into=frame.targets.polygons, depth_test=LESS, direct=(DEPTH_CLAMP,)):

@@ -144,8 +144,13 @@ class OctahedralParams(Params):
         le=16,
     )
     resolution: int = param(
-        170, "Width and height of each picture; views² · resolution² · 10.7 bytes for an asset", unit="texels", ge=8, le=256
+        170,
+        "Width and height of each picture; views² · resolution² · 10.7 bytes for an asset",
+        unit="texels",
+        ge=8,
+        le=256,
     )
+    parallax_steps: int = param(1, "Times that each picture is shifted by its depth along the view ray", ge=0, le=8)
     hemisphere: bool = param(
         False, "Capture from above the horizon only; who looks from below then sees the views from the horizon"
     )

@@ -186,7 +186,7 @@ class FrameDrawLists:
         by `dmesh`, be it asked for or not.
     height_fields : planar depth images drawn by another of `scene.arrays.HEIGHT_FIELDS`, with
         `placed_records.PLACED_RECORD`; only those representations that draw anything.
-    captured : meshes drawn by one of `scene.arrays.CAPTURED`, with `placed_records.PLACED_RECORD`; only those
+    captured : meshes drawn by one of `scene.arrays.CAPTURED`, with `placed_records.CAPTURED_RECORD`; only those
         representations that draw anything.
     first_object_id : the number that passes write for the first of the `object_rows`; 0 stands for no object.
     """

@@ -20,7 +20,7 @@ from depthwalk.render.impostors.warp_planes import nearest_faces
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.selection import levels_within
-from depthwalk.render.resources.placed_records import PLACED_RECORD, placed_records
+from depthwalk.render.resources.placed_records import PLACED_RECORD, captured_records, placed_records
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
@@ -28,8 +28,8 @@ from depthwalk.scene.arrays import CAPTURED, Objects, Representation
 from depthwalk.scene.render_settings import LodParams, MeshLodParams
 from depthwalk.types import Array, Mask, Rows
 
-# Distance over the radius of an object's bounding sphere from which on captured views show it: no corner of a box is
-# farther from its middle than √3 times the farthest point in it that touches a face.
+# Captured views show an object from so many radii of its bounding sphere on. Nearer, a viewer might be within its box,
+# whose corners are at most √3 radii from the middle.
 _CAPTURED_FROM = 1.75
 _NO_WARP, _NOT_PLACED = np.zeros(0, WARP_RECORD), np.zeros(0, PLACED_RECORD)
 
@@ -267,7 +267,7 @@ def _captured_lists(
     for number in np.unique(kind).tolist():
         of_kind = (kind == number).nonzero()[0]
         order = of_kind[np.argsort(asset[of_kind], kind="stable")]
-        records = placed_records(view.position, objects.take(rows[order]))
+        records = captured_records(view.position, objects, rows[order])
         lists[Representation(number)] = DrawList(records=records, batches=draw_batches(table, asset[order]))
     return near, lists
 
