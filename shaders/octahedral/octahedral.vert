@@ -57,10 +57,19 @@ void main() {
     vec2 grid = (square_from_direction(normalize(viewer)) * 0.5 + 0.5) * float(VIEWS - 1);
     ivec2 cell = clamp(ivec2(floor(grid)), ivec2(0), ivec2(VIEWS - 2));
     vec2 within = grid - vec2(cell);
-    bool lower = within.x > within.y;   // which triangle of the cell
-    ivec2 side = lower ? ivec2(1, 0) : ivec2(0, 1);
+    ivec2 opposite = ivec2(1);  // corner, from the first one
+#ifndef HEMISPHERE
+    // Cells are divided into triangles along the fold, so that all three views are of one face of the octahedron.
+    ivec2 centre = 2 * cell + 2 - VIEWS;
+    if (centre.x * centre.y > 0) {
+        within.x = 1.0 - within.x;
+        cell.x += 1;
+        opposite.x = -1;
+    }
+#endif
+    ivec2 side = opposite * (within.x > within.y ? ivec2(1, 0) : ivec2(0, 1));
     weight = vec3(1.0 - max(within.x, within.y), abs(within.x - within.y), min(within.x, within.y));
-    layer = vec3(layer_of(cell), layer_of(cell + side), layer_of(cell + 1));
+    layer = vec3(layer_of(cell), layer_of(cell + side), layer_of(cell + opposite));
     vec3 scaled = viewer / sphere_radius, towards = ray / sphere_radius;
     mat3 axes = view_axes(cell);
     viewer_0 = scaled * axes;
@@ -68,7 +77,7 @@ void main() {
     axes = view_axes(cell + side);
     viewer_1 = scaled * axes;
     ray_1 = towards * axes;
-    axes = view_axes(cell + 1);
+    axes = view_axes(cell + opposite);
     viewer_2 = scaled * axes;
     ray_2 = towards * axes;
 }

@@ -24,7 +24,7 @@ class CountingRenderer:
 
     def count(self) -> Rows:
         self.read.append(self.frame)
-        return np.array([3, 0, 1, 0])
+        return np.array([3, 0, 1, 0, 0])
 
 
 def test_an_answer_is_read_later_and_asked_for_once_a_second() -> None:

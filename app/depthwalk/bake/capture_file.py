@@ -70,4 +70,5 @@ def _read(path: Path, params: CaptureParams) -> CapturedViews:
     if stored["radius"] <= 0 or (stored["half_size"] < 0).any():
         raise ValueError("its bounds are empty")
     values: dict[str, Any] = {name: stored[name] for name in _ARRAYS}
-    return CapturedViews(**values, **{name: float(stored[name]) for name in _NUMBERS})
+    values |= {name: float(stored[name]) for name in _NUMBERS}
+    return CapturedViews(**values)

@@ -97,7 +97,7 @@ RepresentationOption = Annotated[
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
         "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
         "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); "
-        "meshes also by pictures from many directions, three of them blended (octahedral) or one at a time (billboard); "
+        "meshes also by pictures from many directions, three of them blended (octahedral) or one alone (billboard); "
         "scene: as the scene file says, with meshes in place of depth images near by.",
     ),
 ]

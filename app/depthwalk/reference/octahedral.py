@@ -1,6 +1,6 @@
 """Draw an octahedral impostor ray by ray in NumPy: the twin of shaders/octahedral.
 
-Brucks 2018, "Octahedral impostors". Views are looked up at the nearest texel of the finest mip-map.
+Brucks 2018, "Octahedral impostors". Views are looked up in the finest mip-map.
 """
 
 import numpy as np
@@ -31,8 +31,11 @@ def blended_views(direction: Array, params: CaptureParams) -> tuple[NDArray[np.i
     grid = (square * 0.5 + 0.5) * last
     cell = np.clip(np.floor(grid).astype(int), 0, last - 1)
     x, y = grid - cell
-    side = cell + ((1, 0) if x > y else (0, 1))
-    corners = np.stack([cell, side, cell + 1])
+    opposite = np.array([1, 1])
+    if params.directions == "sphere" and np.prod(2 * cell + 1 - last) > 0:  # along the fold, see the shader
+        x, cell, opposite = 1 - x, cell + (1, 0), np.array([-1, 1])
+    side = opposite * ((1, 0) if x > y else (0, 1))
+    corners = np.stack([cell, cell + side, cell + opposite])
     return corners @ [1, params.count], np.array([1 - max(x, y), abs(x - y), min(x, y)])
 
 
@@ -64,12 +67,11 @@ def first_hits(
     coverage, part = np.zeros((2, len(rays)))
     for number, weight, axes in zip(numbers, weights, view_axes(params.unit_vectors()[numbers]), strict=True):
         eye, ray = from_middle @ axes.T / views.radius, rays @ axes.T / views.radius
-        height = np.zeros(len(rays))
+        height: Array = np.zeros(len(rays))
         for _ in range(steps):
             height = _height(views, number, _place(eye, ray, height))
         at = _place(eye, ray, height)
-        row, column = _texel(at, params.resolution)
-        share = weight * views.colour[number, row, column, 3] / 255 * (np.abs(at).max(1) < 1)
+        share = weight * _bilinear(views.colour[number, ..., 3], at) * (np.abs(at).max(1) < 1)
         coverage += share
         part += share * (_height(views, number, at) - eye[2]) / ray[:, 2]
     return np.where(coverage >= 0.5, part / np.maximum(coverage, 1e-9), np.nan)
@@ -81,10 +83,16 @@ def _place(eye: Array, ray: Array, height: Array) -> Array:
 
 
 def _height(views: CapturedViews, number: int, at: Array) -> Array:
-    row, column = _texel(at, views.colour.shape[1])
-    return np.asarray(1 - 2 * views.surface[number, row, column, 3] / 255)
+    """Return how high (n,) the surface is above a view's middle at places (n, 2), −1 to 1."""
+    return 1 - 2 * _bilinear(views.surface[number, ..., 3], at)
 
 
-def _texel(at: Array, side: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    column, row = np.clip(np.floor((at * 0.5 + 0.5) * side).astype(int), 0, side - 1).T
-    return row, column
+def _bilinear(texels: NDArray[np.uint8], at: Array) -> Array:
+    """Return values (n,) from 0 to 1 of texels (H, H) at places (n, 2), −1 to 1, clamped at the edges."""
+    last = len(texels) - 1
+    place = np.clip((at * 0.5 + 0.5) * len(texels) - 0.5, 0, last)
+    low = np.minimum(np.floor(place).astype(int), last - 1)
+    (x, y), (column, row) = (place - low).T, low.T
+    lower = texels[row, column] * (1 - x) + texels[row, column + 1] * x
+    upper = texels[row + 1, column] * (1 - x) + texels[row + 1, column + 1] * x
+    return np.asarray((lower * (1 - y) + upper * y) / 255)

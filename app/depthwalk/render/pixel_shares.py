@@ -98,7 +98,7 @@ def count_kinds(numbers: NDArray[np.uint32], drawn_as: NDArray[np.uint8]) -> Int
 
     Parameters
     ----------
-    numbers : (n,) what each pixel shows: a depth-image object, counted from 1; `POLYGON`; `CAPTURED_VIEW`; or 0, no object.
+    numbers : (n,) what each pixel shows: a depth-image object, counted from 1; `POLYGON`; `CAPTURED_VIEW`; 0, nothing.
     drawn_as : (d,) the representation of each depth-image object, see `FrameDrawLists.drawn_as`.
 
     Returns
