@@ -33,7 +33,7 @@ def blended_views(direction: Array, params: CaptureParams) -> tuple[NDArray[np.i
     x, y = grid - cell
     opposite = np.array([1, 1])
     if params.directions == "sphere" and np.prod(2 * cell + 1 - last) > 0:  # along the fold, see the shader
-        x, cell, opposite = 1 - x, cell + (1, 0), np.array([-1, 1])
+        x, cell, opposite = 1 - x, cell + np.array([1, 0]), np.array([-1, 1])
     side = opposite * ((1, 0) if x > y else (0, 1))
     corners = np.stack([cell, cell + side, cell + opposite])
     return corners @ [1, params.count], np.array([1 - max(x, y), abs(x - y), min(x, y)])

@@ -9,6 +9,7 @@ from depthwalk.bake.capture import capture_views
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.geometry.view_directions import azimuth_directions, octahedral_directions
 from depthwalk.gpu.device import Device
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.reference.octahedral import blended_views, first_hits
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import CAPTURED, Camera, Representation
@@ -30,7 +31,7 @@ def library() -> ShapeLibrary:
     return ShapeLibrary([table, _ball()], [None, None])
 
 
-def _ball():  # type: ignore[no-untyped-def]
+def _ball() -> Mesh:
     return sphere(0.3, 48, 24)
 
 
@@ -84,7 +85,7 @@ def test_the_shader_does_what_its_twin_does(gl_device: Device) -> None:
     twin = first_hits(_views(params), params, np.asarray(view.position), screen @ view.ray_from_screen.T)
     twin = np.where(np.isnan(twin), np.inf, twin).reshape(SIZE[::-1])
     found = distance_of(gl_device, OCTAHEDRAL, view)
-    assert max(parts_off(found, twin, 0.005)) < 0.01
+    assert max(parts_off(found, twin, 0.005)) < 0.02  # drivers filter with 8 bits
 
 
 @cache
