@@ -13,13 +13,13 @@ import math
 import statistics
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from tools.rivals import WARM, picture, ratio, time_ways
+from tools.rivals import WARM, Times, picture, ratio, time_ways
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.equal import SUPERSAMPLING, supersampled
@@ -93,7 +93,7 @@ def cameras_at(metres: float, frames: int) -> list[Camera]:
 
 
 def equal_resolution(library: SceneLibrary, views: int) -> tuple[int, int]:
-    """Return the texels on a side of as many octahedral views as fit the bytes of an asset's depth images, and these."""
+    """Return how many texels a side octahedral views have that fit the bytes of an asset's depth images, and these."""
     size = sum(part.bytes for part in library.cooked(0, CookOptions()))
     return min(max(int(math.sqrt(size / _TEXEL_BYTES) / views), 8), 256), size
 
@@ -124,7 +124,13 @@ def measure(mesh: Path, up: str, size: tuple[int, int], frames: int, views: int)
                 print_place(place, drawn, times, cameras[:: max(frames // 2, 1)], truth)
 
 
-def print_place(place, drawn, times, cameras, truth) -> None:  # type: ignore[no-untyped-def]
+def print_place(
+    place: str,
+    drawn: Mapping[str, HeadlessRenderer],
+    times: Mapping[str, Times],
+    cameras: Sequence[Camera],
+    truth: HeadlessRenderer,
+) -> None:
     """Print the rows of one place."""
     true = supersampled(truth, cameras)
     base = times["dpci"]
