@@ -62,9 +62,6 @@ def ways(resolution: int) -> dict[str, Way]:
     drawn = Representation.OCTAHEDRAL, ("octahedral",)
     return {
         "dpci": Way(Representation.DPCI, ("warp", "composite", "material_resolve")),
-        "dpci, warped anew": Way(
-            Representation.DPCI, ("warp", "composite", "material_resolve"), ", warp: {reuse_error: 0}"
-        ),
         "octahedral": Way(*drawn, f", octahedral: {{{octahedral}}}"),
         "octahedral, hemisphere": Way(*drawn, f", octahedral: {{{octahedral}, hemisphere: true}}"),
         "octahedral, 3 steps": Way(*drawn, f", octahedral: {{{octahedral}, parallax_steps: 3}}"),

@@ -30,6 +30,8 @@ def test_labels_are_those_of_scene_files() -> None:
         "parallax",
         "bump",
         "displacement",
+        "octahedral",
+        "billboard",
     ]
 
 
