@@ -1,4 +1,5 @@
-// Shows a captured view on an upright plane through the object's middle, and gives the pixel that plane's depth.
+// Shows a captured view on an upright plane through the object's middle, and gives the pixel the depth that the view has there
+// (Schaufler 1997, "Nailboards"): on the plane itself it would lie in the object's own shadow.
 #include "common/captured_views.glsl"
 
 flat in float layer;
@@ -9,5 +10,5 @@ void main() {
     float part = -viewer.z / ray.z;
     ViewTexel texel = view_texel(viewer.xy + part * ray.xy, layer);
     if (texel.coverage < 0.5 || ray.z >= 0.0) discard;
-    write_surface(texel.colour, texel.normal, part);
+    write_surface(texel.colour, texel.normal, (texel.height - viewer.z) / ray.z);
 }

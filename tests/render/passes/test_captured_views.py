@@ -5,14 +5,18 @@ from functools import cache
 import numpy as np
 import pytest
 
+from depthwalk.api.object_ids import object_ids
 from depthwalk.bake.capture import capture_views
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.geometry.view_directions import azimuth_directions, octahedral_directions
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.reference.octahedral import blended_views, first_hits
+from depthwalk.render.passes import default_passes
+from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import CAPTURED, Camera, Representation
+from depthwalk.scene.environment import GroundParams
 from depthwalk.types import Array
 from fields import parts_off, picture_distance
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
@@ -59,11 +63,11 @@ def test_octahedral_views_are_the_mesh_from_their_directions(gl_device: Device, 
 
 
 @pytest.mark.parametrize("number", [0, 3])
-def test_billboards_have_the_outline_of_the_mesh_from_their_directions(gl_device: Device, number: int) -> None:
+def test_billboards_are_the_mesh_from_their_directions(gl_device: Device, number: int) -> None:
     view = view_from(azimuth_directions(8)[number], 60.0)
     found, true = (distance_of(gl_device, kind, view) for kind in (BILLBOARD, Representation.MESH))
-    assert parts_off(found, true, 0.0)[1] < 0.06
-    assert np.ptp(found[np.isfinite(found)]) < 0.05  # flat
+    depths, silhouette = parts_off(found, true, 2 * DEPTH_STEP)
+    assert silhouette < 0.06 and depths < 0.05
 
 
 def test_between_the_views_the_picture_is_off(gl_device: Device) -> None:
@@ -144,3 +148,36 @@ def test_pixels_that_are_drawn_flat_are_those_of_the_object(gl_device: Device) -
     view = view_from(np.array([0.0, 1.0, 0.001]), 6.0)
     assert np.isinf(distance_of(gl_device, BILLBOARD, view)).mean() > 0.99
     assert np.isfinite(distance_of(gl_device, OCTAHEDRAL, view)).mean() > 0.05
+
+
+@pytest.mark.parametrize("representation", CAPTURED)
+def test_their_pixels_tell_which_object_they_show(gl_device: Device, representation: Representation) -> None:
+    """Two of them and a mesh, each to the left of the next."""
+    scene = scene_of((1, (-1, 0, 0), 0.0, 1.0), (1, (0, 0, 0), 0.0, 1.0), (1, (1, 0, 0), 0.0, 1.0))
+    scene.objects.representation[:] = representation, representation, Representation.MESH
+    set_all(scene.render, SETTINGS)
+    ids = ObjectIdPass()
+    with OnScreen(gl_device, scene, library(), passes=[*default_passes(), ids]) as stage:
+        ids.requested = True
+        stage.draw(view_from(np.array([0.0, 0.0, 1.0]), 6.0))
+        found = object_ids(stage.renderer, ids, scene.objects)
+    middles = [np.nonzero(found == number)[1].mean() for number in range(3)]
+    assert middles[0] < middles[1] - 40 < middles[2] - 80
+    assert min((found == number).sum() for number in range(3)) > 500
+
+
+@pytest.mark.parametrize("representation", CAPTURED)
+def test_their_shadow_is_the_mesh_s(gl_device: Device, representation: Representation) -> None:
+    lit = []
+    for kind in (representation, Representation.MESH_LOD):
+        scene = scene_of((1, (0, 1, 0), 0.0, 1.0), representation=kind, ground=GroundParams())
+        set_all(scene.render, SETTINGS | {"shadows.enabled": True})
+        with OnScreen(gl_device, scene, library()) as stage:
+            stage.renderer.keeps = frozenset({"shadow"})
+            stage.draw(view_from(np.array([0.0, 0.6, 0.8]), 8.0))
+            assert stage.renderer.targets is not None
+            lit.append(np.frombuffer(stage.renderer.targets.shadow_texture.read(alignment=1), np.uint8))
+            depth = np.frombuffer(stage.renderer.targets.depth.read(alignment=1), np.float32)
+        lit[-1] = np.where(depth < 1, lit[-1], 255)
+    dark = [picture < 128 for picture in lit]
+    assert dark[1].sum() > 200 and (dark[0] != dark[1]).sum() < 0.3 * dark[1].sum()

@@ -1,7 +1,7 @@
 """Draw billboards: of the views captured all around, the nearest, on an upright rectangle that faces the viewer.
 
-Rohlf and Helman 1994, "IRIS Performer": axial billboards, the cheapest of all. They are flat, and know no view from
-above.
+Rohlf and Helman 1994, "IRIS Performer": axial billboards, the cheapest of all, which know no view from above. Pixels
+have the depth of the view (Schaufler 1997, "Nailboards"), though they are looked up on a plane.
 """
 
 from depthwalk.bake.captured_views import CaptureParams
