@@ -78,7 +78,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     border = border && lod == 0.0;                  // means of depths tell nothing
     if (face == FACE_SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
-    vec4 albedo = page_colour(place);
+    vec4 albedo;
     Around around = texels_around(place.xy);
     vec3 normal;
     if (covered < 1.0 || border) {
@@ -92,6 +92,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     } else {
         normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;
     }
+    if (!border) albedo = page_colour(place);
     normal /= max(length(normal), 1e-6);
     vec3 colour = albedo.rgb * albedo.rgb;
 #ifdef COORDINATES

@@ -34,9 +34,8 @@ float inverse_distance(out ivec2 nearest, out float uncovered) {
 #ifdef ALIGNED
     uncovered = 0.0;
     nearest = ivec2(gl_FragCoord.xy) + texel_from_pixel;
-    vec4 before = four_depths(nearest - 1), after = four_depths(nearest);
-    float stored = after.w;
-    if (stored == 1.0 && objects == 1u) stored = across_crack(nearest, nearest, before, after, nearest);
+    float stored = texelFetch(atlas_depth, nearest, 0).r;
+    if (stored == 1.0 && objects == 1u) stored = across_crack(nearest, nearest, nearest);
     return (1.0 - stored) / nearest_distance;
 #else
     vec3 at = surface_texel();

@@ -8,6 +8,7 @@
 #from depthwalk.render.reprojection import CELL
 #from depthwalk.render.reprojection import FIXED_POINT_STEPS
 #from depthwalk.render.reprojection import HIDDEN
+#from depthwalk.render.reprojection import REFLECTED
 uniform sampler2D picture;      // sRGB
 uniform sampler2D distances;    // metres ahead, negative beside what is nearer
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
@@ -30,8 +31,13 @@ struct Found {
 // Beyond the picture's edges, distances go on as they are at the edge.
 vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * half_extent); }
 
-// Beyond its edges a picture goes on as its mirror image, which looks like more of the same.
-vec2 mirrored(vec2 place) { return 1.0 - abs(1.0 - abs(place)); }
+// Beyond its edges a picture goes on as the mirror image of what lies along them, to and fro: more of the same, and no sky where
+// ground must be.
+vec2 mirrored(vec2 place) {
+    vec2 inside = clamp(place, 0.0, 1.0);
+    vec2 beyond = mod(abs(place - inside), 2.0 * REFLECTED);
+    return abs(inside - min(beyond, 2.0 * REFLECTED - beyond));
+}
 
 // Looks for the surface on a ray, from a place in the picture.
 Found search(vec3 ray, vec2 place) {

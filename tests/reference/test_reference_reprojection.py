@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from depthwalk.reference.reprojection import beside_nearer, nearest_in_cells, nearest_seen, sources
-from depthwalk.render.reprojection import BEYOND, CELL
+from depthwalk.render.reprojection import BEYOND, CELL, REFLECTED
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
@@ -27,8 +27,18 @@ def test_a_wall_moves_by_its_parallax() -> None:
     aside = View(Camera((1.0, 1.0, 4.0), (1.0, 1.0, 3.0), 0.8), SIZE)
     height = 2 * 5 * np.tan(0.4)
     found = sources(AHEAD, np.full(SIZE[::-1], 5.0), aside)
-    expected = 1 - np.abs(1 - (pixels() + np.array([1 / (height * 80 / 60), 0])))  # mirrored beyond the edge
+    expected = pixels() + np.array([1 / (height * 80 / 60), 0])
+    beyond = np.maximum(expected - 1, 0)  # up to 0.18: mirrored, and back again
+    expected = np.minimum(expected, 1) - np.where(beyond < REFLECTED, beyond, 2 * REFLECTED - beyond)
     assert found == pytest.approx(expected)
+
+
+def test_far_beyond_an_edge_is_what_lies_along_it() -> None:
+    """Ground goes on as ground, also for who has looked down so far that half of the view is below the picture."""
+    down = View(Camera((0.0, 1.0, 4.0), (0.0, 0.4, 3.0), 0.8), SIZE)
+    found = sources(AHEAD, np.full(SIZE[::-1], BEYOND), down)
+    beyond = found[:28]  # of 60 rows, those that look below
+    assert beyond[..., 1].min() == pytest.approx(0, abs=0.02) and beyond[..., 1].max() <= REFLECTED + 1e-9
 
 
 def test_the_sky_turns_but_does_not_move() -> None:

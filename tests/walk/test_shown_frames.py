@@ -11,6 +11,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import GroundParams, SkyParams
+from depthwalk.walk.frame_scale import LEAST, STEP
 from depthwalk.walk.shown_frames import ShownFrames
 from shapes import ShapeLibrary, bake, box, scene_of
 from stage import OnScreen
@@ -221,3 +222,21 @@ def test_a_frame_is_reduced_if_the_viewer_moves_when_it_is_begun(sliced: Window)
         assert sliced.frames._source is not None and sliced.frames._source.scale == pytest.approx(scale, abs=0.01)
         while sliced.frames.is_drawing and not sliced.frames._unshown:
             sliced.round(right)
+
+
+def test_frames_that_take_too_long_get_smaller_and_larger_again(sliced: Window) -> None:
+    settings = sliced.renderer.settings.reprojection
+    sliced.rest()
+    assert sliced.frames.scale == 1
+
+    def walk() -> float:
+        for step in range(1, 60):
+            sliced.round(0.01 * step)
+        return sliced.frames.scale
+
+    settings.frame_limit = 1  # ms: none is so quick
+    assert walk() == pytest.approx(0.75 * STEP**LEAST, abs=0.005)
+    settings.frame_limit = 60_000
+    assert walk() == pytest.approx(0.75, abs=0.005)
+    sliced.rest()
+    assert sliced.frames.scale == 1

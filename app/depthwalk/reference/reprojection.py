@@ -3,7 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.reprojection import BEYOND, CELL, FIXED_POINT_STEPS, HIDDEN, LEAST_AHEAD, STRIDE, seen_from
+from depthwalk.render.reprojection import (
+    BEYOND,
+    CELL,
+    FIXED_POINT_STEPS,
+    HIDDEN,
+    LEAST_AHEAD,
+    REFLECTED,
+    STRIDE,
+    seen_from,
+)
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
@@ -142,7 +151,9 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     hidden = ahead < HIDDEN * expected
     alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
     found = np.where(hidden[..., None], behind, place)
-    found = 1 - np.abs(1 - np.abs(found))  # mirrored beyond the edges
+    inside = found.clip(0, 1)
+    beyond = np.abs(found - inside) % (2 * REFLECTED)  # mirrored to and fro
+    found = np.abs(inside - np.minimum(beyond, 2 * REFLECTED - beyond))
     size = np.array(picture.size)
     return np.asarray(np.where(alone[..., None], (np.floor(found * size) + 0.5) / size, found))
 

@@ -2,9 +2,9 @@
 
 A finished frame is itself a depth image: its colours, how far away each is, and the camera that it was seen through. So
 while the next frame is drawn, which may take long, the last one can follow the viewer at the cost of a few texture
-reads per pixel. What the picture does not hold is filled: beyond its edges by its mirror image, behind an object that
-has moved aside from the farther side. The shader is shaders/reprojection/reprojection.frag, its twin in NumPy
-`reference.reprojection`.
+reads per pixel. What the picture does not hold is filled: beyond its edges by the mirror image of what lies along
+them, behind an object that has moved aside from the farther side. The shader is
+shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojection`.
 """
 
 import math
@@ -27,6 +27,7 @@ BEYOND = 1e6  # metres: how far away that counts as being which nothing was draw
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
 _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
+REFLECTED = 0.1  # of the picture's width or height, along its edges: what is mirrored beyond them
 STRIDE = 2  # pixels of a cell from one that is looked at to the next: narrower things may be overlooked
 LEAST_AHEAD = 0.01  # metres: a cell that comes nearer to the new camera is placed nowhere
 LEVEL_MARGIN = 1 / 3  # margin above and below for each at the sides

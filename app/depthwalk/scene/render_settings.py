@@ -419,9 +419,17 @@ class ReprojectionParams(Params):
     )
     scale: float = param(
         0.75,
-        "Pixels of such frames per pixel of the window, along either axis, while the viewer moves",
+        "Pixels of such frames per pixel of the window, along either axis, while the viewer moves; at most",
         ge=0.25,
         le=1,
+    )
+    frame_limit: float = param(
+        300.0,
+        "Time from the beginning of such a frame to its end, with all that is shown meanwhile, beyond which the next "
+        "ones have fewer pixels, down to 0.41 of `scale`",
+        unit="ms",
+        ge=1,
+        le=60_000,
     )
     refine: bool = param(
         True,

@@ -327,6 +327,7 @@ class _Walk:
             renderer.render(View(camera, size), screen)
         elif self._frames.draw(View(camera, size), screen):
             state.scene_times.add(self._frames.scene_seconds)
+            state.scene_scale = self._frames.scale
             if state.hud:
                 state.shares.update(renderer, dt)
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything it shows

@@ -182,7 +182,8 @@ def _draw_rate(state: State) -> None:
         imgui.same_line()
         imgui.text(f"{seconds * 1e3:6.1f} ms")
     if (scene := state.scene_times.smoothed) > _SLOWER * seconds > 0:
-        imgui.text_colored(_DIM, f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms; moved in between")
+        pixels = f" at {100 * state.scene_scale:.0f} %" if state.scene_scale < 1 else ""
+        imgui.text_colored(_DIM, f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}; moved in between")
     times = state.times.milliseconds
     if len(times) > 1:
         imgui.same_line()

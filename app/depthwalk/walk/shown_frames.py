@@ -22,6 +22,7 @@ from depthwalk.render.reprojection import Reprojection, reduced, widened
 from depthwalk.render.still_picture import StillPicture
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
+from depthwalk.walk.frame_scale import FrameScale
 from depthwalk.walk.motion import Motion
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
@@ -74,6 +75,8 @@ class ShownFrames:
         self._camera: Camera | None = None  # of the last call of `note`
         self._moved = False  # whether that was another than in the call before
         self._known: tuple[Any, ...] = ()  # everything else of that call
+        self._scale = FrameScale()
+        self._finished_scale = 1.0  # of the last frame
         self._hurried = False  # whether somebody waits for the frame, who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
         self._still = StillPicture(renderer.device)
@@ -102,6 +105,11 @@ class ShownFrames:
     def is_drawing(self) -> bool:
         """Return whether a frame, or a still picture, has been begun that is not finished yet."""
         return self._steps is not None or self._still_steps is not None
+
+    @property
+    def scale(self) -> float:
+        """Return how many pixels the last frame had per pixel of the window, along either axis."""
+        return self._finished_scale
 
     @property
     def _wants_still(self) -> bool:
@@ -238,6 +246,7 @@ class ShownFrames:
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
         self._hurried = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
         self._renderer.warp_limit = _WARP_LIMIT if self._hurried else None
+        self._finished_scale = 1.0
         start = time.perf_counter()
         self._renderer.render(view, screen)
         if self._renderer.device.software:
@@ -266,8 +275,8 @@ class ShownFrames:
         self._hurried = hurried
         self._source = widened(View(camera, view.size), settings.margin)
         if self._hurried:
-            self._source = reduced(self._source, settings.scale)
-        self._renderer.warp_limit = _WARP_LIMIT if self._hurried else None
+            self._source = reduced(self._source, settings.scale * self._scale.factor)
+        self._renderer.warp_limit = round(_WARP_LIMIT * self._scale.factor**2) if self._hurried else None
         self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
         self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
 
@@ -304,6 +313,8 @@ class ShownFrames:
         self._take_finished()
         now = time.perf_counter()
         self._delay = now - self._began
+        if self._hurried:
+            self._scale.note(self._delay, self._renderer.settings.reprojection.frame_limit / 1e3)
         self._end_frame(self._spent + now - start)
         if self._slices > 1:
             self._between = (self._delay - self.scene_seconds) / (self._slices - 1)
@@ -314,6 +325,7 @@ class ShownFrames:
         targets, fitted, source = self._renderer.targets, self._renderer.view, self._source
         assert targets is not None and fitted is not None and source is not None
         near, far = fitted.depth_range
+        self._finished_scale = source.scale
         self._reprojection.take(targets, replace(source, near=near, far=far))
         self._steps = None
 

@@ -26,6 +26,8 @@ class State(Viewer):
         Durations from one picture that the window showed to the next.
     scene_times
         How long the work for the last frames of the scene took.
+    scene_scale
+        How many pixels the last of them had per pixel of the window, along either axis.
     shares
         The part of the objects' pixels that each representation drew in a recent frame.
     pull
@@ -43,6 +45,7 @@ class State(Viewer):
     recorder: Recorder | None = None
     times: FrameTimes = field(default_factory=FrameTimes)
     scene_times: FrameTimes = field(default_factory=FrameTimes)
+    scene_scale: float = 1.0
     shares: LateShares = field(default_factory=LateShares)
     pull: FocusPull = field(default_factory=FocusPull)
     hud: bool = True
