@@ -62,6 +62,8 @@ depth image, can also be drawn as its rivals do it: by relief mapping (`relief`)
 functions (`distance`), parallax occlusion mapping (`parallax`), as a bump-mapped plane (`bump`), or as a grid of
 displaced vertices (`displacement`). A mesh can also be drawn by pictures of it from many directions: the three nearest,
 blended (`octahedral`), or the nearest of some all around on an upright rectangle (`billboard`).
+An asset with a mesh and depth images can also be drawn by `auto`: each object as
+the one or the other, whichever is [quicker](architecture.md#the-quicker-of-both).
 
 Any value can be replaced from the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
 

@@ -1,9 +1,11 @@
 """Cached files that are damaged are named, passed over and made again, whenever that is seen."""
 
+import io
 import logging
 import os
 import shutil
 import time
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,7 +26,7 @@ from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
 from depthwalk.bake.params import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
-from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked
+from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
@@ -236,3 +238,27 @@ def test_what_killed_writers_left_is_swept(home: Path) -> None:
         os.utime(folder / name, (when, when))
     LEVELS.keep("ab", lambda path: path.write_bytes(b"whole"))
     assert {path.name for path in folder.iterdir()} == {*names, "ab.levels.npz"} - {f".{dead}-a.npz"}
+
+
+def test_an_array_larger_than_its_bytes_is_damage(tmp_path: Path) -> None:
+    """A header that lies would make NumPy ask for a terabyte; its CRC-32 is right where somebody crafted it."""
+    stream = io.BytesIO()
+    header = {"descr": "<f4", "fortran_order": False, "shape": (1 << 20, 1 << 18)}
+    np.lib.format.write_array_header_1_0(stream, header)
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("a.npy", stream.getvalue() + bytes(64))
+    with pytest.raises(ValueError, match=r"^an array of shape \(1048576, 262144\) in 192 bytes$"):
+        read_arrays(tmp_path / "a.npz")
+
+
+def test_arrays_that_memory_does_not_hold_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("depthwalk.budget.machine_memory", lambda: 40_000_000)
+    monkeypatch.setattr("depthwalk.budget._SMALL", 1 << 20)
+    packed = zipfile.ZipFile(tmp_path / "a.dpci.npz", "w", zipfile.ZIP_DEFLATED)
+    with packed as archive, archive.open("made_of.npy", "w") as member:
+        for _ in range(20):
+            member.write(bytes(1 << 20))
+    assert (tmp_path / "a.dpci.npz").stat().st_size < 30_000
+    told = r"a\.dpci\.npz: its arrays would take 42 MB of memory; 30 MB are allowed here$"
+    with pytest.raises(InputError, match=told):
+        read_cooked(tmp_path / "a.dpci.npz")

@@ -1,5 +1,6 @@
 """Help with misspelt words."""
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -34,3 +35,9 @@ def test_a_scene_is_told_which_of_its_files_is_meant(tmp_path: Path) -> None:
     scene.write_text("version: 1\nassets: {a: {mesh: bsut.ply}}\nobjects: [{asset: a}]\n")
     with pytest.raises(InputError, match=r"file 'bsut\.ply' not found; did you mean 'bust\.ply'\?"):
         load_scene(scene)
+
+
+def test_messages_hold_nothing_that_a_terminal_obeys() -> None:
+    error = InputError("a\x1b[31m.yaml: bad\n/etc/passwd: ok", "grün\u202e.obj: cannot be read")
+    assert str(error) == "a\\x1b[31m.yaml: bad\\n/etc/passwd: ok\ngrün\\u202e.obj: cannot be read"
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)  # from one process to another

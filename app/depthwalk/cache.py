@@ -10,6 +10,7 @@ import contextlib
 import errno
 import io
 import logging
+import math
 import os
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from platformdirs import user_cache_path
 
-from depthwalk import limits
+from depthwalk.budget import cache_limit, check_memory
 from depthwalk.errors import InputError
 from depthwalk.files import remove_leftovers, replacing
 
@@ -161,23 +162,24 @@ def forget(key: str) -> None:
                     path.unlink(missing_ok=True)
 
 
-def make_room(newest: Path) -> None:
-    """Remove files until the cache is within MAX_CACHE_BYTES.
+def make_room(newest: Path | None = None) -> None:
+    """Remove files until the cache is within `budget.cache_limit`.
 
     Leftovers of killed writers go first, then the files that were not used for longest.
 
     Parameters
     ----------
     newest
-        The file just written, which stays however large it is; its folder is the cache.
+        The file just written, which stays however large it is; its folder is the cache. None: no file need stay.
     """
-    remove_leftovers(newest.parent)
+    folder = cache_folder() if newest is None else newest.parent
+    remove_leftovers(folder)
     files: list[tuple[float, int, Path]] = []
-    for path in newest.parent.iterdir():  # files that are being written count, too
+    for path in folder.iterdir():  # files that are being written count, too
         with contextlib.suppress(OSError):  # another process may have removed it
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))
-    excess = sum(size for _, size, _ in files) - limits.MAX_CACHE_BYTES
+    excess = sum(size for _, size, _ in files) - cache_limit()
     for _, size, path in sorted(files):
         if excess <= 0:
             break
@@ -185,6 +187,40 @@ def make_room(newest: Path) -> None:
             with contextlib.suppress(OSError):  # it may be open, on systems where that forbids it
                 path.unlink(missing_ok=True)
                 excess -= size
+
+
+@dataclass(frozen=True, kw_only=True)
+class CachedFile:
+    """Describe a file of the cache.
+
+    Attributes
+    ----------
+    path
+        The file.
+    bytes
+        Its size.
+    used
+        When it was written or used last, seconds since 1970.
+    """
+
+    path: Path
+    bytes: int
+    used: float
+
+
+def cached_files(suffix: str) -> list[CachedFile]:
+    """Return the files in the cache folder whose names end in `suffix`, those that were not used for longest first.
+
+    Files that are being written are not among them.
+    """
+    found: list[CachedFile] = []
+    with contextlib.suppress(FileNotFoundError):
+        for path in cache_folder().iterdir():
+            if path.name.endswith(suffix) and not path.name.startswith("."):
+                with contextlib.suppress(OSError):  # another process may have removed it
+                    status = path.stat()
+                    found.append(CachedFile(path=path, bytes=status.st_size, used=status.st_mtime))
+    return sorted(found, key=lambda file: (file.used, file.path))
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
@@ -235,23 +271,36 @@ def read_arrays(
         Where the file cannot be read.
     ValueError
         Where it is damaged or lacks one of `names`.
+    InputError
+        Where the arrays take more memory than is allowed, see `check_memory`.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):  # a named pipe would be waited for
+        raise OSError(errno.ENXIO, "not a file", str(path))
     with path.open("rb") as file:
         try:
             with zipfile.ZipFile(file) as archive:
                 stored = [name.removesuffix(".npy") for name in archive.namelist()]
                 wanted = stored if names is None else [*names, *(name for name in optional if name in stored)]
+                sizes = [archive.getinfo(f"{name}.npy").file_size for name in wanted]
+                # An array is there twice while it is parsed.
+                check_memory(path, sum(sizes) + max(sizes, default=0), "its arrays")
                 return {name: _parsed(archive.read(f"{name}.npy")) for name in wanted}
         except OSError as error:
             if error.errno != errno.EINVAL:  # which a damaged archive causes by places outside the file
                 raise
             raise ValueError("it points outside of itself") from error
-        except MemoryError:
+        except (MemoryError, InputError):
             raise
         except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception included
             raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
 
 
 def _parsed(data: bytes) -> NDArray[Any]:
-    """Return the array that the bytes of a `.npy` file hold."""
+    """Return the array that the bytes of a `.npy` file hold. Raises ValueError where they are no array or too few."""
+    stream = io.BytesIO(data)
+    version = np.lib.format.read_magic(stream)
+    read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read_header(stream)
+    if math.prod(shape) * dtype.itemsize > len(data):  # NumPy allocates before it looks
+        raise ValueError(f"an array of shape {shape} in {len(data)} bytes")
     return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)

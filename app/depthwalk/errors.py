@@ -13,8 +13,34 @@ _MAX_NAMES = 10_000
 class InputError(Exception):
     """Report that what the user gave cannot be used; the message says where and why, in one line.
 
-    The command line prints the message without a traceback and exits with code 2.
+    The command line prints the message without a traceback and exits with code 2. Messages quote files and what is in
+    them, so whatever a terminal would obey instead of show is escaped, see `printable`.
+
+    Attributes
+    ----------
+    lines
+        The message, a text for each mistake.
     """
+
+    def __init__(self, *lines: str) -> None:
+        """Make an error of one mistake or several, each told in one line."""
+        self.lines = tuple(map(printable, lines))
+        super().__init__(*self.lines)
+
+    def __str__(self) -> str:
+        """Return the message, a line for each mistake."""
+        return "\n".join(self.lines)
+
+
+def printable(text: object) -> str:
+    r"""Return `text` with an escape, such as `\x1b`, in place of each character that is not printable.
+
+    Names of files and texts in them may hold what moves a terminal's cursor, changes its colours or begins a line.
+    """
+    plain = str(text)
+    if plain.isprintable():
+        return plain
+    return "".join(one if one.isprintable() else repr(one)[1:-1] for one in plain)
 
 
 def suggest(word: str, choices: Iterable[str]) -> str:

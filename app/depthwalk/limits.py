@@ -26,6 +26,25 @@ MAX_MESH_BYTES = 4 << 30
 MAX_MESH_TRIANGLES = 200_000_000
 """Triangles of a mesh: the positions of their corners alone take 7 GB."""
 
+MEMORY_SHARE = 0.75
+"""Of the machine's memory: what reading a single input may take (`budget`). The rest is for the program and others."""
+
+MAX_COPIED_TRIANGLES = 4_000_000
+"""Triangles of a mesh file beyond those that its bytes can hold: a scene graph that places a mesh again and again makes
+them. Each takes as much memory as any other; a scene file draws copies without holding them."""
+
+MAX_LOOKUPS = 10_000
+"""Files that are looked for because a mesh names them, each folder and spelling that is tried counted."""
+
+MAX_JPEG_SCANS = 100
+"""Passes over its pixels that a progressive JPEG may take: ten are usual, and each decodes the whole picture again."""
+
+MAX_DEPTH_PIXELS = 1 << 26
+"""Pixels of a depth image file: 8192 × 8192. Normals are fitted in half a microsecond each, by 120 bytes each."""
+
+MAX_TILE_TEXELS = 1 << 22
+"""Texels of a tile of a TIFF file beyond those of the picture: one tile is decoded as a whole, however little shows."""
+
 MAX_TEXTURE_SIDE = 16_384
 """Texels along an edge of a texture or a depth image file: what common hardware of OpenGL 3.3 can sample."""
 

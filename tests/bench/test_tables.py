@@ -114,7 +114,7 @@ def test_the_viewer_passes_the_middle_of_the_head() -> None:
 
 def test_unknown_tables_are_refused() -> None:
     result = run("tables", "--only", "heads,egdes")
-    message = "--only egdes: must be one of heads, edges, focus; did you mean 'edges'?\n"
+    message = "--only egdes: must be one of heads, edges, focus, triangles, objects, pixels; did you mean 'edges'?\n"
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message)
 
 

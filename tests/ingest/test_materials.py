@@ -8,36 +8,38 @@ from PIL import Image
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.materials import convert_material, phong_from_mtl
 from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_SHININESS
 
 
 def test_terms_of_a_library() -> None:
-    material = phong_from_mtl({"kd": [0.1, 0.2, 0.3], "ks": [0.1, 0.5, 0.2], "ns": 90.0}, None, "a")
+    material = phong_from_mtl({"kd": [0.1, 0.2, 0.3], "ks": [0.1, 0.5, 0.2], "ns": 90.0}, None)
     assert (material.base_colour, material.specular, material.shininess) == ((0.1, 0.2, 0.3), 0.5, 90)
 
 
 @pytest.mark.parametrize("kd", [None, [1], "red", [0, 0, float("nan")], ["a", "b", "c"]])
 def test_terms_without_sense_have_the_default(kd: Any) -> None:
-    assert phong_from_mtl({"kd": kd, "ns": float("inf")}, None, "a") == Material(specular=Material.specular)
+    assert phong_from_mtl({"kd": kd, "ns": float("inf")}, None) == Material(specular=Material.specular)
 
 
 def test_terms_are_clipped() -> None:
-    material = phong_from_mtl({"kd": [2, -1, 0.5], "ks": [3, 0, 0], "ns": 1e9}, None, "a")
+    material = phong_from_mtl({"kd": [2, -1, 0.5], "ks": [3, 0, 0], "ns": 1e9}, None)
     assert (material.base_colour, material.specular, material.shininess) == ((1, 0, 0.5), 1, MAX_SHININESS)
 
 
 def test_a_texture_is_not_darkened_by_black() -> None:
-    material = phong_from_mtl({"kd": [0, 0, 0]}, Image.new("RGB", (2, 3), (10, 20, 30)), "a")
+    texture = np.zeros((3, 2, 4), np.uint8)
+    material = phong_from_mtl({"kd": [0, 0, 0]}, texture)
     assert material.base_colour == (1, 1, 1)
-    assert material.texture is not None and material.texture.shape == (3, 2, 4)
+    assert material.texture is texture
 
 
 def test_a_texture_that_is_too_large_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("depthwalk.ingest.image.MAX_TEXTURE_SIDE", 4)
     with pytest.raises(InputError, match=r"^skin\.png: image of 5 × 1 pixels is larger than 4 a side$"):
-        phong_from_mtl({}, Image.new("RGB", (5, 1)), "skin.png")
+        TextureDecoder().decode(Image.new("RGB", (5, 1)), "skin.png")
 
 
 def test_rough_surfaces_have_wide_and_weak_highlights() -> None:

@@ -19,6 +19,8 @@ LENS = Intrinsics(fx=50.0, fy=60.0, cx=30.5, cy=20.25)
 HEIGHT, WIDTH = 40, 60
 ONES, WIDE = np.ones((4, 4), np.float32), np.ones((1, 20000), np.float32)
 
+MOST = "16384 a side and 67108864 pixels are allowed"
+
 
 def write_exr(path: Path, **channels: Array) -> None:
     header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
@@ -183,7 +185,12 @@ def broken(path: Path) -> None:
         ("d.exr", broken, {}, "cannot be read as an OpenEXR image"),
         ("d.exr", lambda p: None, {}, "no such file"),
         ("d.exr", lambda p: write_exr(p, U=ONES, V=ONES), {}, "no channel Z; it has U, V"),
-        ("d.exr", lambda p: write_exr(p, Z=WIDE), {}, "depth of (1, 20000) is larger than 16384 a side"),
+        (
+            "d.exr",
+            lambda p: write_exr(p, Z=WIDE),
+            {},
+            "depth image of 20000 × 1 pixels; at most 16384 a side and 67108864 pixels are allowed",
+        ),
         ("d.png", sixteen_bit_alpha, {}, "16-bit grey with alpha is not supported; mark empty pixels otherwise"),
     ],
 )

@@ -32,6 +32,7 @@ def test_labels_are_those_of_scene_files() -> None:
         "displacement",
         "octahedral",
         "billboard",
+        "auto",
     ]
 
 

@@ -56,9 +56,8 @@ def test_rows_come_in_the_order_of_the_file_groups_first() -> None:
         (
             "{asset: baked, representation: bump}",
             [
-                "must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters' or 'dmesh', not 'bump': asset 'baked' is no "
-                "relief, "
-                "one planar depth image"
+                "must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'dmesh' or 'auto', not 'bump': asset 'baked' is "
+                "no relief, one planar depth image"
             ],
         ),
     ],

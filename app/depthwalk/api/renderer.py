@@ -39,6 +39,7 @@ RepresentationName = Literal[
     "displacement",
     "octahedral",
     "billboard",
+    "auto",
 ]
 
 
@@ -108,8 +109,8 @@ class Renderer:
     size
         Width and height of the pictures, pixels.
     representation
-        How to draw every object whose asset allows it, from near by too; None leaves it to the scene file, and draws
-        meshes in place of depth images near by.
+        How to draw every object whose asset allows it, from near by too; "auto" as its mesh or its depth images,
+        whichever is quicker; None leaves it to the scene file, and draws meshes in place of depth images near by.
     passes
         The passes of a frame in their order: `default_passes()` with others in between. None uses the default ones.
     reuse

@@ -53,6 +53,8 @@ def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> 
         has = stock.has_mesh if forced in OF_MESH else stock.has_baked
         has = stock.has_height_field if forced in HEIGHT_FIELDS else has
         able = np.array([has(asset) for asset in range(len(stock))], bool)
+        if forced is Representation.AUTO:  # it needs something to choose from
+            able &= np.array([stock.has_mesh(asset) for asset in range(len(stock))], bool)
         representation[able[objects.asset]] = forced
     return representation
 

@@ -13,6 +13,7 @@ import numpy as np
 from depthwalk import limits
 from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.images import Cylinder, Face
+from depthwalk.budget import check_memory
 from depthwalk.errors import InputError, missing_file
 
 FORMAT_VERSION = 10
@@ -269,6 +270,7 @@ def _check_sizes(
     )
     if decoded > _MOST_DEFLATED * path.stat().st_size:
         raise InputError(f"{path}: damaged depth images: too short for its {decoded} bytes of pixels")
+    check_memory(path, 3 * decoded, "its depth images")  # as they are stored, as they are used, and one in between
 
 
 def check_entries(path: Path, entries: int) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from depthwalk.quality.html import Figure, Section, render_page
 from depthwalk.render.pixel_shares import KINDS
 
 PICTURES = 4  # frames whose pictures a page shows
-_TEMPLATE = Path(__file__).with_name("templates") / "bench.html"
 
 
 def pictured_frames(frames: int) -> tuple[int, ...]:
@@ -54,7 +52,7 @@ def to_html(report: Report, changed: Sequence[str] = ()) -> str:
     for run in report.runs:
         shown += _stacks(run)
     return render_page(
-        f"depthwalk bench: {report.scene}", headline(report), sections, _TEMPLATE, plots=shown, axes=plots
+        f"depthwalk bench: {report.scene}", headline(report), sections, plots.TEMPLATE, plots=shown, axes=plots
     )
 
 

@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bench.tables.table import Curves
+
+TEMPLATE = Path(__file__).with_name("templates") / "bench.html"
 COLOURS = ("#0b6bcb", "#c4500a", "#1a7f4b", "#8a3ffc", "#b0177a", "#6b6b00", "#00838f", "#5d4037")
 LEFT, RIGHT, TOP, BOTTOM = 56, 852, 8, 240  # of the axes, CSS pixels
 _TICKS = 5  # of the vertical axis
@@ -149,6 +153,56 @@ def share_stack(title: str, shares: Mapping[str, NDArray[np.float64]]) -> Plot:
     parts = {kind: column for kind, column in shares.items() if column.any()}
     frames = len(next(iter(shares.values())))
     return _stack(title, range(frames), parts or dict(shares), top=1.0)
+
+
+def curves(title: str, shown: Curves) -> Plot:
+    """Plot curves with both axes logarithmic, the powers of ten marked.
+
+    Parameters
+    ----------
+    title
+        The title.
+    shown
+        The curves; at least two values of `x`.
+
+    Returns
+    -------
+    Plot
+        A line for each column, through its measured values.
+    """
+    along, columns = np.log10(shown.x), {name: _logarithms(column) for name, column in shown.columns.items()}
+    known = np.concatenate([column[np.isfinite(column)] for column in columns.values()])
+    low, high = np.floor(known.min(initial=0)), np.ceil(known.max(initial=0))
+    high = max(high, low + 1)
+    first, last = along.min(), along.max()
+
+    def across(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(LEFT + (RIGHT - LEFT) * (x - first) / (last - first))
+
+    lines = [
+        Shape(
+            points=_points(across(along[np.isfinite(column)]), _height(column[np.isfinite(column)] - low, high - low)),
+            colour=colour,
+            name=name,
+        )
+        for (name, column), colour in zip(columns.items(), _colours(len(columns)), strict=True)
+    ]
+    powers = np.arange(low, high + 1)
+    decades = np.arange(np.ceil(first), np.floor(last) + 1)
+    return Plot(
+        title=title,
+        ticks=[
+            (round(float(y), 1), _number(10**p)) for y, p in zip(_height(powers - low, high - low), powers, strict=True)
+        ],
+        lines=lines,
+        marks=[(round(float(x), 1), _number(10**p)) for x, p in zip(across(decades), decades, strict=True)],
+        label=shown.label,
+    )
+
+
+def _logarithms(column: Sequence[float | None]) -> NDArray[np.float64]:
+    """Return the decimal logarithms of a column, NaN for what was not measured."""
+    return np.log10([np.nan if value is None else value for value in column])
 
 
 def _stack(

@@ -11,7 +11,7 @@ from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
 from depthwalk.bake.params import ModelParams
 from depthwalk.commands.progress import live_options, log, show_progress
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, printable
 from depthwalk.files import check_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.limits import MAX_COORDINATE
@@ -116,7 +116,7 @@ def bake_meshes(
                 failures.append(outcome)
                 log.error("%s", outcome)
             else:
-                print(describe(outcome, params.resolution), flush=True)
+                print(printable(describe(outcome, params.resolution)), flush=True)
     return failures
 
 
@@ -170,7 +170,7 @@ def _progress(names: Sequence[str]) -> Iterator[_Display]:
 
         def stage(number: int, name: str) -> None:
             if number not in lines:
-                lines[number] = progress.add_task(escape(names[number]), stage=name)
+                lines[number] = progress.add_task(escape(printable(names[number])), stage=name)
             progress.update(lines[number], stage=name)
 
         def done(number: int) -> None:

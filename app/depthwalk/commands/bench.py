@@ -8,6 +8,7 @@ import typer
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
+    CacheLimit,
     CameraAngle,
     CameraPosition,
     CameraTarget,
@@ -60,7 +61,7 @@ def main(
             "--representation",
             metavar="R,...",
             help="Representations to compare: scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh; of reliefs also "
-            "relief, distance, parallax, bump, displacement; of meshes octahedral, billboard.",
+            "relief, distance, parallax, bump, displacement; of meshes octahedral, billboard; or auto.",
         ),
     ] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,
@@ -69,6 +70,7 @@ def main(
     camera_view_angle: CameraAngle = None,
     asset_root: AssetRoots = None,
     settings: Settings = None,
+    cache_limit: CacheLimit = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:

@@ -7,7 +7,7 @@ import typer
 
 from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose, parse_settings
 from depthwalk.commands.program import BAD_INPUT, guarded
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, printable
 
 
 @guarded
@@ -28,7 +28,7 @@ def main(
     is_bad = False
     for scene in scenes:
         try:
-            print(check_file(scene, asset_root or [], overrides))
+            print(printable(check_file(scene, asset_root or [], overrides)))
         except InputError as error:
             is_bad = True
             typer.echo(str(error), err=True)

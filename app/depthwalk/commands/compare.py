@@ -8,6 +8,7 @@ import typer
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     Axis,
+    CacheLimit,
     Coordinates,
     Height,
     HtmlReport,
@@ -81,6 +82,7 @@ def main(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Use this render setting, as in render.lod.bias=1."),
     ] = None,
+    cache_limit: CacheLimit = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
+    CacheLimit,
     Frames,
     Fullscreen,
     Quiet,
@@ -38,6 +39,7 @@ def main(
     fullscreen: Fullscreen = False,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     frames: Frames = None,
+    cache_limit: CacheLimit = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:

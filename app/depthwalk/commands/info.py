@@ -16,7 +16,7 @@ import depthwalk
 from depthwalk import limits
 from depthwalk.commands.options import Quiet, Verbose
 from depthwalk.commands.program import guarded
-from depthwalk.errors import missing_file
+from depthwalk.errors import missing_file, printable
 
 if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
@@ -39,7 +39,7 @@ def main(
 ) -> None:
     """Show versions, the OpenGL renderer and limits, or what a file holds."""
     rows = list(describe_file(file) if file else installation())  # all of them first: an error prints no half table
-    print("\n".join(f"{name:<24} {value}" for name, value in rows))
+    print("\n".join(printable(f"{name:<24} {value}") for name, value in rows))
 
 
 def installation() -> Iterator[Row]:

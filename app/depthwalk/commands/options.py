@@ -59,7 +59,8 @@ class RepresentationName(StrEnum):
 
     `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes,
     `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own.
-    `octahedral` and `billboard` draw pictures of meshes. The others draw reliefs as height fields.
+    `octahedral` and `billboard` draw pictures of meshes. `auto` chooses between
+    `mesh` and `dpci` for each object. The others draw reliefs as height fields.
     """
 
     SCENE = "scene"
@@ -75,6 +76,7 @@ class RepresentationName(StrEnum):
     DISPLACEMENT = "displacement"
     OCTAHEDRAL = "octahedral"
     BILLBOARD = "billboard"
+    AUTO = "auto"
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
@@ -98,6 +100,7 @@ RepresentationOption = Annotated[
         "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
         "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); "
         "meshes also by pictures from many directions, three of them blended (octahedral) or one alone (billboard); "
+        "auto: as meshes or depth images, whichever is quicker; "
         "scene: as the scene file says, with meshes in place of depth images near by.",
     ),
 ]
@@ -161,6 +164,15 @@ Texture = Annotated[
 JsonReport = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as JSON.")]
 HtmlReport = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as a page with pictures.")
+]
+CacheLimit = Annotated[
+    str | None,
+    typer.Option(
+        "--cache-limit",
+        metavar="SIZE",
+        help="Most that the cache of depth images may hold, such as 500MB; DEPTHWALK_CACHE_LIMIT says it for good.",
+        show_default="4GiB",
+    ),
 ]
 Fullscreen = Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")]
 Verbose = Annotated[bool, typer.Option("--verbose", help="Report every step; show tracebacks.")]

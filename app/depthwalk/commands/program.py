@@ -12,13 +12,15 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import PurePath
 from types import FrameType
 from typing import Any, NoReturn, TypeVar
 
 import typer
 import typer.core
 
-from depthwalk.errors import InputError
+from depthwalk.budget import CACHE_LIMIT, cache_limit, parse_size
+from depthwalk.errors import InputError, printable
 
 log = logging.getLogger("depthwalk")
 
@@ -75,7 +77,7 @@ def guarded(command: Command) -> Command:
     An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only
     after --verbose. SIGTERM unwinds the command as Ctrl-C does, so that half-written files vanish; see
     `end_if_interrupted` for what a command that runs long does besides. The command's options `verbose` and `quiet` set
-    up logging.
+    up logging, and `cache_limit` bounds the cache.
     """
 
     @functools.wraps(command)
@@ -84,6 +86,7 @@ def guarded(command: Command) -> Command:
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))
         try:
+            _limit_cache(options.get("cache_limit"))
             with _unwound_by_signals():
                 command(*args, **options)
             sys.stdout.flush()  # a reader that went away is noticed here, not at exit
@@ -101,6 +104,17 @@ def guarded(command: Command) -> Command:
             _fail(error, verbose)
 
     return run  # type: ignore[return-value]  # `wraps` keeps the signature, which the checker cannot know
+
+
+def _limit_cache(size: str | None) -> None:
+    """Let the cache hold as much as the option --cache-limit says, in this process and those that it starts.
+
+    Raises InputError where the option or, without it, the environment variable is no size.
+    """
+    if size is not None:
+        parse_size(size, "--cache-limit")
+        os.environ[CACHE_LIMIT] = size
+    cache_limit()
 
 
 @contextmanager
@@ -186,6 +200,17 @@ def _end_by_signal(number: int, frame: FrameType | None) -> NoReturn:
     _raise_for(number)
 
 
+class _PlainFormatter(logging.Formatter):
+    """Format records without what names of files could do to a terminal, see `printable`."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the text of `record`."""
+        if isinstance(record.args, tuple):
+            escaped = (printable(arg) if isinstance(arg, str | PurePath) else arg for arg in record.args)
+            record = logging.makeLogRecord(vars(record) | {"args": tuple(escaped)})
+        return super().format(record)
+
+
 class _OnceFilter(logging.Filter):
     """Let each warning pass once: a mesh's files are looked for when it is hashed and again when it is read."""
 
@@ -203,7 +228,7 @@ class _OnceFilter(logging.Filter):
 
 def _configure_logging(verbose: bool, quiet: bool) -> None:
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.setFormatter(_PlainFormatter("%(message)s"))
     handler.addFilter(_OnceFilter())
     log.handlers = [handler]
     log.propagate = False
@@ -218,7 +243,7 @@ def _fail(error: Exception, verbose: bool) -> NoReturn:
         traceback.print_exc()
     else:
         lines = str(error).strip().splitlines()
-        print(f"depthwalk: {type(error).__name__}: {lines[0] if lines else 'no message'}", file=sys.stderr)
+        print(f"depthwalk: {type(error).__name__}: {printable(lines[0]) if lines else 'no message'}", file=sys.stderr)
         print("run with --verbose for the traceback", file=sys.stderr)
     raise typer.Exit(FAILURE) from None
 

@@ -7,6 +7,7 @@ import typer
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
+    CacheLimit,
     CameraAngle,
     CameraPosition,
     CameraTarget,
@@ -53,6 +54,7 @@ def main(
     no_background: NoBackground = False,
     asset_root: AssetRoots = None,
     settings: Settings = None,
+    cache_limit: CacheLimit = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:

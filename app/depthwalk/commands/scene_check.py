@@ -57,14 +57,14 @@ def check_assets(scene: Scene) -> None:
     InputError
         With a line for each file that cannot be used.
     """
-    complaints = []
+    complaints: list[str] = []
     for read in _readers(scene):
         try:
             read()
         except InputError as error:
-            complaints.append(str(error))
+            complaints += error.lines
     if complaints:
-        raise InputError("\n".join(dict.fromkeys(complaints)))  # assets may share a file
+        raise InputError(*dict.fromkeys(complaints))  # assets may share a file
 
 
 def _readers(scene: Scene) -> Iterator[Callable[[], object]]:

@@ -9,6 +9,7 @@ import typer
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
+    CacheLimit,
     CameraAngle,
     CameraPosition,
     CameraTarget,
@@ -47,6 +48,7 @@ def main(
     representation_name: RepresentationOption = RepresentationName.SCENE,
     asset_root: AssetRoots = None,
     settings: Settings = None,
+    cache_limit: CacheLimit = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:

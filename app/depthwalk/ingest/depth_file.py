@@ -6,13 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.budget import check_memory
 from depthwalk.errors import InputError, missing_file
 from depthwalk.ingest.image import BROKEN, open_image
 from depthwalk.ingest.npy import map_npy
 from depthwalk.ingest.sources import read_bytes
-from depthwalk.limits import MAX_COORDINATE, MAX_TEXTURE_SIDE
+from depthwalk.limits import MAX_COORDINATE, MAX_DEPTH_PIXELS, MAX_TEXTURE_SIDE
 
 _GREY_MODES = ("1", "L", "LA", "I;16", "I;16B", "I;16L", "I", "F")
+_PIXEL_BYTES = 120  # of each pixel, measured, and as many of each in a block of rows at which normals are fitted
+_BLOCK_ROWS = 256
 _GREY_ALPHA_16 = b"\x10\x04"  # bits per channel and colour type in the header of a PNG
 
 Raw = tuple[NDArray[Any], NDArray[np.bool_]]  # values (H, W) as stored, and which of them count
@@ -83,7 +86,7 @@ def _read_npy(path: Path) -> Raw:
         raise InputError(
             f"{path}: depth must be floats or unsigned integers of shape (H, W), not {values.dtype} of {values.shape}"
         )
-    _check_side(path, values.shape)
+    _check_size(path, (values.shape[0], values.shape[1]))
     return np.array(values), np.ones(values.shape, bool)
 
 
@@ -96,7 +99,9 @@ def _read_exr(path: Path) -> Raw:
     try:
         with OpenEXR.File(str(path), header_only=True) as file:
             low, high = (np.asarray(corner, int) for corner in file.parts[0].header["dataWindow"])
-        _check_side(path, tuple((high - low + 1)[::-1].tolist()))
+            planes = sum(len(part.header["channels"]) for part in file.parts)
+        width, height = (high - low + 1).tolist()
+        _check_size(path, (height, width), planes)
         with OpenEXR.File(str(path), separate_channels=True) as file:
             channels = {name: channel.pixels for name, channel in file.parts[0].channels.items()}
     except InputError:
@@ -117,6 +122,7 @@ def _read_picture(path: Path) -> Raw:
         raise InputError(f"{path}: 16-bit grey with alpha is not supported; mark empty pixels otherwise")
     if image.mode not in _GREY_MODES:
         raise InputError(f"{path}: a depth image must be grey, not {image.mode}")
+    _check_size(path, (image.height, image.width))
     key = image.info.get("transparency")
     try:
         raw = np.asarray(image.convert("L") if image.mode == "1" else image)
@@ -129,6 +135,15 @@ def _read_picture(path: Path) -> Raw:
     return raw, raw != key if isinstance(key, int) else np.ones(raw.shape, bool)
 
 
-def _check_side(path: Path, shape: tuple[int, ...]) -> None:
-    if max(shape) > MAX_TEXTURE_SIDE:
-        raise InputError(f"{path}: depth of {shape} is larger than {MAX_TEXTURE_SIDE} a side")
+def _check_size(path: Path, shape: tuple[int, int], planes: int = 1) -> None:
+    """Raise InputError where an image of `shape` (H, W) takes too much time or memory. planes: channels in the file."""
+    height, width = shape
+    if max(shape) > MAX_TEXTURE_SIDE or width * height > MAX_DEPTH_PIXELS:
+        most = f"{MAX_TEXTURE_SIDE} a side and {MAX_DEPTH_PIXELS} pixels are allowed"
+        raise InputError(f"{path}: depth image of {width} × {height} pixels; at most {most}")
+    check_memory(path, depth_bytes(height, width, planes), f"a depth image of {width} × {height} pixels")
+
+
+def depth_bytes(height: int, width: int, planes: int) -> int:
+    """Return how many bytes a depth image takes until its normals are fitted. planes: channels in the file."""
+    return width * ((height + _BLOCK_ROWS) * _PIXEL_BYTES + 4 * height * planes)

@@ -5,6 +5,7 @@ The header says which other files belong to the mesh, so that they are found wit
 
 import json
 import struct
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from depthwalk.limits import MAX_MESH_TRIANGLES
 
 _HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "EXT_texture_webp")
 _UINT16, _FLOAT = 5123, 5126
+_TRIANGLES = 4  # the mode of primitives of separate triangles; strips and fans make one of each corner
 
 
 def read_header(data: bytes, path: Path) -> dict[str, Any]:
@@ -55,6 +57,34 @@ def external_uris(header: dict[str, Any], key: str) -> list[str]:
     """
     uris = (item.get("uri", "data:") for item in header.get(key, []))
     return [uri for uri in uris if not uri.startswith("data:")]
+
+
+def placed_size(header: dict[str, Any]) -> tuple[int, int]:
+    """Return how many vertices and triangles a glTF file makes, with those that its nodes place more than once.
+
+    Several nodes may show a mesh, and several primitives the same data, each of which is a copy once it is read.
+
+    Parameters
+    ----------
+    header
+        The JSON header, as `read_header` returns it, checked by `check_header`.
+
+    Returns
+    -------
+    tuple
+        Vertices and triangles of all nodes together, at most.
+    """
+    counts = [accessor["count"] for accessor in header.get("accessors", [])]
+    shown = Counter(node["mesh"] for node in header.get("nodes", []) if "mesh" in node)
+    vertices = triangles = 0
+    for number, mesh in enumerate(header.get("meshes", [])):
+        for primitive in mesh["primitives"]:
+            points = counts[primitive["attributes"]["POSITION"]]
+            corners = counts[primitive["indices"]] if "indices" in primitive else points
+            copies = max(shown[number], 1)  # trimesh reads what no node shows, too
+            vertices += copies * points
+            triangles += copies * (corners // 3 if primitive.get("mode", _TRIANGLES) == _TRIANGLES else corners)
+    return vertices, triangles
 
 
 def check_header(header: dict[str, Any], path: Path) -> None:

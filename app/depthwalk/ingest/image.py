@@ -2,6 +2,7 @@
 
 import io
 import warnings
+from collections.abc import Hashable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,15 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.ingest.sources import read_bytes
-from depthwalk.limits import MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE
+from depthwalk.limits import MAX_JPEG_SCANS, MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE, MAX_TILE_TEXELS
 
 if TYPE_CHECKING:
     from PIL import Image
 
 # Some of Pillow's other formats start programs (EPS) or reach for files of their own.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
+
+PIXEL_BYTES = 24  # at most, while a picture is decoded: measured of WebP; PNG takes 16, JPEG and GIF 13
+_TILE_SIDES = 322, 323  # tags of TIFF files
+_SCAN = b"\xff\xda"  # the marker before each scan of a JPEG, which coded pixels never hold
 
 # Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through.
 BROKEN = (OSError, ValueError, TypeError, SyntaxError, ArithmeticError, LookupError, EOFError, MemoryError)
@@ -80,10 +86,29 @@ def open_image(data: bytes, name: str) -> "Image.Image":
 
 
 def check_size(image: "Image.Image", name: str) -> None:
-    """Raise InputError where `image`, which messages call `name`, has more texels than `limits` allow."""
+    """Raise InputError where `image`, which messages call `name`, would take more to decode than is allowed."""
     width, height = image.size
     if max(width, height) > MAX_TEXTURE_SIDE or width * height > MAX_TEXTURE_PIXELS:
         raise InputError(f"{name}: image of {width} × {height} pixels is larger than {MAX_TEXTURE_SIDE} a side")
+    check_memory(name, PIXEL_BYTES * width * height, f"an image of {width} × {height} pixels")
+    tags = getattr(image, "tag_v2", {})  # of TIFF files
+    sides = [tags.get(tag, 0) for tag in _TILE_SIDES]
+    if all(isinstance(side, int) for side in sides) and sides[0] * sides[1] > MAX_TILE_TEXELS + width * height:
+        raise InputError(f"{name}: tiles of {sides[0]} × {sides[1]} pixels for an image of {width} × {height}")
+    if image.format == "JPEG" and "progressive" in image.info and (scans := _scans(image)) > MAX_JPEG_SCANS:
+        raise InputError(f"{name}: a JPEG of {scans} scans; at most {MAX_JPEG_SCANS} are allowed")
+
+
+def _scans(image: "Image.Image") -> int:
+    """Return how many scans a JPEG has that is open and not decoded yet; 0 where it is decoded."""
+    file = getattr(image, "fp", None)
+    if file is None:
+        return 0
+    place = file.tell()
+    file.seek(0)
+    count = file.read().count(_SCAN)
+    file.seek(place)
+    return int(count)
 
 
 def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
@@ -106,6 +131,48 @@ def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
             return np.array(image.convert("RGBA"))
     except BROKEN:
         raise InputError(f"{name}: image data is damaged or of an unsupported kind") from None
+
+
+class TextureDecoder:
+    """Decode the pictures of one mesh, each once, however many materials show it, and bound them together."""
+
+    def __init__(self) -> None:
+        """Begin without any picture."""
+        self._decoded: dict[Hashable, NDArray[np.uint8]] = {}
+        self._images: list[Image.Image] = []
+        self._bytes = 0
+
+    def decode(self, image: "Image.Image", name: str, key: Hashable = None) -> NDArray[np.uint8]:
+        """Decode a picture, unless that is done already.
+
+        Parameters
+        ----------
+        image
+            The picture.
+        name
+            What messages call it.
+        key
+            What tells it from the mesh's other pictures; None: the object `image` itself.
+
+        Returns
+        -------
+        numpy.ndarray
+            (H, W, 4) uint8, sRGB with alpha, row 0 at the top; the same array for the same picture.
+
+        Raises
+        ------
+        InputError
+            Where it is damaged, too large or of a format that is not supported, or all pictures are too large together.
+        """
+        if key is None:
+            key = id(image)
+            self._images.append(image)  # whose number no other may get
+        if key not in self._decoded:
+            width, height = image.size
+            check_memory(name, self._bytes + PIXEL_BYTES * width * height, "the textures")
+            self._decoded[key] = rgba(image, name)
+            self._bytes += self._decoded[key].nbytes
+        return self._decoded[key]
 
 
 def load_texture(path: Path) -> NDArray[np.uint8]:

@@ -4,19 +4,19 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from depthwalk.ingest.image import rgba
+from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_SHININESS
 
 if TYPE_CHECKING:  # most of a second to import; whoever has a material of trimesh has imported it
-    from PIL import Image
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 WHITE = (1.0, 1.0, 1.0)
 
 
-def convert_material(material: object, name: str) -> Material | None:
+def convert_material(material: object, name: str, textures: TextureDecoder | None = None) -> Material | None:
     """Convert a material that trimesh has read to Phong's model.
 
     Parameters
@@ -25,6 +25,8 @@ def convert_material(material: object, name: str) -> Material | None:
         The material as trimesh has it; None for a mesh without one.
     name : str
         The file, for messages.
+    textures : TextureDecoder or None
+        Decodes the pictures of the mesh; None for a material by itself.
 
     Returns
     -------
@@ -38,16 +40,18 @@ def convert_material(material: object, name: str) -> Material | None:
     """
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
+    textures = textures or TextureDecoder()
     if isinstance(material, PBRMaterial):
-        return _from_pbr(material, name)
+        return _from_pbr(material, name, textures)
     if isinstance(material, SimpleMaterial) and not _is_stand_in(material) and (material.name or material.image):
         image: Any = material.image
         path = None if image is None else image.info.get("file_path", "embedded texture")
-        return phong_from_mtl(material.kwargs, image, f"{name}: {path}")
+        texture = None if image is None else textures.decode(image, f"{name}: {path}")
+        return phong_from_mtl(material.kwargs, texture)
     return None
 
 
-def phong_from_mtl(terms: dict[str, Any], image: "Image.Image | None", name: str) -> Material:
+def phong_from_mtl(terms: dict[str, Any], texture: NDArray[np.uint8] | None) -> Material:
     """Convert the terms of an MTL file to Phong's model.
 
     Kd, Ks and Ns are taken as linear, as Blender writes them.
@@ -56,27 +60,20 @@ def phong_from_mtl(terms: dict[str, Any], image: "Image.Image | None", name: str
     ----------
     terms : dict
         Numbers or lists of numbers by the keys "kd", "ks" and "ns"; what is missing or makes no sense has a default.
-    image : PIL.Image.Image or None
-        The colour texture; None for a material without one.
-    name : str
-        The texture, for messages.
+    texture : (H, W, 4) uint8 or None
+        The colour texture, sRGB with alpha; None for a material without one.
 
     Returns
     -------
     Material
         The material.
-
-    Raises
-    ------
-    InputError
-        Where the texture is damaged, too large or of a kind that is not supported.
     """
-    colour = _rgb(terms.get("kd"), WHITE if image is not None else Material.base_colour)
-    if image is not None and not any(colour):
+    colour = _rgb(terms.get("kd"), WHITE if texture is not None else Material.base_colour)
+    if texture is not None and not any(colour):
         colour = WHITE  # exporters write Kd 0 0 0 beside a texture
     specular = max(_rgb(terms.get("ks"), (Material.specular,) * 3))
     shininess = _scalar(terms.get("ns"), Material.shininess)
-    return _material(colour, image, specular, shininess, name)
+    return _material(colour, texture, specular, shininess)
 
 
 def _is_stand_in(material: "SimpleMaterial") -> bool:
@@ -87,7 +84,7 @@ def _is_stand_in(material: "SimpleMaterial") -> bool:
     return material.image is not None and material.image.format is None
 
 
-def _from_pbr(material: "PBRMaterial", name: str) -> Material:
+def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> Material:
     """Return the Phong material whose lobe is as wide as that of GGX with α = roughness²; rough surfaces have none."""
     factor = material.baseColorFactor
     colour = WHITE if factor is None else _rgb((np.asarray(factor[:3], np.float64) / 255.0).tolist(), WHITE)
@@ -96,13 +93,13 @@ def _from_pbr(material: "PBRMaterial", name: str) -> Material:
     shininess = 2.0 / max(roughness, 0.1) ** 4 - 2.0
     image: Any = material.baseColorTexture
     path = None if image is None else image.info.get("file_path", "embedded texture")
-    return _material(colour, image, (1 - roughness) * (0.3 + 0.7 * metallic), shininess, f"{name}: {path}")
+    texture = None if image is None else textures.decode(image, f"{name}: {path}")
+    return _material(colour, texture, (1 - roughness) * (0.3 + 0.7 * metallic), shininess)
 
 
 def _material(
-    colour: tuple[float, float, float], image: "Image.Image | None", specular: float, shininess: float, name: str
+    colour: tuple[float, float, float], texture: NDArray[np.uint8] | None, specular: float, shininess: float
 ) -> Material:
-    texture = None if image is None else rgba(image, name)
     return Material(colour, texture, min(max(specular, 0.0), 1.0), min(max(shininess, 1.0), MAX_SHININESS))
 
 

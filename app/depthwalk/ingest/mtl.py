@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from depthwalk.ingest.formats import IMAGE_SUFFIXES
-from depthwalk.ingest.image import open_image
+from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import phong_from_mtl
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.sources import Sources, find, read_libraries, texture_name
@@ -93,9 +93,10 @@ class MaterialLibrary:
         """
         self._mesh = mesh
         self._sources = sources
-        self._folders = [mesh.parent, *(library.parent for library in libraries)]
+        self._folders = list(dict.fromkeys([mesh.parent, *(library.parent for library in libraries)]))
         self._materials = parse_mtl(read_libraries(libraries, sources).decode("utf-8", "replace")) if libraries else {}
         self._files: dict[str, Path | None] = {}
+        self._textures = TextureDecoder()
         checked: set[Path | None] = {None}
         for name in dict.fromkeys(material.image for material in self._materials.values() if material.image):
             path = self._files[name] = find(texture_name(name), self._folders, sources, mesh)
@@ -112,7 +113,9 @@ class MaterialLibrary:
         if found is None:
             return None
         path = self._files[found.image] if found.image else None
-        return phong_from_mtl(found.terms, self._open(path), f"{self._mesh}: {found.image}")
+        image = self._open(path)
+        texture = None if image is None else self._textures.decode(image, f"{self._mesh}: {found.image}", path)
+        return phong_from_mtl(found.terms, texture)
 
     def _open(self, path: Path | None) -> "Image.Image | None":
         """Return the picture, no pixel of it decoded; None where there is none, with a warning if no name said so."""

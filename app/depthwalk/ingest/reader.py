@@ -4,14 +4,17 @@ from pathlib import Path
 
 import numpy as np
 
+from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.ingest.formats import check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
-from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals
+from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
+
+_TEXT_BYTES = 12  # that reading an OBJ file takes for each byte, measured with a million triangles
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:
@@ -55,9 +58,11 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
 
 def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     """Return the triangles of an OBJ file with the materials of its libraries, those of the last group first."""
+    check_memory(path, _TEXT_BYTES * len(data), f"{len(data)} bytes of OBJ text")
     data = as_utf8(data)
     mesh = parse_obj(data, path)
     check_triangle_count(mesh.triangle_count, path)
+    check_mesh_memory(len(mesh.corners), mesh.triangle_count, path)
     vertex, texture, normal = mesh.corners.T - 1
     used = np.flatnonzero(np.bincount(vertex))
     if broken := np.count_nonzero(~np.isfinite(mesh.vertices[used]).all(axis=1)):

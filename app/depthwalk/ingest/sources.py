@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 from depthwalk.errors import InputError, missing_file
 from depthwalk.ingest import gltf
-from depthwalk.limits import MAX_MESH_BYTES
+from depthwalk.limits import MAX_LOOKUPS, MAX_MESH_BYTES
 
 log = logging.getLogger(__name__)
 
@@ -55,8 +55,15 @@ class Sources:
         -------
         bool
             True where it does, after symbolic links are followed; the first answer is kept.
+
+        Raises
+        ------
+        InputError
+            Where too many other files were asked for before.
         """
         if (path, root) not in self._found:
+            if len(self._found) == MAX_LOOKUPS:
+                raise InputError(f"{path}: a mesh names too many files: {MAX_LOOKUPS} were looked for before this one")
             try:
                 self._found[path, root] = path.is_file() and path.resolve().is_relative_to(root)
             except (OSError, ValueError):  # a name too long, or with a zero byte
@@ -94,7 +101,7 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
     match path.suffix.lower():
         case ".obj":
             libraries = material_libraries(data, path.parent, sources)
-            folders = [path.parent, *(library.parent for library in libraries)]
+            folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
             named = [*libraries, *find_all(_textures_of(libraries, sources), folders, sources, path)]
         case ".gltf" | ".glb":
             buffers, images = _uris(data, path)

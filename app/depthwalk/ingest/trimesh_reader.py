@@ -5,7 +5,9 @@ Imported only where such a file is read: trimesh takes most of a second to impor
 
 import io
 import logging
+import re
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from trimesh.resolvers import FilePathResolver
+from trimesh.transformations import fix_rigid
 from trimesh.visual.color import to_rgba
 from trimesh.visual.texture import TextureVisuals
 
@@ -21,13 +24,16 @@ from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import IMAGE_SUFFIXES
-from depthwalk.ingest.image import open_image
+from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
-from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals
+from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
+from depthwalk.limits import MAX_COPIED_TRIANGLES
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns with tracebacks of what is checked here
+
+_NEXT_SOLID = re.compile(rb"endsolid[^\n]*\n\s*solid[^\n]*(?=\n)", re.IGNORECASE)
 
 _Placed = list[tuple[trimesh.Trimesh, NDArray[np.float64]]]  # meshes and their scene_from_mesh matrices (4, 4)
 
@@ -104,9 +110,19 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
     elif suffix in (".glb", ".gltf"):
         header = gltf.read_header(data, path)
         gltf.check_header(header, path)
+        length = len(data)
         for uri in gltf.external_uris(header, "buffers"):
-            if find(uri, folder.folders, folder.sources) is None:
+            file = find(uri, folder.folders, folder.sources)
+            if file is None:
                 raise InputError(f"{path}: buffer {uri!r} is missing or outside the folder")
+            length += len(folder.sources.read(file))
+        vertices, triangles = gltf.placed_size(header)
+        if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # as no triangle takes less than three bytes
+            raise InputError(
+                f"{path}: its nodes and primitives make {triangles} triangles of the same data, at most {most} are "
+                "allowed; place copies by a scene file"
+            )
+        check_mesh_memory(vertices, triangles, path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.filterwarnings("error", message="string or file could not be read")  # numbers cut short
@@ -114,29 +130,52 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
 
 
 def _checked_stl(data: bytes, path: Path) -> bytes:
-    """Return the file, in UTF-8 where it is text.
+    """Return the file, in UTF-8 and as one solid where it is text.
 
-    trimesh takes every file for text whose length is not that of a binary one.
+    trimesh takes every file for text whose length is not that of a binary one, and makes a mesh of each solid, which
+    takes longer than to read a hundred triangles.
     """
     if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, 50 bytes a triangle
         return data
     if b"facet" not in data.lower():
         raise InputError(f"{path}: neither a whole binary STL file nor one of text")
-    return as_utf8(data)
+    return _NEXT_SOLID.sub(b"", as_utf8(data))
 
 
 def _placed(scene: trimesh.Scene, path: Path) -> _Placed:
     """Return every use of a triangle mesh in the scene graph, checked."""
     placed: _Placed = []
-    for node in scene.graph.nodes_geometry:
-        matrix, name = scene.graph[node]
+    for name, matrix in _matrices(scene.graph):
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             placed.append((mesh, matrix))
     for mesh in {id(mesh): mesh for mesh, _ in placed}.values():
         _check(mesh, path)
-    check_triangle_count(sum(len(mesh.faces) for mesh, _ in placed), path)
+    triangles = sum(len(mesh.faces) for mesh, _ in placed)
+    check_triangle_count(triangles, path)
+    check_mesh_memory(sum(len(mesh.vertices) for mesh, _ in placed), triangles, path)
     return placed
+
+
+def _matrices(graph: Any) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """Yield the name of each geometry in the scene graph and its matrix (4, 4), one pair for each place.
+
+    `graph.get` multiplies all matrices from the root down for each node, in time quadratic in the depth.
+    """
+    parents, steps = graph.transforms.parents, graph.transforms.edge_data
+    known: dict[object, NDArray[np.float64]] = {graph.base_frame: np.eye(4)}
+    for node in graph.nodes_geometry:
+        above: dict[object, None] = {}
+        at = node
+        while at not in known:
+            if at in above or at not in parents:
+                raise ValueError("a node that hangs from no scene")
+            above[at] = None
+            at = parents[at]
+        for child in reversed(above):
+            step = steps[parents[child], child].get("matrix")
+            known[child] = known[parents[child]] if step is None else known[parents[child]] @ step
+        yield graph.transforms.node_data[node]["geometry"], fix_rigid(known[node], max_deviance=graph.repair_rigid)
 
 
 def _check(mesh: trimesh.Trimesh, path: Path) -> None:
@@ -169,13 +208,14 @@ class _Palette:
     path: Path
     materials: list[Material] = field(default_factory=list)
     numbers: dict[object, int] = field(default_factory=dict)
+    textures: TextureDecoder = field(default_factory=TextureDecoder)
 
     def number(self, mesh: trimesh.Trimesh, coloured: bool) -> int:
         source = getattr(mesh.visual, "material", None)
         material = None
         key: object = id(source)
         if key not in self.numbers:
-            material = convert_material(source, str(self.path))
+            material = convert_material(source, str(self.path), self.textures)
             if material is None:
                 key = coloured
         if key not in self.numbers:

@@ -25,6 +25,7 @@ class Representation(IntEnum):
     DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
     OCTAHEDRAL = 10  # octahedral impostors: the three nearest of many captured views, blended
     BILLBOARD = 11  # one captured view on an upright rectangle that faces the viewer
+    AUTO = 12  # as MESH or DPCI, whichever is quicker; what is drawn is one of these
 
     @property
     def label(self) -> str:

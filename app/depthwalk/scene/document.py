@@ -154,10 +154,10 @@ def parse_document(text: str, name: str) -> Document:
 
 def _read_text(path: Path) -> str:
     try:
+        if not path.is_file():  # a named pipe would be waited for
+            raise missing_file(path)
         with path.open("rb") as file:
             data = file.read(MAX_SCENE_BYTES + 1)
-    except FileNotFoundError:
-        raise missing_file(path) from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     if len(data) > MAX_SCENE_BYTES:

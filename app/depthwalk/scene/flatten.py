@@ -155,7 +155,8 @@ def reference_errors(
             hint = suggest(row.spec.asset, list(assets)) or "; 'assets' has none of that name"
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
         elif wanted is not None and wanted not in (possible := _representations(asset)):
-            lack = "has no dpci" if wanted in ("dpci", "dmesh") else "has no mesh"
+            no_images = wanted in ("dpci", "dmesh") or (wanted == "auto" and "dpci" not in possible)
+            lack = "has no dpci" if no_images else "has no mesh"
             lack = "is no relief, one planar depth image" if wanted in _HEIGHT_FIELDS else lack
             *others, last = map(repr, possible)
             choice = f"{', '.join(others)} or {last}"
@@ -236,8 +237,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     if isinstance(asset, DepthImageAssetParams):
         return ("dpci", "dmesh", *_HEIGHT_FIELDS) if asset.depth_image.size else ("dpci", "dmesh")
     if isinstance(asset, BakedAssetParams):
-        return ("dpci", *_OF_MESH, "dmesh") if asset.mesh else ("dpci", "dmesh")
-    return ("dpci", *_OF_MESH, "dmesh") if asset.dpci else _OF_MESH
+        return ("dpci", *_OF_MESH, "dmesh", "auto") if asset.mesh else ("dpci", "dmesh")
+    return ("dpci", *_OF_MESH, "dmesh", "auto") if asset.dpci else _OF_MESH
 
 
 def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError, missing_file, suggest_file
 from depthwalk.ingest.formats import is_baked_file, is_model_file
@@ -28,14 +29,17 @@ from depthwalk.scene.schema import (
 )
 from depthwalk.scene.validate import Source, check_model, raise_all
 
+if TYPE_CHECKING:
+    from depthwalk.scene.advice import Advice
+
 
 def load_scene(
     path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
     """Load a scene file; or a mesh, or depth images, as a scene that holds nothing else.
 
-    Of the files that the scene names, only the lists of positions of `places` items are opened; of all others it is
-    made sure that they exist.
+    Of the files that the scene names, only its advice and the lists of positions of `places` items are opened; of all
+    others it is made sure that they exist.
 
     Parameters
     ----------
@@ -69,6 +73,7 @@ def load_scene(
     named = {
         row.loc: finder.find((*row.loc, "file"), row.spec.file) for row in rows if isinstance(row.spec, PlacesParams)
     }
+    advice = finder.find_optional(("advice",), file.advice)
     missing = {asset.name for asset in assets if isinstance(asset, BakedAsset) and asset.source is None}
     raise_all(reference_errors(rows, file.assets, source, missing) + finder.errors)
     places = {loc: read_places(found) for loc, found in named.items()}
@@ -84,7 +89,17 @@ def load_scene(
         camera=camera_from(file.camera) if file.camera else None,
         render=file.render,
         walk=file.walk,
+        advice=_advice(advice),
     )
+
+
+def _advice(file: Path | None) -> "dict[str, Advice]":
+    """Return what a file of advice says, by asset; nothing where the scene names none, as most do."""
+    if file is None:
+        return {}
+    from depthwalk.scene.advice import load_advice
+
+    return load_advice(file)
 
 
 def camera_from(params: CameraParams) -> Camera:

@@ -3,9 +3,10 @@
 Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes the objects below it, and nothing else.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.schema import DpciParams, IntrinsicsParams, PanoramaParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
+
+if TYPE_CHECKING:
+    from depthwalk.scene.advice import Advice
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,6 +173,8 @@ class Scene:
         How the picture is made.
     walk : WalkParams
         How the camera of the window moves.
+    advice : dict of Advice
+        By name of the asset, what `depthwalk advise` found for it.
     """
 
     path: Path
@@ -181,6 +187,7 @@ class Scene:
     camera: Camera | None
     render: RenderSettings
     walk: WalkParams = field(default_factory=WalkParams)
+    advice: "Mapping[str, Advice]" = field(default_factory=dict)
 
 
 def set_node_transform(

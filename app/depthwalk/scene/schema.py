@@ -51,6 +51,7 @@ RepresentationName = Literal[
     "displacement",
     "octahedral",
     "billboard",
+    "auto",
 ]
 BakeMethod = Literal["raycast", "six-view", "paper"]
 Coordinates = Literal["auto", "never"]
@@ -372,4 +373,5 @@ class SceneFile(FileParams):
     environment: Environment = Field(default_factory=Environment, description="Sky, ground and lights")
     camera: CameraParams | None = param(None, "Camera at the start; left out: one that shows all objects")
     walk: WalkParams = Field(default_factory=WalkParams, description="Walking in the window")
+    advice: FilePath | None = param(None, "File that `depthwalk advise` wrote, which `representation: auto` follows")
     render: RenderSettings = Field(default_factory=RenderSettings, description="Render settings")

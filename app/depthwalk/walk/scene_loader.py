@@ -110,7 +110,7 @@ class SceneLoader:
         while not renderer.world.is_whole and (camera is None or time.perf_counter() < end):
             renderer.world.take_arrivals(viewer)
             if complaints := [*library.failures, *renderer.assets.meshes.failures]:
-                raise InputError("\n".join(complaints))
+                raise InputError(*complaints)
             if renderer.world.is_whole:
                 break
             if not rehearsed and not len(renderer.world.objects()):

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Self
 
+from depthwalk.bench import plots
 from depthwalk.bench.tables import table as one
 from depthwalk.gpu.device import headless_device
 from depthwalk.provenance import Machine, commit, machine
@@ -81,4 +82,6 @@ def to_json(tables: Tables) -> str:
 
 def to_html(tables: Tables) -> str:
     """Return the tables as an HTML page that needs no other file."""
-    return render_page("depthwalk tables", headline(tables), [one.to_section(table) for table in tables.tables])
+    shown = [plots.curves(table.title, table.curves) for table in tables.tables if table.curves]
+    sections = [one.to_section(table) for table in tables.tables]
+    return render_page("depthwalk tables", headline(tables), sections, plots.TEMPLATE, plots=shown, axes=plots)

@@ -11,6 +11,25 @@ Cell = str | float | Ratio | None
 
 
 @dataclass(frozen=True, kw_only=True)
+class Curves:
+    """Hold curves that a page draws beside a table, both axes logarithmic.
+
+    Attributes
+    ----------
+    label
+        What the horizontal axis shows.
+    x
+        (n,) its values, rising, above 0.
+    columns
+        By name, (n,) values, above 0; None where one was not measured.
+    """
+
+    label: str
+    x: tuple[float, ...]
+    columns: dict[str, tuple[float | None, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Table:
     """Hold one table.
 
@@ -28,6 +47,8 @@ class Table:
         A cell for each column.
     notes
         What a reader must know to judge the numbers.
+    curves
+        The same as curves; None for a table that is none.
     """
 
     name: str
@@ -36,6 +57,7 @@ class Table:
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     notes: tuple[str, ...] = ()
+    curves: Curves | None = None
 
 
 def text_of(cell: Cell) -> str:

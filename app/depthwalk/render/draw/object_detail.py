@@ -16,6 +16,7 @@ from depthwalk.cook.cases import ALL_PIECES, CAPS, CONE_EDGES, HORIZON_SLACK, SI
 from depthwalk.render import kernels
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, nearest_faces
+from depthwalk.render.lod.mesh_choice import MeshChooser
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
 from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
@@ -86,6 +87,7 @@ class DetailSelector:
 
     def __init__(self) -> None:
         self._frozen: _FrozenDetail | None = None
+        self._chooser = MeshChooser()
 
     def freeze_as_asked(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
         """Freeze the detail of all objects when `lod.freeze` is switched on, and thaw it when that is switched off.
@@ -101,7 +103,7 @@ class DetailSelector:
             self._frozen = None
         elif self._frozen is None or self._frozen.table is not table or len(self._frozen.level) != len(objects):
             as_mesh = np.zeros(len(objects), bool)
-            as_mesh[_near_enough_for_mesh(view, scene, np.arange(len(objects)), settings, _all_resident)] = True
+            as_mesh[self._as_mesh(view, scene, np.arange(len(objects)), settings, _all_resident)] = True
             viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
             level = choose_levels(view, objects, scene.bounds, viewer, table, lod)
             pieces = choose_pieces(objects.asset, level, viewer, table, lod)
@@ -125,9 +127,22 @@ class DetailSelector:
         (k,) numbers of these among the m, rising.
         """
         if self._frozen is None:
-            return _near_enough_for_mesh(view, scene, rows, settings, is_resident)
+            return self._as_mesh(view, scene, rows, settings, is_resident)
         able = self._frozen.as_mesh[rows].nonzero()[0]
         return able[is_resident(scene.table.mesh_fallbacks.mesh[scene.objects.asset[rows[able]]])]
+
+    def _as_mesh(
+        self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
+    ) -> Rows:
+        """Return the numbers (k,) of those of the objects `rows` (m,) that are near enough for a mesh, or quicker."""
+        near = _near_enough_for_mesh(view, scene, rows, settings, is_resident)
+        if scene.choice is None:
+            return near
+        table = scene.table
+        quicker = self._chooser.quicker_as_mesh(
+            view, scene.objects, rows, scene.choice, table.mesh_fallbacks, table.meshes, is_resident
+        )
+        return np.union1d(near, quicker)
 
     def describe(self, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
         """Return how some objects are drawn.

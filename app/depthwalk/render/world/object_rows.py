@@ -11,7 +11,7 @@ from depthwalk.render.resources.library import Library
 from depthwalk.render.world.stand_ins import StandIns
 from depthwalk.scene.arrays import OF_MESH, Objects, Representation
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Ints
+from depthwalk.types import Ints, Mask
 
 
 def place_objects(
@@ -81,11 +81,33 @@ def placed_rows(
     return slice(before, before + within)
 
 
+def choosing_rows(
+    scene: Scene, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns
+) -> Mask:
+    """Return which rows (n,) of all that `place_objects` returns are drawn as meshes or depth images as is quicker.
+
+    Parameters
+    ----------
+    scene : the scene.
+    library : tells which assets have meshes and depth images.
+    store : gives numbers to what is drawn.
+    forced : the representation that `place_objects` was given.
+    stand_ins : the stand-ins that `place_objects` was given.
+
+    Returns
+    -------
+    A mask of the rows.
+    """
+    chooses = asked_for(scene.objects, library, forced) == Representation.AUTO
+    return np.repeat(chooses, _rows(scene.objects, library, store, forced, stand_ins)[2])
+
+
 def _rows(
     objects: Objects, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns | None
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
     """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
     representation, stand_ins = asked_for(objects, library, forced), stand_ins or StandIns.none(len(library))
+    representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
     imaged = ~np.isin(representation, OF_MESH)
     waiting = imaged & ~stand_ins.ready[objects.asset]
     representation[waiting] = stand_ins.representation[objects.asset[waiting]]

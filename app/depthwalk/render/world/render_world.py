@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.assets.demand import cook_options
+from depthwalk.render.lod.mesh_choice import MeshChoice, advised_table
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable, asset_table
-from depthwalk.render.world.object_rows import place_objects, placed_rows
+from depthwalk.render.world.object_rows import choosing_rows, place_objects, placed_rows
 from depthwalk.render.world.spatial_cells import SpatialCells, sort_into_cells
 from depthwalk.render.world.stand_ins import StandIns, find_stand_ins
 from depthwalk.scene.arrays import Objects, Representation
@@ -27,12 +28,14 @@ class SceneArrays:
     bounds : their bounding spheres, world.
     table : what is known of the assets.
     generation : how often all of this was computed from scratch; impostor tiles of an earlier generation are dropped.
+    choice : which objects are drawn as is quicker, by `auto`; None where none is.
     """
 
     objects: Objects
     bounds: Bounds
     table: AssetTable
     generation: int = 0
+    choice: MeshChoice | None = None
 
 
 class RenderWorld:
@@ -51,6 +54,7 @@ class RenderWorld:
         self._table: AssetTable | None = None
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
+        self._choice: MeshChoice | None = None
         self._cells: SpatialCells | None = None
         self._generation = self._changes = 0
         self._stand_ins = StandIns.none(len(library))
@@ -100,7 +104,7 @@ class RenderWorld:
         return len(self.objects()) >= len(self._scene.objects)
 
     def _forget(self) -> None:
-        self._objects = self._table = self._bounds = self._cells = None
+        self._objects = self._table = self._bounds = self._cells = self._choice = None
         self._generation += 1
         self._changes += 1
 
@@ -112,7 +116,7 @@ class RenderWorld:
             self._assets.cook_options = options
             self._forget()
         if self._table is None:
-            as_in_scene = self._representation is None  # else the name of a representation means it alone
+            as_in_scene = self._representation in (None, Representation.AUTO)  # other names mean that one alone
             self._table = asset_table(self.objects(), self._library, self._assets, as_in_scene)
         return self._table
 
@@ -145,8 +149,35 @@ class RenderWorld:
     def arrays(self) -> SceneArrays:
         """Return objects, bounds and table together."""
         return SceneArrays(
-            objects=self.objects(), bounds=self.bounds(), table=self.table(), generation=self._generation
+            objects=self.objects(),
+            bounds=self.bounds(),
+            table=self.table(),
+            generation=self._generation,
+            choice=self._mesh_choice(),
         )
+
+    def _mesh_choice(self) -> MeshChoice | None:
+        """Return which objects are drawn as is quicker, and what was measured of them; None where none is."""
+        objects, table = self.objects(), self.table()
+        if self._choice is None and self._has_auto():
+            shown_by = self._scene, self._library, self._assets, self._representation, self._stand_ins
+            first = self._assets.first_depth
+            names = {
+                number: self._scene.assets[self._assets.asset_of(number)].name
+                for number in range(first, len(self._assets))
+            }
+            self._choice = MeshChoice(
+                chooses=choosing_rows(*shown_by) & (objects.asset >= first),
+                advised=advised_table(len(table.levels), names, self._scene.advice),
+            )
+        return self._choice
+
+    def _has_auto(self) -> bool:
+        """Return whether any object may be drawn by `auto`."""
+        forced = self._representation
+        if forced is None:
+            return bool((self._scene.objects.representation == Representation.AUTO).any())
+        return forced is Representation.AUTO
 
     def moved(self, changed: slice | None = None) -> None:
         """Take notice that objects moved; call this after `set_node_transform`.
@@ -157,7 +188,7 @@ class RenderWorld:
         """
         self._changes += 1
         if changed is None or self._cells is None or self._bounds is None:
-            self._objects = self._bounds = self._cells = None
+            self._objects = self._bounds = self._cells = self._choice = None
             self._generation += 1
             return
         if changed.start == changed.stop:

@@ -1,0 +1,78 @@
+"""Declare `depthwalk advise`, which measures how each asset of a scene is drawn quickest on this machine."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from depthwalk.commands.options import (
+    AssetRoots,
+    Quiet,
+    Resolution,
+    SceneArgument,
+    Settings,
+    Verbose,
+    open_scene,
+    parse_resolution,
+)
+from depthwalk.commands.program import guarded
+from depthwalk.errors import InputError
+
+_SUFFIX = ".advice.json"
+_MOST_PIXELS = 4096
+
+
+@guarded
+def main(
+    scene: SceneArgument,
+    want_flip: Annotated[
+        float, typer.Option(metavar="FLIP", min=0, max=1, help="Mean FLIP of an object that is low enough.")
+    ] = 0.12,
+    seconds: Annotated[
+        float,
+        typer.Option(
+            metavar="S", min=0, max=86_400, help="Time after which no measurement begins; baking does not count."
+        ),
+    ] = 60.0,
+    json: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the advice to this file; left out: SCENE.advice.json, beside SCENE."),
+    ] = None,
+    resolution: Resolution = "640x480",
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure how each asset of a scene is drawn quickest on this machine, at a wanted error.
+
+    The advice is written to a file, which the scene names by the key `advice`; `representation: auto` follows it.
+    """
+    size = parse_resolution(resolution)
+    if max(size) > _MOST_PIXELS:
+        why = "since pictures are compared with ones of four times the width and height"
+        raise InputError(f"--resolution {resolution}: each side must be at most {_MOST_PIXELS} pixels, {why}")
+    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.bench.advise import advise, fields, to_table
+    from depthwalk.bench.tables.table import to_text
+    from depthwalk.commands.progress import asset_progress
+    from depthwalk.commands.reports import check_report_files, input_files, write_report
+    from depthwalk.gpu.device import headless_device
+    from depthwalk.scene.advice import advice_text
+
+    opened = open_scene(scene, asset_root, settings)
+    out = json or opened.path.with_suffix(_SUFFIX)
+    check_report_files([out], input_files(opened, None), "measured")
+    device = headless_device()
+    renderer = device.renderer
+    device.context.release()
+    with asset_progress() as report:
+        library = SceneLibrary(opened.assets, report, processes=None)
+        advised = advise(opened, library, size, want_flip, seconds, report)
+    table = to_table(advised, want_flip)
+    if not advised.sizes:
+        why = "no time was left" if advised.unfinished else "no asset has both a mesh and depth images of it"
+        raise InputError(f"{scene}: nothing to advise: {why}")
+    write_report(out, advice_text(renderer, want_flip, fields(advised.sizes)))
+    print(to_text(table))
+    print(f"\nwritten to {out}; to use it, let the scene say:  advice: {out.name}")

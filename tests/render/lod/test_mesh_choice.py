@@ -1,0 +1,123 @@
+"""Meshes in the place of depth images because they are quicker: `representation: auto`."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.lod import mesh_choice
+from depthwalk.render.lod.mesh_choice import (
+    AS_IMAGES,
+    AS_MESH,
+    BINS,
+    FREE_TRIANGLES,
+    HYSTERESIS,
+    TRIANGLES_PER_PIXEL,
+    UNKNOWN,
+    advice_bins,
+    advised_at,
+    advised_table,
+    mesh_is_quicker,
+)
+from depthwalk.render.view.view import View
+from depthwalk.scene.advice import Advice
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.loader import load_scene
+
+SIZE = 96, 72
+AUTO, DPCI, MESH = Representation.AUTO, Representation.DPCI, Representation.MESH
+
+
+def test_the_model_weighs_triangles_against_pixels() -> None:
+    no, yes = np.array([False]), np.array([True])
+    pixels = np.array([10_000.0])
+    even = TRIANGLES_PER_PIXEL * pixels + FREE_TRIANGLES
+    assert mesh_is_quicker(even / 1.5, pixels, no) and not mesh_is_quicker(even * 1.5, pixels, yes)
+    assert mesh_is_quicker(np.array([FREE_TRIANGLES / 1.5]), np.array([1.0]), no)
+
+
+def test_near_the_even_point_the_choice_stays() -> None:
+    pixels, even = np.array([5000.0]), np.array([TRIANGLES_PER_PIXEL * 5000 + FREE_TRIANGLES])
+    for factor in (0.95, 1.0, 1.05):
+        for before in (False, True):
+            was = np.array([before])
+            assert mesh_is_quicker(factor * even, pixels, was) == was
+    assert mesh_is_quicker(even / (1.01 * HYSTERESIS), pixels, np.array([False]))
+    assert not mesh_is_quicker(even * 1.01 * HYSTERESIS, pixels, np.array([True]))
+
+
+def test_advice_holds_for_the_sizes_nearest_to_those_measured() -> None:
+    bins = advice_bins(Advice(pixels=(20.0, 80.0, 320.0), mesh=(False, True, False)))
+    assert bins.shape == (BINS,) and set(bins.tolist()) == {AS_IMAGES, AS_MESH}
+    changes = 2.0 ** ((np.flatnonzero(np.diff(bins)) + 1) / mesh_choice.BINS_PER_OCTAVE)
+    assert changes == pytest.approx([40.0, 160.0], rel=0.2)  # in the middle, by ratio
+    table = advised_table(3, {1: "oak", 2: "fir"}, {"oak": Advice(pixels=(50.0,), mesh=(True,))})
+    assert (table[1] == AS_MESH).all() and (table[[0, 2]] == UNKNOWN).all()
+
+
+def test_a_size_that_wavers_about_a_change_of_advice_changes_nothing() -> None:
+    advised = advice_bins(Advice(pixels=(20.0, 80.0), mesh=(False, True)))[None]
+    for size in (38.0, 40.0, 42.0):
+        for before, expected in ((False, AS_IMAGES), (True, AS_MESH)):
+            assert advised_at(advised, np.array([size]), np.array([before])) == expected
+    assert advised_at(advised, np.array([20.0]), np.array([True])) == AS_IMAGES
+    assert advised_at(advised, np.array([80.0]), np.array([False])) == AS_MESH
+
+
+def draw(
+    scene_file: Path, kind: Representation | None, overrides: Mapping[str, str] | None = None
+) -> tuple[np.ndarray, dict[str, float]]:
+    """Return the picture from 8 m, where no texel is magnified, and what was counted."""
+    scene = load_scene(scene_file, overrides={"render.lod.magnification": "0", **(overrides or {})})
+    with HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE, kind) as headless:
+        headless.draw(View(Camera((0, 1, 8), (0, 1, 0), 0.8), SIZE))
+        assert headless.renderer.plan is not None
+        return headless.pixels(), headless.renderer.plan.counts
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("limit", (100_000.0, 0.0))
+def test_auto_draws_one_of_both_by_the_model(tiny_scene: Path, limit: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The picture is that of the mesh, or that of the depth images, and forced or written in the scene is the same."""
+    monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", limit)
+    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 0.0)
+    picture, counts = draw(tiny_scene, AUTO)
+    assert (counts["mesh_fallbacks"], counts["dpci"]) == ((1, 0) if limit else (0, 1))
+    assert np.array_equal(picture, draw(tiny_scene, MESH if limit else DPCI)[0])
+    written, _ = draw(tiny_scene, None, {"objects.0.representation": "auto"})
+    assert np.array_equal(written, picture)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("mesh", (True, False))
+def test_auto_follows_advice_against_the_model(tiny_scene: Path, mesh: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", 0.0 if mesh else 1e9)
+    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 0.0)
+    (tiny_scene.parent / "a.json").write_text(
+        '{"version": 1, "renderer": "x", "want_flip": 0.1, "assets": {"ball": '
+        f'[{{"pixels": 30.0, "mesh": {str(mesh).lower()}, "quickest": "mesh"}}]}}}}'
+    )
+    _, counts = draw(tiny_scene, AUTO, {"advice": "a.json"})
+    assert counts["mesh_fallbacks"] == int(mesh)
+
+
+@pytest.mark.gl
+def test_other_objects_of_the_scene_do_not_choose(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Meshes are quicker, but only the second object asks for them."""
+    monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", 1e6)
+    scene = tiny_scene.with_name("two.yaml")
+    scene.write_text(
+        tiny_scene.read_text().replace(
+            "  - {asset: ball}\n",
+            "  - {asset: ball, position: [-1.5, 0, 0]}\n"
+            "  - {asset: ball, position: [1.5, 0, 0], representation: auto}\n",
+        )
+    )
+    picture, counts = draw(scene, None)
+    assert (counts["mesh_fallbacks"], counts["dpci"]) == (1, 1)
+    half = SIZE[0] // 2
+    assert np.array_equal(picture[:, :half], draw(scene, DPCI)[0][:, :half])
+    assert np.array_equal(picture[:, half:], draw(scene, MESH)[0][:, half:])
