@@ -15,6 +15,8 @@ from tools.make_models.model import Model, vertex_normals
 
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.baker import bake_object
+from depthwalk.bake.capture import capture_views
+from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.division import Cell, part_faces
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.levels import mesh_levels
@@ -256,6 +258,10 @@ class ShapeLibrary:
             mesh = self._meshes[asset]
             self._clusters[asset] = None if mesh is None else build_clusters(mesh)
         return self._clusters[asset]
+
+    def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
+        mesh = self._meshes[asset]
+        return None if mesh is None else capture_views(mesh, params)
 
     def forget_mesh(self, asset: int) -> None:
         """It stays."""

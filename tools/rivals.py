@@ -38,7 +38,7 @@ from depthwalk.types import Mask, Picture
 VIEWS = {"front": 8.0, "aside": 40.0, "flat": 65.0}  # degrees from the picture's axis
 _AWAY, _FOV = 1.2, 45.0  # metres from a picture of a square metre; degrees
 _SWAY = 0.4  # degrees from frame to frame
-_WARM = 2  # frames of each way that are not counted
+WARM = 2  # frames of each way that are not counted
 _SCENE = """version: 1
 assets:
   relief: {{depth_image: {{depth: depth.png, colour: colour.png, size: [1, 1], range: {range}, method: paper}}}}
@@ -94,8 +94,13 @@ def camera_at(degrees: float) -> Camera:
     return Camera(tuple(place.tolist()), tuple(middle.tolist()), float(np.radians(_FOV)))
 
 
-def time_ways(ways: Mapping[str, HeadlessRenderer], degrees: float, frames: int) -> dict[str, Times]:
-    """Return the times of all ways in one view, which take turns frame by frame."""
+def time_ways(
+    ways: Mapping[str, HeadlessRenderer], passes: Mapping[str, Sequence[str]], cameras: Sequence[Camera]
+) -> dict[str, Times]:
+    """Return the times of all ways, which take turns frame by frame; the first `WARM` frames are not counted.
+
+    passes: by way, the passes that are timed besides the whole frame.
+    """
     times: dict[str, Times] = defaultdict(Times)
     spent: dict[str, float] = defaultdict(float)
 
@@ -108,17 +113,16 @@ def time_ways(ways: Mapping[str, HeadlessRenderer], degrees: float, frames: int)
 
     before, PassTimers.measure = PassTimers.measure, timed  # type: ignore[method-assign,assignment]
     try:
-        for number in range(_WARM + frames):
-            camera = camera_at(degrees + _SWAY * (number % 8))
+        for number, camera in enumerate(cameras):
             for name, headless in ways.items():
                 spent.clear()
                 clock, start = time.perf_counter(), time.process_time()
                 headless.draw(View(camera, headless.size))
                 headless.device.context.finish()
-                if number >= _WARM:
+                if number >= WARM:
                     times[name].frame.append(1e3 * (time.process_time() - start))
                     times[name].clock.append(1e3 * (time.perf_counter() - clock))
-                    times[name].passes.append(sum(spent[part] for part in WAYS[name].passes))
+                    times[name].passes.append(sum(spent[part] for part in passes[name]))
     finally:
         PassTimers.measure = before  # type: ignore[method-assign]
     return times
@@ -162,7 +166,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         ways = {name: opened(way) for name, way in WAYS.items()}
         truth = opened(WAYS["displacement"], SUPERSAMPLING)
         for view, degrees in VIEWS.items():
-            times = time_ways(ways, degrees, args.frames)
+            cameras = [camera_at(degrees + _SWAY * (number % 8)) for number in range(WARM + args.frames)]
+            times = time_ways(ways, {name: way.passes for name, way in WAYS.items()}, cameras)
             camera = camera_at(degrees)
             (true,) = supersampled(truth, [camera])
             solid = picture(ways["displacement"], camera)[1]

@@ -1,7 +1,8 @@
 // Packs what is in front at a pixel into the visibility buffer (Burns and Hunt 2013), and unpacks it: an object and its image,
 // and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
 #from depthwalk.cook.lod_geometry import IMAGE_BITS
-const uint COVERAGE_MASK = 15u;
+#from depthwalk.render.resources.placed_records import COVERAGE_STEPS, FIRST_CAPTURED
+const uint COVERAGE_MASK = uint(COVERAGE_STEPS);
 const uvec2 NO_OBJECT = uvec2(0u);     // polygons; depth-image objects are numbered from 1
 const uvec2 GROUND = uvec2(0u, COVERAGE_MASK + 1u);     // told apart only to count what shows objects; infinitely far, as NO_OBJECT
 
@@ -11,6 +12,8 @@ uvec2 visibility_from(uint object, uint image, float inverse, float uncovered) {
     uint part = uint(uncovered * float(COVERAGE_MASK) + 0.5);
     return uvec2(object << IMAGE_BITS | image, (floatBitsToUint(inverse) & ~COVERAGE_MASK) | part);
 }
+// As polygons, but tells which row of the scene's objects a captured view shows.
+uvec2 captured_visibility(uint row) { return uvec2(0u, uint(FIRST_CAPTURED) + row * (COVERAGE_MASK + 1u)); }
 uint object_of(uvec2 visibility) { return visibility.x >> IMAGE_BITS; }
 int image_of(uvec2 visibility) { return int(visibility.x & ((1u << IMAGE_BITS) - 1u)); }
 float distance_of(uvec2 visibility) { return 1.0 / uintBitsToFloat(visibility.y & ~COVERAGE_MASK); }

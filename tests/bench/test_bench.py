@@ -94,7 +94,7 @@ def test_a_still_camera_needs_no_path(tiny_scene: Path, tmp_path: Path) -> None:
         (
             ["--representation", "dpci,teapot"],
             "--representation teapot: must be one of scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh, "
-            "relief, distance, parallax, bump, displacement, auto",
+            "relief, distance, parallax, bump, displacement, octahedral, billboard, auto",
         ),
         (["--json", "{d}/no/b.json"], "{d}/no/b.json: the folder '{d}/no' does not exist"),
         (["--json", "{d}/b", "--html", "{d}/b"], "{d}/b: would overwrite what is measured, or the other report"),
@@ -140,7 +140,7 @@ def test_times_belong_to_the_measured_frames(lag: int, every: int, mean: int, ag
         draw=timers.draw,
         device=SimpleNamespace(context=SimpleNamespace(finish=lambda: None), live=Counter()),
         renderer=SimpleNamespace(timers=timers, plan=plan),
-        pixel_counts=lambda: np.array([1, 0, 3, 0]),
+        pixel_counts=lambda: np.array([1, 0, 3, 0, 0]),
     )
     ticks = []
     drawn = {"dpci": cast(HeadlessRenderer, headless)}
@@ -148,7 +148,7 @@ def test_times_belong_to_the_measured_frames(lag: int, every: int, mean: int, ag
     assert len(ticks) == run.frames == len(run.frame_times) == 3
     assert run.passes_ms["warp"].max == 4 and run.passes_ms["warp"].mean == mean  # frames 2, 3 and 4, or not 3
     assert run.trace is not None and run.trace.work["plan_ms"] == [2, 3, 4]
-    shares = {"share_dpci": 0.25, "share_dmesh": 0, "share_mesh": 0.75, "share_height_fields": 0}
+    shares = {"share_dpci": 0.25, "share_dmesh": 0, "share_mesh": 0.75, "share_height_fields": 0, "share_captured": 0}
     assert run.counts == {"objects": 3} | shares
     (again,) = bench.measure(drawn, [Camera((0, 0, 1), (0, 0, 0), 1)] * 2, 0, lambda: None)
     assert again.passes_ms["warp"].mean == again_mean  # the first call drew `lag` more

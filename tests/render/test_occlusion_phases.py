@@ -92,6 +92,9 @@ def assert_same(pictures: Sequence[Rows], representation: Representation | None 
     assert differ.mean() <= allowed
 
 
+DRAWN = "dpci", "dmesh", "mesh", "captured"
+
+
 def crowd(seed: int, count: int) -> tuple[list[tuple[int, list[float], float, float]], np.random.Generator]:
     """Balls, walls and frames at random over a square."""
     rng = np.random.default_rng(seed)
@@ -117,11 +120,13 @@ def test_a_crowd_looks_the_same(
     with Both(gl_device, library, places, representation) as both:
         for renderer in both.renderers:
             renderer.settings.aa = aa
+            renderer.settings.octahedral.views, renderer.settings.octahedral.resolution = 4, 32
+            renderer.settings.billboard.resolution = 32
         for _ in range(12):
             eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
             pictures, plans = both.pictures(Camera(tuple(eye), tuple(aim), rng.uniform(0.5, 1.5)))
             assert_same(pictures, representation)
-            drawn, all_of_them = (sum(plan.counts[name] for name in ("dpci", "dmesh", "mesh")) for plan in plans)
+            drawn, all_of_them = (sum(plan.counts[name] for name in DRAWN) for plan in plans)
             assert plans[0].counts["occluded"] >= all_of_them - drawn >= 0
             assert plans[1].counts["occluded"] == 0
             occluded += all_of_them - drawn

@@ -7,7 +7,7 @@ import pytest
 
 from depthwalk.gpu.device import Device
 from depthwalk.render import pixel_shares
-from depthwalk.render.pixel_shares import POLYGON, count_kinds, shares
+from depthwalk.render.pixel_shares import CAPTURED_VIEW, POLYGON, count_kinds, shares
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
@@ -68,17 +68,18 @@ def test_large_pictures_are_sampled(gl_device: Device, balls: ShapeLibrary, monk
 
 
 def test_numbers_stand_for_kinds() -> None:
-    numbers = np.array([0, 1, 1, 2, 3, 4, 4, 5, POLYGON, POLYGON, 0], np.uint32)
+    numbers = np.array([0, 1, 1, 2, 3, 4, 4, 5, POLYGON, POLYGON, CAPTURED_VIEW, 0], np.uint32)
     kinds = [Representation.DPCI, Representation.DMESH, Representation.DPCI, Representation.RELIEF, Representation.BUMP]
-    assert count_kinds(numbers, np.array(kinds, np.uint8)).tolist() == [3, 1, 2, 3]
-    of_all = {"share_dpci": 0.25, "share_dmesh": 0.125, "share_mesh": 0.5, "share_height_fields": 0.125}
-    assert shares(np.array([4, 2, 8, 2])) == of_all
-    assert set(shares(np.zeros(4, int)).values()) == {0.0}
+    assert count_kinds(numbers, np.array(kinds, np.uint8)).tolist() == [3, 1, 2, 3, 1]
+    of_all = {"share_dpci": 0.25, "share_dmesh": 0.125, "share_mesh": 0.375, "share_height_fields": 0.125}
+    of_all["share_captured"] = 0.125
+    assert shares(np.array([4, 2, 6, 2, 2])) == of_all
+    assert set(shares(np.zeros(5, int)).values()) == {0.0}
 
 
 def test_there_is_nothing_to_count_before_a_frame(gl_device: Device, balls: ShapeLibrary) -> None:
     with OnScreen(gl_device, three_balls(), balls, SIZE) as stage:
-        assert stage.renderer.sample_shares().count().tolist() == [0, 0, 0, 0]
+        assert stage.renderer.sample_shares().count().tolist() == [0, 0, 0, 0, 0]
 
 
 @pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])

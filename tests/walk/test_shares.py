@@ -24,7 +24,7 @@ class CountingRenderer:
 
     def count(self) -> Rows:
         self.read.append(self.frame)
-        return np.array([3, 0, 1, 0])
+        return np.array([3, 0, 1, 0, 0])
 
 
 def test_an_answer_is_read_later_and_asked_for_once_a_second() -> None:
@@ -33,6 +33,7 @@ def test_an_answer_is_read_later_and_asked_for_once_a_second() -> None:
         late.update(cast(Renderer, renderer), 0.125)
         assert bool(late.latest) == (renderer.frame >= 6)  # the first picture does not wait for the question's shader
     assert (renderer.asked, renderer.read) == ([3, 14, 25], [6, 17, 28])
+    assert late.latest.pop("share_captured") == 0.0
     assert late.latest == {"share_dpci": 0.75, "share_dmesh": 0.0, "share_mesh": 0.25, "share_height_fields": 0.0}
 
 

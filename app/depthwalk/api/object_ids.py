@@ -10,6 +10,7 @@ from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.render.draw.draw_lists import DrawList
 from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.renderer import Renderer
+from depthwalk.render.resources.placed_records import COVERAGE_STEPS, FIRST_CAPTURED
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
@@ -22,8 +23,8 @@ _SAME_SURFACE, _SAME_SURFACE_SAMPLED = 1e-3, 5e-2
 def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) -> NDArray[np.int32]:
     """Return which object of the scene is in front at each pixel of the frame drawn last.
 
-    Objects drawn as depth images are read from the visibility buffer. Polygons leave no trace in it: an object that
-    `ids` found counts as seen where it is as near as what the frame shows.
+    Objects drawn as depth images or captured views are read from the visibility buffer. Polygons leave no trace in
+    it: an object that `ids` found counts as seen where it is as near as what the frame shows.
 
     Parameters
     ----------
@@ -47,6 +48,9 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     image_object = visible[..., 0] >> IMAGE_BITS  # counted from 1; 0 for polygons and nothing
     owner = np.concatenate([[-1], _scene_objects(renderer)[plan.object_rows]]).astype(np.int32)
     found: NDArray[np.int32] = owner[image_object]
+    captured = (image_object == 0) & (visible[..., 1] >= FIRST_CAPTURED)
+    row = (visible[..., 1][captured] - FIRST_CAPTURED) // (COVERAGE_STEPS + 1)
+    found[captured] = _scene_objects(renderer)[row] if captured.any() else -1
     meshes = ids.read()
     if meshes is None or not len(plan.polygons.records):
         return found
@@ -54,7 +58,7 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     near, far = view.depth_range
     tolerance = _SAME_SURFACE if targets.samples == 1 else _SAME_SURFACE_SAMPLED
     shown, polygons = view_distance(depth, near, far), view_distance(meshes.depth, near, far)
-    in_front = (image_object == 0) & (meshes.depth < 1) & (polygons <= shown * (1 + tolerance))
+    in_front = (image_object == 0) & ~captured & (meshes.depth < 1) & (polygons <= shown * (1 + tolerance))
     found[in_front] = _mesh_objects(plan.polygons, view, scene_objects)[meshes.number[in_front]]
     return found
 

@@ -37,6 +37,8 @@ RepresentationName = Literal[
     "parallax",
     "bump",
     "displacement",
+    "octahedral",
+    "billboard",
     "auto",
 ]
 

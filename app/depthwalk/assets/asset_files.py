@@ -6,10 +6,12 @@ again only while it is still right, and files that are replaced need no bookkeep
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from depthwalk.bake.cache import bake_key
+from depthwalk.bake.captured_views import CAPTURE_VERSION, CaptureParams
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.params import FEWEST, RATIOS, ModelParams
 from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
@@ -284,6 +286,22 @@ def clusters_key(spec: MeshAsset, source: str) -> str:
         64 hex digits.
     """
     return bake_key(source.removesuffix(_TEXTURED), up=spec.up, height=spec.height, clusters=CLUSTERS_VERSION)
+
+
+def views_key(spec: MeshAsset, source: str, params: CaptureParams) -> str:
+    """Return the key in the cache, 64 hex digits, of the captured views of a mesh asset.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+    source
+        What `mesh_source` returns for the bytes that the mesh was read from.
+    params
+        How it is captured.
+    """
+    digest = source.removesuffix(_TEXTURED)
+    return bake_key(digest, up=spec.up, height=spec.height, views=CAPTURE_VERSION, **asdict(params))
 
 
 def range_key(spec: DepthImageAsset) -> str:

@@ -32,7 +32,7 @@ from depthwalk.errors import InputError
 from depthwalk.files import temporary_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.scene.arrays import MESHES, Representation
+from depthwalk.scene.arrays import OF_MESH, Representation
 from depthwalk.scene.scene import Asset, Scene
 
 log = logging.getLogger(__name__)
@@ -153,8 +153,8 @@ class BackgroundLibrary(SceneLibrary):
             The representation of all objects whose asset has it; None: each object's own.
         """
         camera, options = scene.camera, cook_options(scene.render)
-        polygonal = np.isin(asked_for(scene.objects, self, forced), MESHES)
-        imaged = set(scene.objects.asset[~polygonal].tolist())
+        of_mesh = np.isin(asked_for(scene.objects, self, forced), OF_MESH)
+        imaged = set(scene.objects.asset[~of_mesh].tolist())
         for asset in nearest_first(scene.objects, None if camera is None else np.array(camera.position)):
             if asset in imaged:
                 self.is_cooked(asset, options)

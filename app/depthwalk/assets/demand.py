@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cook import CookOptions
-from depthwalk.scene.arrays import HEIGHT_FIELDS, MESHES, Objects, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, OF_MESH, Objects, Representation
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array
 
@@ -50,7 +50,7 @@ def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> 
     """
     representation = objects.representation.copy()
     if forced is not None:
-        has = stock.has_mesh if forced in MESHES else stock.has_baked
+        has = stock.has_mesh if forced in OF_MESH else stock.has_baked
         has = stock.has_height_field if forced in HEIGHT_FIELDS else has
         able = np.array([has(asset) for asset in range(len(stock))], bool)
         if forced is Representation.AUTO:  # it needs something to choose from

@@ -28,9 +28,12 @@ from depthwalk.assets.asset_files import (
     read_keyed,
     read_meso,
     read_relief,
+    views_key,
 )
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.cache import BAKED, find_baked, has_key, keep_baked, sidecar
+from depthwalk.bake.capture_file import find_views, keep_views
+from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.level_file import find_levels, keep_levels
 from depthwalk.bake.model import BakedModel
@@ -45,6 +48,7 @@ from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_height
 from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.parallel import thread_map
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset
 
 log = logging.getLogger(__name__)
@@ -361,6 +365,29 @@ class SceneLibrary:
             else:
                 self._clusters[asset] = None
         return self._clusters[asset]
+
+    def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
+        """Return views of the mesh of the asset numbered `asset`, captured as `params` say; None where it has no mesh.
+
+        They are not kept in memory.
+        """
+        spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
+        if spec is None or mesh is None:
+            return None
+        key = views_key(spec, self._meshes[asset][1], params)
+        found = find_views(params, key)
+        if found is not None:
+            return found
+        self.report(spec.name, "capturing views")
+        from depthwalk.bake.capture import capture_views
+
+        with thread_map() as parallel_map:
+            views = capture_views(mesh, params, parallel_map)
+        try:
+            keep_views(views, key)
+        except OSError as error:
+            log.warning("cannot keep the captured views of %s: %s", spec.name, error)
+        return views
 
     def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:
         """Keep `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""

@@ -56,7 +56,7 @@ class Trace:
     passes
         By the number of each frame whose passes were timed: milliseconds of each pass by its name.
     pixels
-        (n, 3) how many of the counted pixels each kind of `pixel_shares.KINDS` drew.
+        (n, 5) how many of the counted pixels each kind of `pixel_shares.KINDS` drew.
     pictures
         Some of the frames, by their numbers, as the contents of PNG files.
     """

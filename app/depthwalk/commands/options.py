@@ -58,8 +58,9 @@ class RepresentationName(StrEnum):
     """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
 
     `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes,
-    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own. The
-    others draw reliefs as height fields, but for `auto`, which chooses between `mesh` and `dpci` for each object.
+    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own.
+    `octahedral` and `billboard` draw pictures of meshes. `auto` chooses between
+    `mesh` and `dpci` for each object. The others draw reliefs as height fields.
     """
 
     SCENE = "scene"
@@ -73,6 +74,8 @@ class RepresentationName(StrEnum):
     PARALLAX = "parallax"
     BUMP = "bump"
     DISPLACEMENT = "displacement"
+    OCTAHEDRAL = "octahedral"
+    BILLBOARD = "billboard"
     AUTO = "auto"
 
 
@@ -96,6 +99,7 @@ RepresentationOption = Annotated[
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
         "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
         "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); "
+        "meshes also by pictures from many directions, three of them blended (octahedral) or one alone (billboard); "
         "auto: as meshes or depth images, whichever is quicker; "
         "scene: as the scene file says, with meshes in place of depth images near by.",
     ),

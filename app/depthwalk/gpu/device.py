@@ -251,6 +251,30 @@ class Scope:
         array.filter = moderngl.NEAREST, moderngl.NEAREST
         return array
 
+    def filtered_array(self, size: tuple[int, int, int], components: int, data: bytes) -> moderngl.TextureArray:
+        """Create and return an array texture of 8 bits, 0 to 1, with mip-maps, clamped at the edges of its layers.
+
+        Texels are filtered linearly, of the mip-map that is nearest to the level asked for.
+
+        Parameters
+        ----------
+        size
+            (width, height, layers), texels.
+        components
+            Numbers per texel, 1 to 4.
+        data
+            The texels, layer by layer, lower row first.
+        """
+        self._check_size(size[:2])
+        if size[2] > self.device.max_layers:
+            raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
+        make = self.device.context.texture_array
+        array: moderngl.TextureArray = self._make("texture_array", size, lambda: make(size, components, data))
+        array.build_mipmaps()
+        array.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
+        array.repeat_x = array.repeat_y = False
+        return array
+
     def volume(self, size: tuple[int, int, int], components: int, dtype: str, data: bytes) -> moderngl.Texture3D:
         """Create and return a 3-D texture, filtered linearly, clamped at its faces.
 

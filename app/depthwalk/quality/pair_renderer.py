@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.assets.cooked import cooked_objects
+from depthwalk.bake.capture import capture_views
+from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cook import CookedObject, CookOptions
@@ -164,6 +166,9 @@ class _OneObject:
 
     def mesh_clusters(self, asset: int) -> MeshClusters:
         return build_clusters(self._mesh)
+
+    def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews:
+        return capture_views(self._mesh, params)
 
     def forget_mesh(self, asset: int) -> None:
         """Do nothing: the mesh stays."""

@@ -135,8 +135,8 @@ class Pass(ABC, Generic[P]):
         group in the render settings.
     draws_objects : whether it draws the objects of `frame.plan`; such passes run before all others.
     per_sample : whether it runs for each sample of a pixel, where targets have several.
-    representation : the one of `scene.arrays.HEIGHT_FIELDS` that it draws. Such a pass is left out of phases without
-        objects drawn so, before it is asked anything. None for all others.
+    representation : the one of `scene.arrays.HEIGHT_FIELDS` or `CAPTURED` that it draws. Such a pass is left out of
+        phases without objects drawn so, before it is asked anything. None for all others.
     reads : names of the targets (`render.targets.TARGETS`) that it reads. A depth that is only tested against counts as
         read.
     writes : names of the targets that it draws into.

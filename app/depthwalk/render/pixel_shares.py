@@ -14,8 +14,15 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.types import Ints
 
 POLYGON = 0x7FFFFFFF  # stands for every mesh; depth-image objects are numbered from 1
+CAPTURED_VIEW = POLYGON - 1  # stands for every captured view
 MOST_SAMPLES = 256  # along either axis of the picture; smaller pictures are counted pixel by pixel
-KINDS = ("dpci", "dmesh", "mesh", "height_fields")  # what is counted, in the words of `FrameDrawLists.counts`
+KINDS = (
+    "dpci",
+    "dmesh",
+    "mesh",
+    "height_fields",
+    "captured",
+)  # what is counted, in the words of `FrameDrawLists.counts`
 
 
 class _Sampled(NamedTuple):
@@ -66,7 +73,7 @@ class PixelShares:
 
         Returns
         -------
-        (4,) number of pixels for each of `KINDS`; zeros before the first call of `sample`.
+        (5,) number of pixels for each of `KINDS`; zeros before the first call of `sample`.
         """
         if self._sampled is None:
             return np.zeros(len(KINDS), np.int64)
@@ -91,18 +98,19 @@ def count_kinds(numbers: NDArray[np.uint32], drawn_as: NDArray[np.uint8]) -> Int
 
     Parameters
     ----------
-    numbers : (n,) what each pixel shows: a depth-image object, counted from 1; `POLYGON`; or 0, which is no object.
+    numbers : (n,) what each pixel shows: a depth-image object, counted from 1; `POLYGON`; `CAPTURED_VIEW`; 0, nothing.
     drawn_as : (d,) the representation of each depth-image object, see `FrameDrawLists.drawn_as`.
 
     Returns
     -------
-    (4,) number of pixels for each of `KINDS`.
+    (5,) number of pixels for each of `KINDS`.
     """
-    images = numbers[(numbers > 0) & (numbers < POLYGON)].astype(np.int64) - 1
+    images = numbers[(numbers > 0) & (numbers < CAPTURED_VIEW)].astype(np.int64) - 1
     shown = drawn_as[images]
     as_impostor, straight = (int((shown == kind).sum()) for kind in (Representation.DPCI, Representation.DMESH))
     rest = len(images) - as_impostor - straight
-    return np.array([as_impostor, straight, int((numbers == POLYGON).sum()), rest])
+    polygons, captured = (int((numbers == kind).sum()) for kind in (POLYGON, CAPTURED_VIEW))
+    return np.array([as_impostor, straight, polygons, rest, captured])
 
 
 def shares(counted: Ints) -> dict[str, float]:
@@ -110,11 +118,12 @@ def shares(counted: Ints) -> dict[str, float]:
 
     Parameters
     ----------
-    counted : (4,) number of pixels for each of `KINDS`, of one frame or summed over several.
+    counted : (5,) number of pixels for each of `KINDS`, of one frame or summed over several.
 
     Returns
     -------
-    `share_dpci`, `share_dmesh`, `share_mesh` and `share_height_fields`, 0 to 1; all 0 where no pixel shows an object.
+    `share_dpci`, `share_dmesh`, `share_mesh`, `share_height_fields` and `share_captured`, 0 to 1; all 0 where no pixel
+    shows an object.
     """
     total = max(int(counted.sum()), 1)
     return {f"share_{kind}": int(count) / total for kind, count in zip(KINDS, counted, strict=True)}

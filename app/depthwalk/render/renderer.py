@@ -348,9 +348,8 @@ class Renderer:
 
     def _enabled(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[DrawnPass]:
         """Yield those of `passes` that have anything to draw, each with the targets that it declares."""
-        height_fields = frame.plan.height_fields
         for pass_ in passes:
-            if pass_.representation is not None and pass_.representation not in height_fields:
+            if pass_.representation is not None and not frame.plan.draws(pass_.representation):
                 continue
             drawn = DrawnPass(pass_, replace(frame, targets=self._declared[pass_]), pass_.params_in(self.settings))
             if pass_.enabled(drawn.frame, drawn.params):

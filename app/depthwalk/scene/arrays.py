@@ -23,7 +23,9 @@ class Representation(IntEnum):
     PARALLAX = 7  # parallax occlusion mapping of the same: linear steps and one secant, no silhouettes
     BUMP = 8  # the plane of the picture, with its normals
     DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
-    AUTO = 10  # as MESH or DPCI, whichever is quicker; what is drawn is one of these
+    OCTAHEDRAL = 10  # octahedral impostors: the three nearest of many captured views, blended
+    BILLBOARD = 11  # one captured view on an upright rectangle that faces the viewer
+    AUTO = 12  # as MESH or DPCI, whichever is quicker; what is drawn is one of these
 
     @property
     def label(self) -> str:
@@ -34,8 +36,14 @@ class Representation(IntEnum):
 MESHES = (Representation.MESH, Representation.MESH_LOD, Representation.MESH_CLUSTERS)
 """What is drawn as polygons."""
 
-SIMPLIFIED = (Representation.MESH_LOD, Representation.MESH_CLUSTERS)
-"""What needs the simplified levels of meshes; clusters cast shadows by them."""
+CAPTURED = (Representation.OCTAHEDRAL, Representation.BILLBOARD)
+"""Rivals of the impostors: pictures of an asset's mesh, captured before; numbered without a gap, above all others."""
+
+OF_MESH = (*MESHES, *CAPTURED)
+"""What is made of an asset's mesh, by its number."""
+
+SIMPLIFIED = (Representation.MESH_LOD, Representation.MESH_CLUSTERS, *CAPTURED)
+"""What needs the simplified levels of meshes; clusters and captured views cast shadows by them."""
 
 HEIGHT_FIELDS = (
     Representation.RELIEF,
@@ -44,7 +52,7 @@ HEIGHT_FIELDS = (
     Representation.BUMP,
     Representation.DISPLACEMENT,
 )
-"""Rivals of the warp, for assets of one planar depth image; numbered without a gap, above all else that is drawn."""
+"""Rivals of the warp, for assets of one planar depth image; numbered without a gap."""
 
 
 @dataclass(kw_only=True)
@@ -82,9 +90,9 @@ class Objects(StructOfArrays):
         return np.asarray((self.representation >= first) & (self.representation <= last))
 
     @property
-    def polygonal(self) -> NDArray[np.bool_]:
-        """Return which objects, (n,) bool, are drawn as polygons."""
-        return np.asarray(np.logical_or.reduce([self.representation == kind for kind in MESHES]))
+    def of_mesh(self) -> NDArray[np.bool_]:
+        """Return which objects, (n,) bool, are drawn by what is made of their mesh, and cast shadows as that."""
+        return np.asarray(np.logical_or.reduce([self.representation == kind for kind in OF_MESH]))
 
 
 @dataclass(frozen=True)

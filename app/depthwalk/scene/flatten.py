@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, suggest
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_INSTANCES
-from depthwalk.scene.arrays import HEIGHT_FIELDS, Objects, Representation
+from depthwalk.scene.arrays import HEIGHT_FIELDS, OF_MESH, Objects, Representation
 from depthwalk.scene.document import Loc
 from depthwalk.scene.scatter import grid_instances, room_for, scatter_instances
 from depthwalk.scene.scene import Nodes, place_nodes, place_objects
@@ -39,9 +39,9 @@ MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
 Spec = ObjectParams | GridParams | PlacesParams | ScatterParams | GroupParams
 Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items, by the place of the item
 
-_POLYGONS = "mesh", "mesh-lod", "mesh-clusters"
 _BY_LABEL = {kind.label: kind for kind in Representation}
 _HEIGHT_FIELDS = tuple(kind.label for kind in HEIGHT_FIELDS)
+_OF_MESH = tuple(kind.label for kind in OF_MESH)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +162,7 @@ def reference_errors(
             choice = f"{', '.join(others)} or {last}"
             message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} {lack}"
             errors.append(source.error((*row.loc, "representation"), message))
-        elif wanted is not None and row.spec.asset in missing and wanted.startswith("mesh"):
+        elif wanted is not None and row.spec.asset in missing and wanted in _OF_MESH:
             message = f"{wanted!r} needs the mesh of asset {row.spec.asset!r}, whose file is missing"
             errors.append(source.error((*row.loc, "representation"), message))
     return errors
@@ -237,8 +237,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     if isinstance(asset, DepthImageAssetParams):
         return ("dpci", "dmesh", *_HEIGHT_FIELDS) if asset.depth_image.size else ("dpci", "dmesh")
     if isinstance(asset, BakedAssetParams):
-        return ("dpci", *_POLYGONS, "dmesh", "auto") if asset.mesh else ("dpci", "dmesh")
-    return ("dpci", *_POLYGONS, "dmesh", "auto") if asset.dpci else _POLYGONS
+        return ("dpci", *_OF_MESH, "dmesh", "auto") if asset.mesh else ("dpci", "dmesh")
+    return ("dpci", *_OF_MESH, "dmesh", "auto") if asset.dpci else _OF_MESH
 
 
 def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:

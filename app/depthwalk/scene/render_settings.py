@@ -133,6 +133,36 @@ class ParallaxParams(Params):
     max_steps: int = param(50, "Steps of a ray along the plane; between the two by the cosine", ge=1, le=1024)
 
 
+class OctahedralParams(Params):
+    """Set octahedral impostors (Brucks 2018), in effect with `representation: octahedral`."""
+
+    views: int = param(
+        12,
+        "Directions from which an object is captured, along either side of the square to which the octahedron about it "
+        "unfolds: 12 are 144 pictures",
+        ge=2,
+        le=16,
+    )
+    resolution: int = param(
+        170,
+        "Width and height of each picture; views² · resolution² · 10.7 bytes for an asset",
+        unit="texels",
+        ge=8,
+        le=256,
+    )
+    parallax_steps: int = param(1, "Times that each picture is shifted by its depth along the view ray", ge=0, le=8)
+    hemisphere: bool = param(
+        False, "Capture from above the horizon only; who looks from below then sees the views from the horizon"
+    )
+
+
+class BillboardParams(Params):
+    """Set billboards (Rohlf and Helman 1994), in effect with `representation: billboard`."""
+
+    views: int = param(8, "Directions, all around, from which an object is captured", ge=1, le=64)
+    resolution: int = param(256, "Width and height of each picture", unit="texels", ge=8, le=512)
+
+
 class WarpParams(TileParams):
     """Set how depth images are warped into impostors, and for how long impostors are reused."""
 
@@ -430,6 +460,8 @@ class RenderSettings(PictureParams):
     relief: ReliefParams = Field(default_factory=ReliefParams)
     distance: DistanceParams = Field(default_factory=DistanceParams)
     parallax: ParallaxParams = Field(default_factory=ParallaxParams)
+    octahedral: OctahedralParams = Field(default_factory=OctahedralParams)
+    billboard: BillboardParams = Field(default_factory=BillboardParams)
     mesh: MeshParams = Field(default_factory=MeshParams)
     shadows: ShadowParams = Field(default_factory=ShadowParams)
     light: LightParams = Field(default_factory=LightParams)

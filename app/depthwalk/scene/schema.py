@@ -49,6 +49,8 @@ RepresentationName = Literal[
     "parallax",
     "bump",
     "displacement",
+    "octahedral",
+    "billboard",
     "auto",
 ]
 BakeMethod = Literal["raycast", "six-view", "paper"]

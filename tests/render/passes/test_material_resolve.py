@@ -17,7 +17,7 @@ from stage import OnScreen, view_of
 
 
 def draw_lists(meshes: int = 0) -> SimpleNamespace:
-    return SimpleNamespace(mesh=SimpleNamespace(records=np.zeros(meshes)), clusters=())
+    return SimpleNamespace(mesh=SimpleNamespace(records=np.zeros(meshes)), clusters=(), captured={})
 
 
 @pytest.mark.parametrize(

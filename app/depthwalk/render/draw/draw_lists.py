@@ -186,6 +186,8 @@ class FrameDrawLists:
         by `dmesh`, be it asked for or not.
     height_fields : planar depth images drawn by another of `scene.arrays.HEIGHT_FIELDS`, with
         `placed_records.PLACED_RECORD`; only those representations that draw anything.
+    captured : meshes drawn by one of `scene.arrays.CAPTURED`, with `placed_records.CAPTURED_RECORD`; only those
+        representations that draw anything.
     first_object_id : the number that passes write for the first of the `object_rows`; 0 stands for no object.
     """
 
@@ -199,6 +201,7 @@ class FrameDrawLists:
     object_rows: Rows
     drawn_as: NDArray[np.uint8]
     height_fields: Mapping[Representation, DrawList] = field(default_factory=dict)
+    captured: Mapping[Representation, DrawList] = field(default_factory=dict)
     first_object_id: int = 1
     clusters: ClusterDraws = field(default_factory=lambda: ClusterDraws.none())
 
@@ -226,6 +229,7 @@ class FrameDrawLists:
             "dmesh": len(self.dmesh.records),
             "mesh": len(self.mesh.records) + len(self.clusters.objects.records),
             "height_fields": sum(len(fields.records) for fields in self.height_fields.values()),
+            "captured": sum(len(views.records) for views in self.captured.values()),
             "warped": len(self.warp.records),
             "warped_triangles": sum(batch.count * length for batch in batches for _, length in batch.indices) // 3,
             "draw_batches": len(self.warp.batches),
@@ -240,6 +244,10 @@ class FrameDrawLists:
         """Return the number that a pass writes for the first object of `height_fields` in one representation."""
         return self.first_object_id + int(np.argmax(self.drawn_as == representation))
 
+    def draws(self, representation: Representation) -> bool:
+        """Return whether anything is drawn in a representation of `HEIGHT_FIELDS` or `CAPTURED`."""
+        return representation in self.height_fields or representation in self.captured
+
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
         """Return one plan that draws what all `phases` of a frame draw, with their counts put together."""
@@ -253,17 +261,20 @@ class FrameDrawLists:
             for name, count in phase.noted.items():
                 noted[name] = _JOINED_BY.get(name, add)(noted[name], count) if name in noted else count
         lists["clusters"] = ClusterDraws.joined([phase.clusters for phase in phases])
-        kinds = dict.fromkeys(kind for phase in phases for kind in phase.height_fields)
-        lists["height_fields"] = {
-            kind: DrawList.joined([phase.height_fields[kind] for phase in phases if kind in phase.height_fields])
-            for kind in kinds
-        }
+        lists["height_fields"] = _joined_by_kind([phase.height_fields for phase in phases])
+        lists["captured"] = _joined_by_kind([phase.captured for phase in phases])
         lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])
             for name in ("cleared", "object_rows", "drawn_as")
         }
         return cls(**lists, **columns, noted=noted, tiles=DrawnTiles.joined([phase.tiles for phase in phases]))
+
+
+def _joined_by_kind(phases: Sequence[Mapping[Representation, DrawList]]) -> dict[Representation, DrawList]:
+    """Return what draws all that several phases draw in each representation."""
+    kinds = dict.fromkeys(kind for lists in phases for kind in lists)
+    return {kind: DrawList.joined([lists[kind] for lists in phases if kind in lists]) for kind in kinds}
 
 
 def draw_batches(

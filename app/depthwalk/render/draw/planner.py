@@ -20,14 +20,17 @@ from depthwalk.render.impostors.warp_planes import nearest_faces
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.selection import levels_within
-from depthwalk.render.resources.placed_records import PLACED_RECORD, placed_records
+from depthwalk.render.resources.placed_records import PLACED_RECORD, captured_records, placed_records
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import CAPTURED, Objects, Representation
 from depthwalk.scene.render_settings import LodParams, MeshLodParams
 from depthwalk.types import Array, Mask, Rows
 
+# Captured views show an object from so many radii of its bounding sphere on. Nearer, a viewer might be within its box,
+# whose corners are at most √3 radii from the middle.
+_CAPTURED_FROM = 1.75
 _NO_WARP, _NOT_PLACED = np.zeros(0, WARP_RECORD), np.zeros(0, PLACED_RECORD)
 
 
@@ -94,7 +97,9 @@ class Planner:
 
         warp = _warp_list(impostors, work, table, settings.atlas_size)
         direct, dmesh = _direct_list(view, scene, seen)
-        polygons, clustered, traced = _by_representation(scene, seen)
+        polygons, clustered, traced, pictured = _by_representation(scene, seen)
+        near, captured = _captured_lists(view, scene, seen, pictured)
+        polygons = np.concatenate([polygons, near]) if len(near) else polygons
         mesh = _mesh_list(view, scene, seen.row[polygons], fallbacks, settings.polygons)
         clusters = cluster_draws(view, objects.take(seen.row[clustered]), table, settings.polygons.error)
         traced, height_fields = _height_field_lists(view, scene, seen, traced)
@@ -124,6 +129,7 @@ class Planner:
             object_rows=object_rows,
             drawn_as=drawn_as,
             height_fields=height_fields,
+            captured=captured,
             first_object_id=first_object_id,
         )
 
@@ -231,14 +237,39 @@ def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Ro
     )
 
 
-def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, Rows, Rows]:
-    """Return the numbers of those `seen` that are meshes, meshes drawn by clusters, and planar height fields."""
+def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, Rows, Rows, Rows]:
+    """Return the numbers of those `seen` that are meshes, meshes drawn by clusters, height fields, captured views."""
     others = (seen.way == POLYGONS).nonzero()[0]
     kind = scene.objects.representation[seen.row[others]]
     if kind.max(initial=0) < Representation.MESH_CLUSTERS:  # as in nearly every scene
-        return others, others[:0], others[:0]
-    clustered, traced = kind == Representation.MESH_CLUSTERS, kind > Representation.MESH_CLUSTERS
-    return others[~clustered & ~traced], others[clustered], others[traced]
+        return others, others[:0], others[:0], others[:0]
+    clustered, captured = kind == Representation.MESH_CLUSTERS, kind >= CAPTURED[0]
+    traced = (kind > Representation.MESH_CLUSTERS) & ~captured
+    return others[~(clustered | traced | captured)], others[clustered], others[traced], others[captured]
+
+
+def _captured_lists(
+    view: View, scene: SceneArrays, seen: ObjectDetail, pictured: Rows
+) -> tuple[Rows, dict[Representation, DrawList]]:
+    """Return the numbers of those of the objects `pictured` that are drawn as meshes, and the draws of the others.
+
+    The former are so near that the viewer may be within their boxes.
+    """
+    if not len(pictured):
+        return pictured, {}
+    objects, table, rows = scene.objects, scene.table, seen.row[pictured]
+    asset = objects.asset[rows]
+    distance = np.linalg.norm(seen.viewer[pictured] - table.centre[asset], axis=1)
+    is_near = distance < _CAPTURED_FROM * table.bounding_radius[asset]
+    near, rows = pictured[is_near], rows[~is_near]
+    kind, asset = objects.representation[rows], objects.asset[rows]
+    lists = {}
+    for number in np.unique(kind).tolist():
+        of_kind = (kind == number).nonzero()[0]
+        order = of_kind[np.argsort(asset[of_kind], kind="stable")]
+        records = captured_records(view.position, objects, rows[order])
+        lists[Representation(number)] = DrawList(records=records, batches=draw_batches(table, asset[order]))
+    return near, lists
 
 
 def _height_field_lists(

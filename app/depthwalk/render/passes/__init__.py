@@ -9,6 +9,7 @@ and what it may rely on.
 from typing import Any
 
 from depthwalk.render.frame import Pass
+from depthwalk.render.passes.billboard import BillboardPass
 from depthwalk.render.passes.bump import BumpPass
 from depthwalk.render.passes.composite import CompositePass
 from depthwalk.render.passes.coverage import CoveragePass
@@ -23,6 +24,7 @@ from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.material_resolve import MaterialResolvePass
 from depthwalk.render.passes.mesh import MeshPass
+from depthwalk.render.passes.octahedral import OctahedralPass
 from depthwalk.render.passes.output import OutputPass
 from depthwalk.render.passes.parallax import ParallaxPass
 from depthwalk.render.passes.relief import ReliefPass
@@ -42,6 +44,8 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     ParallaxPass,
     BumpPass,
     DisplacementPass,
+    OctahedralPass,
+    BillboardPass,
     MeshPass,
     GroundPass,
     ShadowsPass,

@@ -132,6 +132,7 @@ def _alone(frame: Frame, materials: MaterialRecords) -> bool:
 
     Then its pixels are those in front of the far plane, and no material depth is needed.
     """
-    polygons = len(frame.plan.mesh.records) > 0 or bool(frame.plan.clusters) or frame.environment.ground is not None
+    polygons = len(frame.plan.mesh.records) > 0 or bool(frame.plan.clusters) or bool(frame.plan.captured)
+    polygons |= frame.environment.ground is not None
     alone = len(materials.assets) == 1 and not polygons and not frame.common.forward
     return alone and not frame.common.aa.covering  # partial coverage is told by the material depth

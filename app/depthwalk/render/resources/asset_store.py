@@ -14,6 +14,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.captured_views import CaptureParams
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded
@@ -21,6 +22,7 @@ from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.texture_detail import Detail, at_detail, can_leave_out, detail_for
 from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.gpu.device import Device
+from depthwalk.render.resources.captured_views import CapturedViewStore, ViewTextures
 from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth, upload_texture
 from depthwalk.render.resources.height_field import HeightFields
 from depthwalk.render.resources.library import Background, Library
@@ -93,6 +95,7 @@ class AssetStore:
         self._deferred = False  # whether the last frame lacks depth objects that are still to be uploaded
         self.meshes = MeshStore(self.gl, library)
         self.height_fields = HeightFields(self.gl, self.baked)
+        self._captured = CapturedViewStore(self.gl, library.captured_views)
         self.background: Background | None = None
 
     def __len__(self) -> int:
@@ -143,7 +146,7 @@ class AssetStore:
     def is_waiting(self) -> bool:
         """Return whether the next frame may show more than the last, although nothing in the scene has changed."""
         beside = self.background is not None and self.background.is_busy
-        return self._deferred or self.meshes.is_busy or bool(self._reading) or beside
+        return self._deferred or self.meshes.is_busy or self._captured.is_busy or bool(self._reading) or beside
 
     def cooked(self, number: int) -> CookedObject:
         """Return the depth object numbered `number` as it was cooked; its large arrays are not loaded yet."""
@@ -185,6 +188,13 @@ class AssetStore:
             else:
                 uploaded.texture = upload_texture(self.gl, texture, Detail.FULL)
         return self._depth[number]
+
+    def captured_views(self, asset: int, params: CaptureParams) -> ViewTextures | None:
+        """Return views of the mesh of the asset numbered `asset`, captured as `params` say.
+
+        Where frames may not wait for them, None, or views captured with other params, while a thread captures these.
+        """
+        return self._captured.views(asset, params, wait=self.background is None)
 
     def fit_textures(
         self, numbers: Sequence[int], footprint: Array, seconds: float | None, *, exact: bool = False
@@ -341,9 +351,9 @@ class AssetStore:
 
     @property
     def gpu_bytes(self) -> int:
-        """Return how many bytes of GPU memory depth objects and fallback meshes take."""
+        """Return how many bytes of GPU memory depth objects, fallback meshes and captured views take."""
         drawn = sum(drawn.bytes for drawn in self._depth.values())
-        return drawn + self.meshes.fallback_bytes + self.height_fields.bytes
+        return drawn + self.meshes.fallback_bytes + self.height_fields.bytes + self._captured.bytes
 
     @property
     def depth_count(self) -> int:
@@ -415,3 +425,4 @@ class AssetStore:
         self._cooked.clear()
         self.meshes.forget()
         self.height_fields.forget()
+        self._captured.forget()

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions
 from depthwalk.render.resources.mesh_store import MeshLibrary
@@ -59,6 +60,10 @@ class Library(MeshLibrary, Protocol):
 
     def baked(self, asset: int) -> BakedModel | None:
         """Return the depth images of the asset numbered `asset`, baked first if need be; None where it has none."""
+        ...
+
+    def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
+        """Return views of the mesh of the asset numbered `asset`, captured first if need be; None without a mesh."""
         ...
 
     def texture(self, path: Path) -> NDArray[np.uint8]:

@@ -4,10 +4,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.scene.arrays import Objects
-from depthwalk.types import Array
+from depthwalk.types import Array, Rows
+
+COVERAGE_STEPS = 15
+"""In how many parts the visibility buffer counts how much of a pixel is covered; so many bits are set."""
+
+FIRST_CAPTURED = 2 * (COVERAGE_STEPS + 1)
+"""Second number in the visibility buffer where captured views show row 0; COVERAGE_STEPS + 1 more is the next row."""
 
 PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
 """Where an object stands relative to the viewer, or to the shadow map's centre, metres; its quaternion; its scale."""
+
+CAPTURED_RECORD = np.dtype([*((name, PLACED_RECORD[name]) for name in PLACED_RECORD.names or ()), ("row", "f4")])
+"""The same of an object that captured views show, and the number of its row, which float32 holds exactly."""
 
 
 def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
@@ -30,4 +39,16 @@ def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
     records = np.zeros(len(objects), PLACED_RECORD)
     records["origin"] = objects.position - origin
     records["rotation"], records["scale"] = objects.rotation, objects.scale
+    return records
+
+
+def captured_records(origin: Array, objects: Objects, rows: Rows) -> NDArray[np.void]:
+    """Return what shaders read of the objects `rows` (n,), shown by captured views: (n,) CAPTURED_RECORD.
+
+    origin: as of `placed_records`.
+    """
+    placed, records = placed_records(origin, objects.take(rows)), np.zeros(len(rows), CAPTURED_RECORD)
+    for name in placed.dtype.names or ():
+        records[name] = placed[name]
+    records["row"] = rows
     return records

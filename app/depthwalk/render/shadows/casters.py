@@ -187,7 +187,7 @@ def shadow_map(
     table = scene.table
     placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
-    as_grid = ~placed.polygonal
+    as_grid = ~placed.of_mesh
     level = np.where(as_grid, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
     simplified = np.isin(placed.representation, SIMPLIFIED)
     level = np.where(simplified, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)

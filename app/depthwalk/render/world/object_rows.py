@@ -9,7 +9,7 @@ from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.world.stand_ins import StandIns
-from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.arrays import OF_MESH, Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Ints, Mask
 
@@ -108,7 +108,7 @@ def _rows(
     """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
     representation, stand_ins = asked_for(objects, library, forced), stand_ins or StandIns.none(len(library))
     representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
-    imaged = ~np.isin(representation, MESHES)
+    imaged = ~np.isin(representation, OF_MESH)
     waiting = imaged & ~stand_ins.ready[objects.asset]
     representation[waiting] = stand_ins.representation[objects.asset[waiting]]
     imaged &= ~waiting

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from depthwalk.assets.demand import asked_for, nearest_first
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
-from depthwalk.scene.arrays import MESHES, SIMPLIFIED, Objects, Representation
+from depthwalk.scene.arrays import OF_MESH, SIMPLIFIED, Objects, Representation
 from depthwalk.types import Array, Mask
 
 # Triangles of all objects of an asset whose mesh stands in for its depth images. More would take seconds a frame, for
@@ -68,7 +68,7 @@ def find_stand_ins(
         return found
     found.ready[:] = found.has_mesh[:] = False
     representation = asked_for(objects, library, forced)
-    imaged, simplified = ~np.isin(representation, MESHES), np.isin(representation, SIMPLIFIED)
+    imaged, simplified = ~np.isin(representation, OF_MESH), np.isin(representation, SIMPLIFIED)
     clustered = representation == Representation.MESH_CLUSTERS
     masks = imaged, ~imaged, simplified, clustered
     counts = (np.bincount(objects.asset[mask], minlength=len(library)) for mask in masks)

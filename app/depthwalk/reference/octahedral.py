@@ -1,0 +1,98 @@
+"""Draw an octahedral impostor ray by ray in NumPy: the twin of shaders/octahedral.
+
+Brucks 2018, "Octahedral impostors". Views are looked up in the finest mip-map.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.captured_views import CapturedViews, CaptureParams
+from depthwalk.geometry.view_directions import square_from_direction, view_axes
+from depthwalk.types import Array
+
+
+def blended_views(direction: Array, params: CaptureParams) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return which views are blended for a viewer, and their weights.
+
+    Parameters
+    ----------
+    direction
+        (3,) from the object's middle to the viewer, asset frame, of any length.
+    params
+        The views, of a sphere or hemisphere.
+
+    Returns
+    -------
+    tuple
+        Numbers (3,) of views, and barycentric weights (3,), which add up to 1.
+    """
+    last = params.count - 1
+    square = square_from_direction(direction[None] / np.linalg.norm(direction), params.directions == "hemisphere")[0]
+    grid = (square * 0.5 + 0.5) * last
+    cell = np.clip(np.floor(grid).astype(int), 0, last - 1)
+    x, y = grid - cell
+    opposite = np.array([1, 1])
+    if params.directions == "sphere" and np.prod(2 * cell + 1 - last) > 0:  # along the fold, see the shader
+        x, cell, opposite = 1 - x, cell + np.array([1, 0]), np.array([-1, 1])
+    side = opposite * ((1, 0) if x > y else (0, 1))
+    corners = np.stack([cell, cell + side, cell + opposite])
+    return corners @ [1, params.count], np.array([1 - max(x, y), abs(x - y), min(x, y)])
+
+
+def first_hits(
+    views: CapturedViews, params: CaptureParams, viewer: Array, rays: Array, steps: int = 1
+) -> NDArray[np.float64]:
+    """Return where an octahedral impostor shows a surface along each ray.
+
+    Parameters
+    ----------
+    views
+        The captured views.
+    params
+        How they were captured.
+    viewer
+        (3,) metres, asset frame.
+    rays
+        (n, 3) directions from the viewer, asset frame, of any length above 0.
+    steps
+        How often each view is shifted by its depth.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) multiples of the rays' lengths; NaN where the impostor shows nothing.
+    """
+    from_middle = viewer - views.centre
+    numbers, weights = blended_views(from_middle, params)
+    coverage, part = np.zeros((2, len(rays)))
+    for number, weight, axes in zip(numbers, weights, view_axes(params.unit_vectors()[numbers]), strict=True):
+        eye, ray = from_middle @ axes.T / views.radius, rays @ axes.T / views.radius
+        height: Array = np.zeros(len(rays))
+        for _ in range(steps):
+            height = _height(views, number, _place(eye, ray, height))
+        at = _place(eye, ray, height)
+        share = weight * _bilinear(views.colour[number, ..., 3], at) * (np.abs(at).max(1) < 1)
+        coverage += share
+        part += share * (_height(views, number, at) - eye[2]) / ray[:, 2]
+    return np.where(coverage >= 0.5, part / np.maximum(coverage, 1e-9), np.nan)
+
+
+def _place(eye: Array, ray: Array, height: Array) -> Array:
+    """Return where (n, 2) rays are in a view when they are so high (n,) above its middle."""
+    return np.asarray(eye[:2] + ((height - eye[2]) / ray[:, 2])[:, None] * ray[:, :2])
+
+
+def _height(views: CapturedViews, number: int, at: Array) -> Array:
+    """Return how high (n,) the surface is above a view's middle at places (n, 2), −1 to 1."""
+    return 1 - 2 * _bilinear(views.surface[number, ..., 3], at)
+
+
+def _bilinear(texels: NDArray[np.uint8], at: Array) -> Array:
+    """Return values (n,) from 0 to 1 of texels (H, H) at places (n, 2), −1 to 1, clamped at the edges."""
+    last = len(texels) - 1
+    place = np.clip((at * 0.5 + 0.5) * len(texels) - 0.5, 0, last)
+    low = np.minimum(np.floor(place).astype(int), last - 1)
+    (x, y), (column, row) = (place - low).T, low.T
+    lower = texels[row, column] * (1 - x) + texels[row, column + 1] * x
+    upper = texels[row + 1, column] * (1 - x) + texels[row + 1, column + 1] * x
+    return np.asarray((lower * (1 - y) + upper * y) / 255)

@@ -1,0 +1,21 @@
+"""Draw billboards: of the views captured all around, the nearest, on an upright rectangle that faces the viewer.
+
+Rohlf and Helman 1994, "IRIS Performer": axial billboards, the cheapest of all, which know no view from above. Pixels
+have the depth of the view (Schaufler 1997, "Nailboards"), though they are looked up on a plane.
+"""
+
+from depthwalk.bake.captured_views import CaptureParams
+from depthwalk.render.captured_view_pass import CapturedViewPass
+from depthwalk.scene.arrays import Representation
+from depthwalk.scene.render_settings import BillboardParams
+
+
+class BillboardPass(CapturedViewPass[BillboardParams]):
+    """Draw objects with `representation: billboard`."""
+
+    name = "billboard"
+    representation = Representation.BILLBOARD
+
+    def capture(self, params: BillboardParams) -> CaptureParams:
+        """Return as many views from all around as `params` say."""
+        return CaptureParams(directions="azimuths", count=params.views, resolution=params.resolution)

@@ -1,0 +1,48 @@
+// Looks up captured views, and writes what a view ray meets into the G-buffer, with its depth.
+#include "common/gbuffer.glsl"
+#include "common/per_sample.glsl"
+#include "common/rotation.glsl"
+#include "common/view.glsl"
+#include "common/visibility.glsl"
+uniform sampler2DArray colour_views;    // square root of the linear colour; a = coverage
+uniform sampler2DArray surface_views;   // normal, object frame, 0 to 1; a = depth, 0 at the sphere's near end, 1 at its far
+uniform float specular;
+uniform float shininess;
+
+flat in vec4 rotation;
+flat in float level;
+flat in uint row;
+
+layout(location = 0) out vec4 out_albedo;
+layout(location = 1) out vec4 out_surface;
+layout(location = 2) out uvec2 visibility;
+#ifdef CONSERVATIVE_DEPTH
+layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the rectangle
+#endif
+
+// What one view shows at a place: coverage, colour, normal, and how far toward it the surface is from the middle.
+struct ViewTexel {
+    float coverage;
+    vec3 colour;
+    vec3 normal;
+    float height;       // −1 to 1, where 1 is the radius of the sphere
+};
+
+float height_in(vec2 at, float layer) { return 1.0 - 2.0 * textureLod(surface_views, vec3(at * 0.5 + 0.5, layer), level).a; }
+
+// at: −1 to 1, where 1 is the radius of the sphere. Beyond that there is nothing.
+ViewTexel view_texel(vec2 at, float layer) {
+    vec3 uv = vec3(at * 0.5 + 0.5, layer);
+    vec4 colour = textureLod(colour_views, uv, level), surface = textureLod(surface_views, uv, level);
+    float coverage = max(abs(at.x), abs(at.y)) < 1.0 ? colour.a : 0.0;
+    return ViewTexel(coverage, colour.rgb, surface.rgb * 2.0 - 1.0, 1.0 - 2.0 * surface.a);
+}
+
+// Writes a surface `part` times as far along the view ray as the rectangle. normal: object frame, of any length.
+void write_surface(vec3 colour, vec3 normal, float part) {
+    out_albedo = vec4(colour, specular);
+    out_surface = encode_surface(normalize(rotate(rotation, normal)), shininess);
+    visibility = captured_visibility(row);
+    float inverse = gl_FragCoord.w / part;
+    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding
+}
