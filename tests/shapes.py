@@ -287,7 +287,11 @@ def scene_of(
         representation=np.full(len(asset), representation, np.uint8),
     )
     render = RenderSettings.model_validate({"lod": {"magnification": 0}})
-    return cast(Scene, SimpleNamespace(objects=objects, environment=Environment(**environment), render=render))
+    names = [SimpleNamespace(name=f"asset {number}") for number in range(int(np.max(asset, initial=-1)) + 1)]
+    scene = SimpleNamespace(
+        objects=objects, environment=Environment(**environment), render=render, assets=names, advice={}
+    )
+    return cast(Scene, scene)
 
 
 def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:

@@ -23,7 +23,7 @@ from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.targets import TARGETS, Targets
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import HEIGHT_FIELDS, Camera, Representation
+from depthwalk.scene.arrays import CAPTURED, HEIGHT_FIELDS, Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from fields import depths, field_library
@@ -276,6 +276,11 @@ def test_declared_targets_are_those_that_passes_use(
     reliefs.objects.representation[:] = HEIGHT_FIELDS
     with OnScreen(gl_device, reliefs, field_library(depths("cap")), SIZE) as stage:
         stage.draw(replace(VIEW))
+    captured = still_life()
+    captured.objects.representation[:] = *CAPTURED, Representation.MESH
+    set_all(captured.render, {"octahedral.views": 4, "octahedral.resolution": 32, "billboard.resolution": 32})
+    with OnScreen(gl_device, captured, library, SIZE) as stage:
+        stage.draw(VIEW)
     for each in PASSES:
         if gl_device.max_samples < 4 and each.name in ("sample", "resolve"):
             continue

@@ -14,6 +14,7 @@ from depthwalk.scene.validate import check_model
 
 ASSETS = "version: 1\nassets: {baked: {mesh: a.obj, dpci: {}}, plain: {mesh: a.obj}, relief: {depth_image: "
 ASSETS += "{depth: a.npy, size: [1, 1]}}}\n"
+_OF_MESH = "'mesh', 'mesh-lod', 'mesh-clusters', 'octahedral' or 'billboard'"
 
 
 def parts(text: str) -> tuple[SceneFile, Any]:
@@ -43,20 +44,18 @@ def test_rows_come_in_the_order_of_the_file_groups_first() -> None:
         ("{asset: plian}", ["unknown asset 'plian'; did you mean 'plain'?"]),
         (
             "{asset: plain, representation: dmesh}",
-            ["must be 'mesh', 'mesh-lod' or 'mesh-clusters', not 'dmesh': asset 'plain' has no dpci"],
+            [f"must be {_OF_MESH}, not 'dmesh': asset 'plain' has no dpci"],
         ),
         ("{asset: relief, representation: displacement}", []),
         (
             "{asset: plain, representation: relief}",
-            [
-                "must be 'mesh', 'mesh-lod' or 'mesh-clusters', not 'relief': asset 'plain' is no relief, "
-                "one planar depth image"
-            ],
+            [f"must be {_OF_MESH}, not 'relief': asset 'plain' is no relief, one planar depth image"],
         ),
         (
             "{asset: baked, representation: bump}",
             [
-                "must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'dmesh' or 'auto', not 'bump': asset 'baked' is "
+                "must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'octahedral', 'billboard', 'dmesh' or 'auto', "
+                "not 'bump': asset 'baked' is "
                 "no relief, one planar depth image"
             ],
         ),

@@ -24,7 +24,7 @@ MESSAGES = {
     ],
     "bad-representation": [
         "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'dmesh', "
-        "'relief', 'distance', 'parallax', 'bump', 'displacement' or 'auto', not 'hologram'",
+        "'relief', 'distance', 'parallax', 'bump', 'displacement', 'octahedral', 'billboard' or 'auto', not 'hologram'",
     ],
     "camera-fov": [
         "5:55: camera.fov: must be at most 170, not 180",
@@ -109,7 +109,8 @@ MESSAGES = {
         "10:24: objects[0].group.objects[1].scael: unknown key; did you mean 'scale'?",
     ],
     "no-dpci": [
-        "7:36: objects[1].representation: must be 'mesh', 'mesh-lod' or 'mesh-clusters', not 'dpci': "
+        "7:36: objects[1].representation: must be 'mesh', 'mesh-lod', 'mesh-clusters', 'octahedral' or "
+        "'billboard', not 'dpci': "
         "asset 'plain' has no dpci",
     ],
     "no-file-name": [
