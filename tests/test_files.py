@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, remove_leftovers, replacing, staging_folder, write_bytes
+from depthwalk.files import check_folder, remove_leftovers, remove_staging, replacing, staging_folder, write_bytes
 
 FULL = """
 import resource, sys
@@ -64,6 +64,7 @@ def test_the_next_bake_removes_what_a_killed_one_left(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
         (tmp_path / name / "half.exr").write_bytes(b"half")
         os.utime(tmp_path / name, (when, when))
+    remove_staging(tmp_path)
     with staging_folder(tmp_path) as folder:
         assert os.path.basename(folder).startswith(f".bake-{os.getpid()}-")
         assert not (tmp_path / f".bake-{dead}-x").exists()

@@ -7,6 +7,7 @@ renamed. So no reader ever sees half a file, and what a killed process has left 
 import errno
 import os
 import re
+import secrets
 import shutil
 import tempfile
 import time
@@ -17,6 +18,7 @@ from pathlib import Path
 from depthwalk.errors import InputError
 
 _STAGING = ".bake-"  # how names of staging folders begin, before the number of the process
+_TOKEN = secrets.token_hex(3)
 _STALE = 86_400  # seconds after which the leftovers of a process that is gone may be removed
 
 
@@ -87,8 +89,11 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def _temporary(path: Path) -> Path:
-    """Return the name under which this process writes the file of `path`."""
-    return path.with_name(f".{os.getpid()}-{path.name}")
+    """Return the name under which this process writes the file of `path`.
+
+    A process on another machine may have the same number and write the same file of a shared folder.
+    """
+    return path.with_name(f".{os.getpid()}-{_TOKEN}-{path.name}")
 
 
 @contextmanager
@@ -109,9 +114,7 @@ def _flush(path: Path) -> None:
 
 
 def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
-    """Make a folder for unfinished files, on the same disk as their final place.
-
-    What killed processes left there is removed first, see `remove_leftovers`.
+    """Make a folder for unfinished files, on the same disk as their final place; see `remove_staging`.
 
     Parameters
     ----------
@@ -128,8 +131,12 @@ def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
     OSError
         Where no folder can be made.
     """
-    remove_leftovers(folder, (_STAGING,))
     return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-", dir=folder)
+
+
+def remove_staging(folder: Path) -> None:
+    """Remove from `folder` what killed processes left of the folders of `staging_folder`; see `remove_leftovers`."""
+    remove_leftovers(folder, (_STAGING,))
 
 
 def remove_leftovers(folder: Path, prefixes: tuple[str, ...] = (".", _STAGING)) -> None:
