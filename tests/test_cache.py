@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import shapes
 from depthwalk import cache
-from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
+from depthwalk.assets.batch_bake import Baked, Job, Outcome, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.images import BakedObject
@@ -25,7 +25,6 @@ from depthwalk.bake.params import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked
-from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.resources.asset_store import AssetStore
@@ -198,7 +197,7 @@ def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: 
     assert isinstance(spec, MeshAsset) and baked is not None
     key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=16, layers=1)
 
-    def bake_once(force: bool = False) -> Baked | Kept | InputError:
+    def bake_once(force: bool = False) -> Outcome:
         return dict(bake_all([Job(spec=spec, params=params, out=out, force=force)], 1, lambda *_: None))[0]
 
     flip(BAKED.file(key), -1000)

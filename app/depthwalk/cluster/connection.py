@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -63,7 +63,7 @@ class Cluster:
 
     def _begin(self, client: "Client") -> None:
         self._client = client
-        self._executor: Executor = client.get_executor(pure=False)
+        self._executor: Any = client.get_executor(pure=False)
         self.name = str(client.scheduler.address) if client.scheduler else ""
         self.dashboard = client.dashboard_link if find_spec("bokeh") else ""
 
@@ -90,9 +90,10 @@ class Cluster:
         from distributed.client import ClosedClientError
 
         try:
-            return self._executor.submit(call, depthwalk.__version__, function, *arguments, key=key)
+            future: Future[object] = self._executor.submit(call, depthwalk.__version__, function, *arguments, key=key)
         except ClosedClientError as error:
             raise ClusterError(f"{self.name}: the connection is closed") from error
+        return future
 
     def workers(self) -> int:
         """Return how many workers there are, as of a few seconds ago."""
@@ -111,7 +112,8 @@ class Cluster:
         if time.monotonic() - self._asked < (_WORKERS_SECONDS if self._workers else 0.2):
             return
         with suppress(Exception):  # a scheduler that is lost is told of by its tasks
-            threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=_CONNECT_SECONDS)
+            scheduler: Any = self._client.scheduler
+            threads = self._client.sync(scheduler.ncores, callback_timeout=_CONNECT_SECONDS)
             self._workers, self._threads = len(threads), sum(threads.values())
         self._asked = time.monotonic()
 

@@ -48,8 +48,6 @@ class Progress:
 
     Attributes
     ----------
-    total
-        Number of tasks.
     workers
         Number of worker processes.
     running
@@ -60,7 +58,6 @@ class Progress:
         Tasks that were handed over a second time because the scheduler was lost.
     """
 
-    total: int = 0
     workers: int = 0
     running: int = 0
     again: int = 0
@@ -121,7 +118,6 @@ def run_tasks(
         Where the scheduler was lost for good.
     """
     queue = _Queue(deque(range(len(tasks))), [0] * len(tasks))
-    progress.total = len(tasks)
     while queue:
         queue.bring_forward()
         is_lost = not _hand_over(cluster, tasks, queue)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.options import (
     Axis,
     ClusterOption,
@@ -82,7 +83,6 @@ def main(
     not baked again: after Ctrl-C, the same command continues where it stopped.
     """
     from depthwalk.bake.params import ModelParams
-    from depthwalk.cluster.address import parse_cluster
     from depthwalk.commands.baking import bake_meshes, mesh_spec, output_files
 
     where = parse_cluster(cluster)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from depthwalk.assets.batch_bake import Baked, Job, Kept, Stage, bake_all
+from depthwalk.assets.batch_bake import Baked, Job, Kept, Outcomes, Stage, bake_all
 from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
@@ -127,16 +127,9 @@ def bake_meshes(
     """
     failures: list[InputError | TaskError] = []
     jobs = [Job(spec=spec, params=params, out=file, force=force) for spec, file in zip(specs, files, strict=True)]
-    with contextlib.ExitStack() as stack:
-        if cluster is None:
-            display = stack.enter_context(_progress([spec.mesh.name for spec in specs]))
-            run = bake_all(jobs, processes, display.stage)
-        else:
-            workers = stack.enter_context(open_cluster(cluster))
-            display = stack.enter_context(cluster_progress("meshes", workers))
-            run = bake_on(workers, jobs, display.progress, display.show)
-        for number, outcome in stack.enter_context(contextlib.closing(run)):
-            display.done(number)
+    run = _here(jobs, processes) if cluster is None else _on_cluster(jobs, cluster)
+    with contextlib.closing(run):
+        for number, outcome in run:
             if isinstance(outcome, TaskError):
                 outcome = TaskError(f"{jobs[number].spec.mesh}: {outcome}")
             if isinstance(outcome, InputError | TaskError):
@@ -145,6 +138,23 @@ def bake_meshes(
             else:
                 print(describe(outcome, params.resolution), flush=True)
     return failures
+
+
+def _here(jobs: Sequence[Job], processes: int | None) -> Outcomes:
+    """Do jobs in this process or in its pool, and show which are being done."""
+    with contextlib.ExitStack() as stack:
+        display = stack.enter_context(_progress([job.spec.mesh.name for job in jobs]))
+        for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):
+            display.done(number)
+            yield number, outcome
+
+
+def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
+    """Do jobs on a cluster, and show how many are done."""
+    with open_cluster(address) as cluster, cluster_progress("meshes", len(jobs), cluster) as display:
+        for number, outcome in bake_on(cluster, jobs, display.progress, display.show):
+            display.done(1)
+            yield number, outcome
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:

@@ -58,7 +58,7 @@ class Display:
     show
         To be called often: shows how far the tasks are, and ends a command that was interrupted.
     done
-        To be called with the number of a task that has ended.
+        To be called with how many things are made.
     """
 
     progress: Progress
@@ -75,13 +75,15 @@ def duration(seconds: float | None) -> str:
 
 
 @contextmanager
-def cluster_progress(what: str, cluster: Cluster) -> Iterator[Display]:
+def cluster_progress(what: str, total: int, cluster: Cluster) -> Iterator[Display]:
     """Show a table on stderr, or now and then a line, as long as the `with` block lasts.
 
     Parameters
     ----------
     what
         What the tasks make, such as "meshes".
+    total
+        How many there are to make.
     cluster
         Where they are done.
 
@@ -95,16 +97,16 @@ def cluster_progress(what: str, cluster: Cluster) -> Iterator[Display]:
     def cells() -> dict[str, str]:
         """Return the columns by their headings."""
         return {
-            what: f"{ended} of {progress.total}",
+            what: f"{ended} of {total}",
             "a second": f"{rate.per_second:.1f}",
-            "left": duration(rate.seconds_left(progress.total - ended)),
+            "left": duration(rate.seconds_left(total - ended)),
             "workers": str(progress.workers),
             "tried again": str(progress.again + progress.lost),
         }
 
-    def done(number: int) -> None:
+    def done(count: int) -> None:
         nonlocal ended
-        ended += 1
+        ended += count
         rate.mark(time.monotonic(), ended)
 
     if cluster.dashboard:
