@@ -18,7 +18,8 @@ from pathlib import Path
 from depthwalk.errors import InputError
 
 _STAGING = ".bake-"  # how names of staging folders begin, before the number of the process
-_TOKEN = secrets.token_hex(3)
+_TOKEN = secrets.token_hex(3)  # of this process: one of another machine may have its number
+_run = ""  # see `work_for`
 _STALE = 86_400  # seconds after which the leftovers of a process that is gone may be removed
 
 
@@ -89,11 +90,35 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def _temporary(path: Path) -> Path:
-    """Return the name under which this process writes the file of `path`.
+    """Return the name under which this process writes the file of `path`."""
+    return path.with_name(f".{_writer()}-{path.name}")
 
-    A process on another machine may have the same number and write the same file of a shared folder.
+
+def _writer() -> str:
+    """Return what tells this process and the run that it works for from others, on other machines, too."""
+    return f"{os.getpid()}-{_run}{_TOKEN}"
+
+
+def work_for(run: str) -> None:
+    """Have the names of unfinished files tell for which run they are written, so that `remove_unfinished` finds them.
+
+    `run` is eight hex digits, or "" for none.
     """
-    return path.with_name(f".{os.getpid()}-{_TOKEN}-{path.name}")
+    global _run
+    _run = run
+
+
+def remove_unfinished(folder: Path, run: str) -> None:
+    """Remove what processes left unfinished in `folder` that worked for the run named `run`, which is over.
+
+    Unlike `remove_leftovers` this waits for no day, and asks for no process: the run may have had other machines.
+    """
+    ours = re.compile(rf"\.(?:bake-)?\d{{1,9}}-{re.escape(run)}[0-9a-f]{{6}}-.+")
+    with suppress(OSError):
+        for path in folder.iterdir():
+            if ours.fullmatch(path.name):
+                with suppress(OSError):
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 @contextmanager
@@ -131,7 +156,7 @@ def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
     OSError
         Where no folder can be made.
     """
-    return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-", dir=folder)
+    return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{_writer()}-", dir=folder)
 
 
 def remove_staging(folder: Path) -> None:

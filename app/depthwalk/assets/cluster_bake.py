@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from depthwalk.assets.batch_bake import Job, Outcomes, bake_whole
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, run_tasks
-from depthwalk.files import remove_staging
+from depthwalk.files import remove_staging, remove_unfinished
 
 
 def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Callable[[], None]) -> Outcomes:
@@ -31,13 +31,18 @@ def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Cal
     ClusterError
         Where the cluster is lost for good.
     """
-    for folder in {job.out.parent for job in jobs}:  # once, not for each of the files in it
+    folders = {job.out.parent for job in jobs}
+    for folder in folders:  # once, not for each of the files in it
         remove_staging(folder)
     tasks = [
         Task(key=f"bake-{_job_key(job)}", function=bake_whole, arguments=(job, cluster.threads_per_task))
         for job in jobs
     ]
-    yield from run_tasks(cluster, tasks, progress, heed)  # type: ignore[misc]  # what `bake_whole` returns
+    try:
+        yield from run_tasks(cluster, tasks, progress, heed)  # type: ignore[misc]  # what `bake_whole` returns
+    finally:
+        for folder in folders:  # of workers that were lost
+            remove_unfinished(folder, cluster.run)
 
 
 def _job_key(job: Job) -> str:

@@ -1,6 +1,7 @@
 """Connect to a Dask cluster, or start one on this machine; hand it tasks as `concurrent.futures` does."""
 
 import logging
+import secrets
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
@@ -51,6 +52,8 @@ class Cluster:
         The address of the scheduler.
     dashboard
         Where Dask shows in a browser what its workers do; "" where it does not.
+    run
+        Names this use of the cluster, eight hex digits; see `files.remove_unfinished`.
     threads_per_task
         How many threads a task should use; None: as many as its worker finds right.
     """
@@ -58,6 +61,7 @@ class Cluster:
     def __init__(self, connect: Callable[[], "Client"], threads_per_task: int | None) -> None:
         """Connect. connect: makes a client, or raises OSError; threads_per_task: see the class."""
         self._connect, self.threads_per_task = connect, threads_per_task
+        self.run = secrets.token_hex(4)
         self._workers, self._threads, self._asked = 0, 0, -_WORKERS_SECONDS
         self._begin(connect())
 
@@ -90,7 +94,9 @@ class Cluster:
         from distributed.client import ClosedClientError
 
         try:
-            future: Future[object] = self._executor.submit(call, depthwalk.__version__, function, *arguments, key=key)
+            future: Future[object] = self._executor.submit(
+                call, depthwalk.__version__, self.run, function, *arguments, key=key
+            )
         except ClosedClientError as error:
             raise ClusterError(f"{self.name}: the connection is closed") from error
         return future
@@ -275,5 +281,6 @@ def _security() -> "Security":
 def _silence() -> None:
     """Keep Dask's own messages for --verbose: a lost worker is none of the user's business, since others go on."""
     level = logging.INFO if log.isEnabledFor(logging.DEBUG) else logging.CRITICAL
-    for name in ("distributed", "tornado", "asyncio"):
+    ours = ("distributed", "tornado", "asyncio")
+    for name in [*ours, *(name for name in logging.root.manager.loggerDict if name.startswith("distributed."))]:
         logging.getLogger(name).setLevel(level)

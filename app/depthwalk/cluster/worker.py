@@ -12,6 +12,7 @@ from typing import Any
 
 import depthwalk
 from depthwalk.errors import InputError
+from depthwalk.files import work_for
 
 _open = ExitStack()  # what tasks keep for later ones: a renderer with its GL context, say
 _open_for: object = None
@@ -19,13 +20,15 @@ _value: Any = None
 _alone = threading.RLock()
 
 
-def call(version: str, function: Callable[..., object], *arguments: object) -> object:
+def call(version: str, run: str, function: Callable[..., object], *arguments: object) -> object:
     """Call a function of this package in a worker.
 
     Parameters
     ----------
     version
         The version of the package that asks; another one could make other files.
+    run
+        The run of a command that asks, eight hex digits: unfinished files bear it in their names.
     function, arguments
         What to call.
 
@@ -42,6 +45,7 @@ def call(version: str, function: Callable[..., object], *arguments: object) -> o
     if version != depthwalk.__version__:
         raise InputError(f"--cluster: a worker has depthwalk {depthwalk.__version__}, this is {version}")
     with _alone:  # a worker that was started with several threads still has one GL context
+        work_for(run)
         return function(*arguments)
 
 

@@ -13,6 +13,7 @@ from depthwalk.commands.options import RepresentationName
 from depthwalk.commands.output import Output
 from depthwalk.commands.progress import asset_progress, log
 from depthwalk.errors import InputError
+from depthwalk.files import remove_unfinished
 from depthwalk.scene.scene import Scene
 
 
@@ -77,6 +78,9 @@ def render_on_cluster(
             else:
                 log.error("%s: frames %s: %s", scene, spans(chunk), failure)
                 missing += chunk
+    if not output.is_remote:
+        for folder in {output.file(frame).parent for frame in frames}:
+            remove_unfinished(folder, cluster.run)  # of workers that were lost
     if missing:
         log.error("%s: frames not drawn: %s; the same command draws them", scene, spans(missing))
     return not missing
