@@ -216,10 +216,9 @@ def main() -> None:
     parser.add_argument("--kill-every", type=float, default=5.0, metavar="SECONDS", help="0 kills nothing")
     parser.add_argument("--settle", type=float, default=8.0, metavar="SECONDS", help="for the workers to start")
     options = parser.parse_args()
-    print(
-        "| what | how many | one process | cluster | killed: workers and scheduler | redone at most | differ | listens |"
-    )
-    print("|---|---|---|---|---|---|---|---|", flush=True)
+    columns = "what", "how many", "one process", "cluster", "workers and schedulers killed", "redone at most"
+    print("|", " | ".join([*columns, "files that differ", "listens on"]), "|")
+    print("|---" * (len(columns) + 2) + "|", flush=True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "models").mkdir()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from depthwalk.assets.batch_bake import Job, Outcomes, bake_whole
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, run_tasks
-from depthwalk.files import remove_staging, remove_unfinished
+from depthwalk.files import remove_staging
 
 
 def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Callable[[], None]) -> Outcomes:
@@ -38,11 +38,8 @@ def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Cal
         Task(key=f"bake-{_job_key(job)}", function=bake_whole, arguments=(job, cluster.threads_per_task))
         for job in jobs
     ]
-    try:
-        yield from run_tasks(cluster, tasks, progress, heed)  # type: ignore[misc]  # what `bake_whole` returns
-    finally:
-        for folder in folders:  # of workers that were lost
-            remove_unfinished(folder, cluster.run)
+    cluster.folders |= folders
+    yield from run_tasks(cluster, tasks, progress, heed)  # type: ignore[misc]  # what `bake_whole` returns
 
 
 def _job_key(job: Job) -> str:

@@ -7,12 +7,14 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import depthwalk
 from depthwalk.cluster.address import ClusterAddress
 from depthwalk.cluster.worker import call, close
 from depthwalk.errors import InputError
+from depthwalk.files import remove_unfinished
 from depthwalk.parallel import default_workers, usable_cores
 
 if TYPE_CHECKING:
@@ -54,6 +56,8 @@ class Cluster:
         Where Dask shows in a browser what its workers do; "" where it does not.
     run
         Names this use of the cluster, eight hex digits; see `files.remove_unfinished`.
+    folders
+        Where tasks write files: what lost workers left there unfinished is removed in the end.
     threads_per_task
         How many threads a task should use; None: as many as its worker finds right.
     """
@@ -62,6 +66,7 @@ class Cluster:
         """Connect. connect: makes a client, or raises OSError; threads_per_task: see the class."""
         self._connect, self.threads_per_task = connect, threads_per_task
         self.run = secrets.token_hex(4)
+        self.folders: set[Path] = set()
         self._workers, self._threads, self._asked = 0, 0, -_WORKERS_SECONDS
         self._begin(connect())
 
@@ -77,7 +82,7 @@ class Cluster:
         Parameters
         ----------
         key
-            Names the task: one of the same key that somebody else has handed over is not done twice at a time.
+            Names the task: one of the same key whose future is held is not done twice.
         function, arguments
             What to call; all of it is pickled.
 
@@ -206,12 +211,17 @@ def open_cluster(address: ClusterAddress) -> Iterator[Cluster]:
             cluster = Cluster(_remote(address.url) if address.url else _local(count, stack), threads)
         except OSError as error:
             raise ClusterError(f"--cluster {address.url or 'local'}: cannot be reached: {_reason(error)}") from error
-        orderly = False
         try:
             yield cluster
-            orderly = True
+        except BaseException:
+            cluster.close(orderly=False)
+            raise
+        else:
+            cluster.close(orderly=True)
         finally:
-            cluster.close(orderly)
+            stack.close()  # no worker of this machine writes any more
+            for folder in cluster.folders:
+                remove_unfinished(folder, cluster.run)
 
 
 def _check_libraries() -> None:

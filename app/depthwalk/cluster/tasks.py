@@ -3,6 +3,7 @@
 import heapq
 import logging
 import random
+import secrets
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
@@ -70,6 +71,7 @@ class _Queue:
 
     waiting: deque[int]
     attempts: list[int]
+    run: str
     later: list[tuple[float, int]] = field(default_factory=list)  # a heap of times and numbers
     running: "dict[Future[object], int]" = field(default_factory=dict)
 
@@ -117,7 +119,7 @@ def run_tasks(
     ClusterError
         Where the scheduler was lost for good.
     """
-    queue = _Queue(deque(range(len(tasks))), [0] * len(tasks))
+    queue = _Queue(deque(range(len(tasks))), [0] * len(tasks), secrets.token_hex(4))
     while queue:
         queue.bring_forward()
         is_lost = not _hand_over(cluster, tasks, queue)
@@ -158,8 +160,10 @@ def _hand_over(cluster: Cluster, tasks: Sequence[Task], queue: _Queue) -> bool:
         number = queue.waiting[0]
         task = tasks[number]
         try:
-            # Dask keeps the error of a key as long as anybody holds its future: another attempt has another key.
-            future = cluster.submit(f"{task.key}-{queue.attempts[number]}", task.function, *task.arguments)
+            # Dask keeps what came of a key as long as anybody holds its future: another attempt has another key, and
+            # another run, too, before which somebody may have removed the file.
+            key = f"{task.key}-{queue.run}-{queue.attempts[number]}"
+            future = cluster.submit(key, task.function, *task.arguments)
         except ClusterError:
             return False
         queue.running[future] = queue.waiting.popleft()

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -150,11 +150,27 @@ def _here(jobs: Sequence[Job], processes: int | None) -> Outcomes:
 
 
 def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
-    """Do jobs on a cluster, and show how many are done."""
+    """Do jobs on a cluster, and show how many are done. Workers have folders of their own that they run in."""
+    absolute = [
+        replace(
+            job,
+            spec=replace(
+                job.spec, mesh=job.spec.mesh.absolute(), texture=job.spec.texture and job.spec.texture.absolute()
+            ),
+            out=job.out.absolute(),
+        )
+        for job in jobs
+    ]
     with open_cluster(address) as cluster, cluster_progress("meshes", len(jobs), cluster) as display:
-        for number, outcome in bake_on(cluster, jobs, display.progress, display.show):
+        for number, outcome in bake_on(cluster, absolute, display.progress, display.show):
             display.done(1)
+            if isinstance(outcome, Baked | Kept):
+                outcome = replace(outcome, out=jobs[number].out)
             yield number, outcome
+
+
+def _absolute(spec: MeshAsset) -> MeshAsset:
+    return replace(spec, mesh=spec.mesh.absolute(), texture=spec.texture and spec.texture.absolute())
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:

@@ -13,7 +13,6 @@ from depthwalk.commands.options import RepresentationName
 from depthwalk.commands.output import Output
 from depthwalk.commands.progress import asset_progress, log
 from depthwalk.errors import InputError
-from depthwalk.files import remove_unfinished
 from depthwalk.scene.scene import Scene
 
 
@@ -71,6 +70,7 @@ def render_on_cluster(
         with asset_progress() as report:
             SceneLibrary(loaded.assets, report, processes=None).bake_missing(range(len(loaded.assets)))
     with open_cluster(where) as cluster, cluster_progress("frames", len(frames), cluster) as display:
+        cluster.folders |= set() if output.is_remote else {output.file(frame).parent for frame in frames}
         for chunk, failure in draw_on(cluster, job, frames, display.progress, display.show):
             display.done(len(chunk))
             if failure is None:
@@ -78,9 +78,6 @@ def render_on_cluster(
             else:
                 log.error("%s: frames %s: %s", scene, spans(chunk), failure)
                 missing += chunk
-    if not output.is_remote:
-        for folder in {output.file(frame).parent for frame in frames}:
-            remove_unfinished(folder, cluster.run)  # of workers that were lost
     if missing:
         log.error("%s: frames not drawn: %s; the same command draws them", scene, spans(missing))
     return not missing

@@ -159,7 +159,9 @@ def draw_chunk(job: RenderJob, frames: Sequence[int]) -> int:
 def _open(job: RenderJob, stack: ExitStack) -> _Drawer:
     scene, path, keys = job.load()
     if keys.scene != job.key:
-        raise InputError(f"{job.scene}: a worker sees another version of the scene, or of a file that it names")
+        raise InputError(
+            f"{job.scene}: a worker has another version of the scene, of a file that it names, or of depthwalk"
+        )
     library = SceneLibrary(scene.assets)
     headless = stack.enter_context(HeadlessRenderer(scene, library, job.size, representation(job.representation)))
     return _Drawer(headless=headless, path=path, keys=keys)
