@@ -169,7 +169,8 @@ def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
             yield number, outcome
 
 
-def _absolute(spec: MeshAsset) -> MeshAsset:
+def absolute(spec: MeshAsset) -> MeshAsset:
+    """Return an asset with absolute names of files, for workers that run in other folders."""
     return replace(spec, mesh=spec.mesh.absolute(), texture=spec.texture and spec.texture.absolute())
 
 
