@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import shapes
 from depthwalk import cache
-from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
+from depthwalk.assets.batch_bake import Baked, Job, Kept, Outcome, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.images import BakedObject
@@ -200,7 +200,7 @@ def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: 
     assert isinstance(spec, MeshAsset) and baked is not None
     key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=16, layers=1)
 
-    def bake_once(force: bool = False) -> Baked | Kept | InputError:
+    def bake_once(force: bool = False) -> Outcome:
         return dict(bake_all([Job(spec=spec, params=params, out=out, force=force)], 1, lambda *_: None))[0]
 
     flip(BAKED.file(key), -1000)

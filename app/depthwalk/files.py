@@ -22,6 +22,7 @@ from depthwalk.errors import InputError
 
 _STAGING = ".bake-"  # how names of staging folders begin, before the number of the process
 _STALE = 86_400  # seconds after which leftovers may be removed of a process that cannot be asked for
+_run = ""  # see `work_for`
 
 
 def check_folder(path: Path) -> None:
@@ -93,7 +94,12 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def _temporary(path: Path) -> Path:
     """Return the name under which this process writes the file of `path`."""
-    return path.with_name(f".{os.getpid()}-{_machine()}-{path.name}")
+    return path.with_name(f".{_writer()}-{path.name}")
+
+
+def _writer() -> str:
+    """Return what tells this process, and the run that it works for, from others, on other machines, too."""
+    return f"{os.getpid()}-{_machine()}" + (f"-{_run}" if _run else "")
 
 
 @functools.cache
@@ -111,6 +117,28 @@ def _machine() -> str:
 def _sweep(folder: Path) -> None:
     """Remove what killed processes left in a folder, once for each process that writes there."""
     remove_leftovers(folder)
+
+
+def work_for(run: str) -> None:
+    """Have the names of unfinished files tell for which run they are written, so that `remove_unfinished` finds them.
+
+    `run` is eight hex digits, or "" for none.
+    """
+    global _run
+    _run = run
+
+
+def remove_unfinished(folder: Path, run: str) -> None:
+    """Remove what processes left unfinished in `folder` that worked for the run named `run`, which is over.
+
+    Unlike `remove_leftovers` this waits for no day, and asks for no process: the run may have had other machines.
+    """
+    ours = re.compile(rf"\.(?:bake-)?\d{{1,9}}-[0-9a-f]{{6}}-{re.escape(run)}-.+")
+    with suppress(OSError):
+        for path in folder.iterdir():
+            if ours.fullmatch(path.name):
+                with suppress(OSError):
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 @contextmanager
@@ -131,9 +159,7 @@ def _flush(path: Path) -> None:
 
 
 def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
-    """Make a folder for unfinished files, on the same disk as their final place.
-
-    What killed processes left there is removed first, see `remove_leftovers`.
+    """Make a folder for unfinished files, on the same disk as their final place; see `remove_leftovers`.
 
     Parameters
     ----------
@@ -150,8 +176,8 @@ def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
     OSError
         Where no folder can be made.
     """
-    remove_leftovers(folder)
-    return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-{_machine()}-", dir=folder)
+    _sweep(folder)
+    return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{_writer()}-", dir=folder)
 
 
 def temporary_folder() -> "tempfile.TemporaryDirectory[str]":

@@ -82,8 +82,12 @@ def default_workers(processes: int = 1) -> int:
 
     Together the processes use one thread per core, but each of them at least one and at most four.
     """
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(max(cores // processes, 1), _MAX_WORKERS)
+    return min(max(usable_cores() // processes, 1), _MAX_WORKERS)
+
+
+def usable_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def batches(count: int, size: int) -> list[slice]:

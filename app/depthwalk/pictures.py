@@ -6,6 +6,7 @@ OpenEXR and Pillow are imported when a picture is written, since most commands w
 import errno
 import io
 import os
+import re
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,11 @@ if TYPE_CHECKING:
 
 _JPEG_QUALITY = 95  # per cent
 _PNG_EFFORT = 4  # zlib's level, 0 to 9
+_KEY = "depthwalk.key"  # the name of a picture's key: of a PNG text, an EXR attribute, and in a JPEG comment
+_STORED_KEY = re.compile(rb"depthwalk\.key\0(?:string\0@\0\0\0)?([0-9a-f]{64})")
+
+KEY_BYTES = 4096
+"""Bytes at the beginning of a picture's file within which its key is: all formats have it in their headers."""
 
 
 @dataclass(frozen=True)
@@ -79,27 +85,54 @@ def _is_whole(data: bytes) -> bool:
         return False
 
 
-def write_exr(path: Path, image: LinearImage) -> None:
-    """Write `image` to `path` as OpenEXR with float32 channels R, G, B (linear), A and Z (metres, +inf for none).
+def write_exr(path: Path, image: LinearImage, key: str = "") -> None:
+    """Write a picture as OpenEXR with float32 channels R, G, B (linear), A and Z (metres, +inf for none).
 
-    Raises OSError where that fails; `path` is then as it was before.
+    Parameters
+    ----------
+    path
+        The file to write or replace.
+    image
+        The picture.
+    key
+        What names the picture, for `stored_key`: 64 hex digits; "" for none.
+
+    Raises
+    ------
+    OSError
+        Where that fails; `path` is then as it was before.
     """
     import OpenEXR
 
     channels = {name: np.ascontiguousarray(image.colour[..., c]) for c, name in enumerate("RGBA")}
     channels["Z"] = np.ascontiguousarray(image.distance)
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | ({_KEY: key} if key else {})
     save_exr(path, OpenEXR.File(header, channels))
 
 
-def png_bytes(pixels: Picture) -> bytes:
-    """Return the bytes of a PNG file of `pixels`, (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top."""
-    return _encoded(pixels, "PNG", compress_level=_PNG_EFFORT)
+def png_bytes(pixels: Picture, key: str = "") -> bytes:
+    """Return the bytes of a PNG file of `pixels`, (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top.
+
+    `key`, 64 hex digits, names the picture for `stored_key`; "" stores none.
+    """
+    from PIL.PngImagePlugin import PngInfo
+
+    info = PngInfo()
+    if key:
+        info.add_text(_KEY, key)
+    return _encoded(pixels, "PNG", compress_level=_PNG_EFFORT, pnginfo=info)
 
 
-def jpeg_bytes(pixels: Picture) -> bytes:
-    """Return the bytes of a JPEG file of `pixels`, (H, W, 3) uint8 sRGB, row 0 at the top."""
-    return _encoded(pixels, "JPEG", quality=_JPEG_QUALITY, subsampling="4:4:4")
+def jpeg_bytes(pixels: Picture, key: str = "") -> bytes:
+    """Return the bytes of a JPEG file of `pixels`, (H, W, 3) uint8 sRGB, row 0 at the top; `key` as in `png_bytes`."""
+    comment = {"comment": f"{_KEY}\0{key}".encode()} if key else {}
+    return _encoded(pixels, "JPEG", quality=_JPEG_QUALITY, subsampling="4:4:4", **comment)
+
+
+def stored_key(head: bytes) -> str:
+    """Return the key in the first `KEY_BYTES` bytes of a picture's file, PNG, JPEG or EXR; "" where it has none."""
+    found = _STORED_KEY.search(head)
+    return found[1].decode() if found else ""
 
 
 def _encoded(pixels: Picture, format_: str, **options: Any) -> bytes:

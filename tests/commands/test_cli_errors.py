@@ -88,6 +88,43 @@ RENDER = {
         "-: the path has 3 frames; put {{frame:4}} into the name, or give --frames 1",
     ),
     "frames of nothing": (["-o", "{d}/a.png", "--frames", "2"], "--frames: needs --path"),
+    "no frames": (
+        ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--frames", "0"],
+        "--frames 0: must be N, a number of frames from 1 to 1000000, or A-B",
+    ),
+    "frames that are none": (
+        ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--frames", "1-"],
+        "--frames 1-: must be N, a number of frames from 1 to 1000000, or A-B",
+    ),
+    "frames beyond the path": (
+        ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--frames", "1-3"],
+        "--frames 1-3: the path has the frames 0-2",
+    ),
+    "frames in reverse": (
+        ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--frames", "2-1"],
+        "--frames 2-1: the path has the frames 0-2",
+    ),
+    "resumed video": (
+        ["-o", "{d}/a.mp4", "--path", "{d}/walk.yaml", "--resume"],
+        "{d}/a.mp4: --resume needs a file for each frame; put {{frame:4}} into the name",
+    ),
+    "video by a cluster": (
+        ["-o", "{d}/a.mp4", "--path", "{d}/walk.yaml", "--cluster", "local"],
+        "{d}/a.mp4: --cluster needs a file for each frame; put {{frame:4}} into the name",
+    ),
+    "cluster for a still": (["-o", "{d}/a.png", "--cluster", "local"], "--cluster: needs --path"),
+    "open cluster": (
+        ["-o", "{d}/a.png", "--cluster", "tcp://farm:8786"],
+        "--cluster tcp://farm:8786: is not encrypted, and anybody may use it; only tls://HOST:PORT is taken",
+    ),
+    "unknown store": (
+        ["-o", "nowhere://b/a.png"],
+        "nowhere://b/a.png: Protocol not known: nowhere",
+    ),
+    "video to a store": (
+        ["-o", "memory://a.mp4", "--path", "{d}/walk.yaml"],
+        "memory://a.mp4: a video is encoded into a file of this machine; URLs are for pictures",
+    ),
     "two cameras": (
         ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--camera-position", "0,0,1"],
         "--path: already says where the camera is; leave out the --camera options",
@@ -193,7 +230,7 @@ def test_a_broken_mesh_is_the_users_input(run: Callable[..., Any], tiny_scene: P
         ["rendr"],
         ["check"],
         ["render", "s.yaml", "-o", "a.png", "--representation", "x"],
-        ["render", "s.yaml", "-o", "a.png", "--frames", "0"],
+        ["bench", "s.yaml", "--frames", "0"],
         ["bake", "m.obj", "--dpci-resolution", "8"],
         ["bake", "m.obj", "--method", "guess"],
     ],

@@ -161,6 +161,29 @@ def test_frames_limits_a_path(run: Callable[..., Any], tiny_scene: Path, tmp_pat
 
 
 @pytest.mark.gl
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", ["png", "jpg", "exr"])
+def test_resume_draws_what_is_missing_or_was_drawn_of_something_else(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, suffix: str
+) -> None:
+    walk = tiny_scene.with_name("walk.yaml")
+    base = "render", tiny_scene, "--path", walk, *SMALL
+    run(*base, "-o", tmp_path / f"all{{frame}}.{suffix}")
+    run(*base, "-o", tmp_path / f"f{{frame}}.{suffix}", "--frames", "1-1")
+    assert run(*base, "-o", f"file://{tmp_path}/url{{frame}}.{suffix}").exit_code == 0
+    files = [tmp_path / f"f{frame}.{suffix}" for frame in range(3)]
+    (tmp_path / f"f0.{suffix}").write_bytes((tmp_path / f"all2.{suffix}").read_bytes())  # another frame
+    before = files[1].stat().st_mtime_ns
+    resumed = run(*base, "-o", tmp_path / f"f{{frame}}.{suffix}", "--resume")
+    assert resumed.stdout.split() == [str(files[0]), str(files[2])] and files[1].stat().st_mtime_ns == before
+    for name in ("f", "url"):
+        found = [(tmp_path / f"{name}{frame}.{suffix}").read_bytes() for frame in range(3)]
+        assert found == [(tmp_path / f"all{frame}.{suffix}").read_bytes() for frame in range(3)]
+    coarser = run(*base, "-o", tmp_path / f"f{{frame}}.{suffix}", "--resume", "--set", "render.lod.bias=1")
+    assert len(coarser.stdout.split()) == 3
+
+
+@pytest.mark.gl
 def test_mp4_holds_the_paths_frames(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "a.mp4"
     result = run("render", tiny_scene, "-o", out, "--path", tiny_scene.with_name("walk.yaml"), *SMALL)

@@ -73,10 +73,11 @@ def test_every_dependency_is_pinned_within_its_bounds(project: dict[str, Any]) -
 
 @pytest.mark.slow
 def test_every_imported_library_is_declared(project: dict[str, Any]) -> None:
-    needed, extra = project["project"]["dependencies"], project["project"]["optional-dependencies"]["fast"]
+    needed, extras = project["project"]["dependencies"], project["project"]["optional-dependencies"]
+    optional = {"kernels": extras["fast"], "cluster": extras["cluster"]}  # folders that do without theirs
     providers = {**metadata.packages_distributions(), "pydantic_core": ["pydantic"]}
     for file in (ROOT / "app").rglob("*.py"):
-        wanted = needed + extra if file.parent.name == "kernels" else needed  # which is left out where numba is missing
+        wanted = needed + optional.get(file.parent.name, [])
         declared = {canonicalize_name(Requirement(each).name) for each in wanted}
         nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
         names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]

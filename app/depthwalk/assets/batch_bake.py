@@ -23,13 +23,14 @@ from depthwalk.bake.file import write_baked
 from depthwalk.bake.params import ModelParams
 from depthwalk.bake.parts import bake_model
 from depthwalk.cache import forget
+from depthwalk.cluster.tasks import TaskError
 from depthwalk.cook.cook import GRID_TEXELS, CookOptions, cook_object
 from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, copy, staging_folder
+from depthwalk.files import check_folder, copy, remove_leftovers, staging_folder
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.sources import Sources
-from depthwalk.parallel import default_workers
+from depthwalk.parallel import default_workers, usable_cores
 from depthwalk.scene.scene import MeshAsset
 
 _POLL_SECONDS = 0.1  # between two looks at what the processes report
@@ -107,8 +108,8 @@ class Kept:
     cached: bool
 
 
-Outcome = Baked | Kept | InputError
-"""What a job came to; the error of one whose mesh cannot be used."""
+Outcome = Baked | Kept | InputError | TaskError
+"""What a job came to; the error of one whose mesh cannot be used, or that failed on a cluster again and again."""
 
 Outcomes = Generator[tuple[int, Outcome], None, None]
 """The number of a job, and what it came to."""
@@ -133,8 +134,10 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
     tuple
         The number of a job, and what became of it; an InputError where the job failed, while the others go on.
     """
-    processes = min(len(jobs), processes or os.cpu_count() or 1)
+    processes = min(len(jobs), processes or usable_cores())
     with contextlib.ExitStack() as stack:
+        for folder in {job.out.parent for job in jobs}:
+            remove_leftovers(folder)
         staged = [stack.enter_context(_staging(job.out)) for job in jobs]
         run = _run_here(jobs, staged, stage) if processes < 2 else _run_parallel(jobs, staged, processes, stage)
         for number, outcome in stack.enter_context(contextlib.closing(run)):
@@ -144,6 +147,18 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
             except OSError as error:
                 outcome = _unwritable(jobs[number].out, error)
             yield number, outcome
+
+
+def bake_whole(job: Job, workers: int | None = None) -> Baked | Kept:
+    """Do a job, so that its file appears whole or not at all; `workers` and errors are those of `bake_job`."""
+    with _staging(job.out) as staged:
+        outcome = bake_job(job, staged, lambda stage: None, workers)
+        try:
+            if staged.is_file():
+                os.replace(staged, job.out)
+        except OSError as error:
+            raise _unwritable(job.out, error) from error
+        return outcome
 
 
 def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int | None = None) -> Baked | Kept:

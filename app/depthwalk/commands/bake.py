@@ -5,8 +5,10 @@ from typing import Annotated
 
 import typer
 
+from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.options import (
     Axis,
+    ClusterOption,
     Coordinates,
     Height,
     Layers,
@@ -20,7 +22,7 @@ from depthwalk.commands.options import (
     parse_layers,
     parse_parts,
 )
-from depthwalk.commands.program import BAD_INPUT, guarded
+from depthwalk.commands.program import BAD_INPUT, FAILURE, guarded
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.limits import MAX_DPCI_RESOLUTION, MAX_JOBS, MIN_DPCI_RESOLUTION
@@ -66,6 +68,7 @@ def main(
         int | None,
         typer.Option(metavar="N", min=1, max=MAX_JOBS, help="Meshes baked at a time.", show_default="one per core"),
     ] = None,
+    cluster: ClusterOption = None,
     force: Annotated[bool, typer.Option("--force", help="Bake meshes whose depth images are up to date, too.")] = False,
     verify: Annotated[
         bool, typer.Option("--verify", help="Measure how closely the depth images resemble the mesh, as compare does.")
@@ -82,6 +85,9 @@ def main(
     from depthwalk.bake.params import ModelParams
     from depthwalk.commands.baking import bake_meshes, mesh_spec, output_files
 
+    where = parse_cluster(cluster)
+    if where and jobs:
+        raise InputError("--jobs: is for the pool of this process; --cluster local:N says how many processes to start")
     files = output_files(meshes, out)
     specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
     if verify and any(is_cooked_file(file) for file in files):
@@ -98,10 +104,10 @@ def main(
         )
     except InputError as error:
         raise InputError(f"--{error}") from None
-    failures = bake_meshes(specs, params, files, jobs, force)
+    failures = bake_meshes(specs, params, files, jobs, force, where)
     if verify:
         from depthwalk.commands.comparison import verify as verify_files  # the only use of a GPU
 
         verify_files(specs, params, files)
     if failures:
-        raise typer.Exit(BAD_INPUT)
+        raise typer.Exit(BAD_INPUT if all(isinstance(failure, InputError) for failure in failures) else FAILURE)

@@ -2,14 +2,19 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from depthwalk.assets.batch_bake import Baked, Job, Kept, Stage, bake_all
+from depthwalk.assets.batch_bake import Baked, Job, Kept, Outcomes, Stage, bake_all
+from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
 from depthwalk.bake.params import ModelParams
+from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.connection import open_cluster
+from depthwalk.cluster.tasks import TaskError
+from depthwalk.commands.cluster_progress import cluster_progress
 from depthwalk.commands.progress import live_options, log, show_progress
 from depthwalk.errors import InputError, printable
 from depthwalk.files import check_folder
@@ -48,9 +53,11 @@ def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
         raise InputError(f"{out}: must be an existing folder, or a file that ends in {SUFFIX} or {COOKED_SUFFIX}")
     else:
         files = [out]
-    for number, file in enumerate(files):
-        if file in files[:number]:
-            raise InputError(f"{file}: {meshes[files.index(file)]} and {meshes[number]} would both be baked to it")
+    firsts: dict[Path, Path] = {}
+    for mesh, file in zip(meshes, files, strict=True):
+        if file in firsts:
+            raise InputError(f"{file}: {firsts[file]} and {mesh} would both be baked to it")
+        firsts[file] = mesh
         if out is not None:
             check_folder(file)
     return files
@@ -86,8 +93,13 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
 
 
 def bake_meshes(
-    specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path], processes: int | None, force: bool
-) -> list[InputError]:
+    specs: Sequence[MeshAsset],
+    params: ModelParams,
+    files: Sequence[Path],
+    processes: int | None,
+    force: bool,
+    cluster: ClusterAddress | None = None,
+) -> list[InputError | TaskError]:
     """Bake each mesh to its file and print a line about each.
 
     Parameters
@@ -100,24 +112,66 @@ def bake_meshes(
         Number of meshes baked at a time; None is one per core.
     force
         Whether to bake files that are up to date, too.
+    cluster
+        Where to bake; None for this process and its pool.
 
     Returns
     -------
-    list[InputError]
-        The mistakes in the meshes that failed; they have been logged.
+    list[InputError | TaskError]
+        Why meshes failed: mistakes in them, and what went wrong on a cluster again and again. They have been logged.
+
+    Raises
+    ------
+    ClusterError
+        Where the cluster cannot be had, or is lost for good.
     """
-    failures: list[InputError] = []
+    failures: list[InputError | TaskError] = []
     jobs = [Job(spec=spec, params=params, out=file, force=force) for spec, file in zip(specs, files, strict=True)]
-    with contextlib.ExitStack() as stack:
-        display = stack.enter_context(_progress([spec.mesh.name for spec in specs]))
-        for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):
-            display.done(number)
-            if isinstance(outcome, InputError):
+    run = _here(jobs, processes) if cluster is None else _on_cluster(jobs, cluster)
+    with contextlib.closing(run):
+        for number, outcome in run:
+            if isinstance(outcome, TaskError):
+                outcome = TaskError(f"{jobs[number].spec.mesh}: {outcome}")
+            if isinstance(outcome, InputError | TaskError):
                 failures.append(outcome)
                 log.error("%s", outcome)
             else:
                 print(printable(describe(outcome, params.resolution)), flush=True)
     return failures
+
+
+def _here(jobs: Sequence[Job], processes: int | None) -> Outcomes:
+    """Do jobs in this process or in its pool, and show which are being done."""
+    with contextlib.ExitStack() as stack:
+        display = stack.enter_context(_progress([job.spec.mesh.name for job in jobs]))
+        for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):
+            display.done(number)
+            yield number, outcome
+
+
+def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
+    """Do jobs on a cluster, and show how many are done. Workers have folders of their own that they run in."""
+    absolute = [
+        replace(
+            job,
+            spec=replace(
+                job.spec, mesh=job.spec.mesh.absolute(), texture=job.spec.texture and job.spec.texture.absolute()
+            ),
+            out=job.out.absolute(),
+        )
+        for job in jobs
+    ]
+    with open_cluster(address) as cluster, cluster_progress("meshes", len(jobs), cluster) as display:
+        for number, outcome in bake_on(cluster, absolute, display.progress, display.show):
+            display.done(1)
+            if isinstance(outcome, Baked | Kept):
+                outcome = replace(outcome, out=jobs[number].out)
+            yield number, outcome
+
+
+def absolute(spec: MeshAsset) -> MeshAsset:
+    """Return an asset with absolute names of files, for workers that run in other folders."""
+    return replace(spec, mesh=spec.mesh.absolute(), texture=spec.texture and spec.texture.absolute())
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:

@@ -5,10 +5,12 @@ from typing import Annotated
 
 import typer
 
+from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     Axis,
     CacheLimit,
+    ClusterOption,
     Coordinates,
     Height,
     HtmlReport,
@@ -73,6 +75,7 @@ def main(
     ] = None,
     height: Height = None,
     texture: Texture = None,
+    cluster: ClusterOption = None,
     resolution: Resolution = DEFAULT_RESOLUTION,
     asset_root: Annotated[
         list[Path] | None,
@@ -92,6 +95,7 @@ def main(
     from close by.
     """
     refuse_reuse(settings)
+    where = parse_cluster(cluster)
     size = parse_resolution(resolution)
     overrides = parse_settings(settings)
     from depthwalk.commands.comparison import Plan, check_plan, parse_render_settings, run_compare
@@ -123,7 +127,7 @@ def main(
     scenes = [subject.scene for subject in subjects if subject.scene is not None]
     inputs = [file for subject in subjects for file in asset_files(subject.spec)]
     check_report_files([json, html], [*inputs, *scenes], "compared")
-    report, worst = run_compare(plan)
+    report, worst = run_compare(plan, where)
     write_report(json, to_json(report))
     if html is not None:
         write_report(html, to_html(report, worst))

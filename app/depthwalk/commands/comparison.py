@@ -1,10 +1,13 @@
 """Bake meshes, and compare pictures of their depth images with pictures of the meshes, for `depthwalk compare`."""
 
-from collections.abc import Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass
+import hashlib
+import logging
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 from pydantic import Field
 
@@ -12,6 +15,11 @@ import depthwalk
 from depthwalk.assets.asset_files import mesh_key, read_body, read_mesh
 from depthwalk.bake.file import SUFFIX, read_baked, read_header
 from depthwalk.bake.params import ModelParams
+from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.connection import open_cluster
+from depthwalk.cluster.tasks import Task, TaskError, run_tasks
+from depthwalk.commands.baking import absolute
+from depthwalk.commands.cluster_progress import cluster_progress
 from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError, missing_file
@@ -63,6 +71,10 @@ class Plan:
     pictures: bool
 
 
+Compared = tuple[ModelReport, list[WorstView], str]
+"""The report on a mesh, its worst views, with pictures where they are wanted, and the name of the GL driver."""
+
+
 class _Overridable(Params):
     render: RenderSettings = Field(default_factory=RenderSettings)
 
@@ -112,13 +124,15 @@ def check_plan(plan: Plan) -> None:
             raise missing_file(file)
 
 
-def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
+def run_compare(plan: Plan, cluster: ClusterAddress | None = None) -> tuple[CompareReport, list[list[WorstView]]]:
     """Bake and measure each mesh of a plan.
 
     Parameters
     ----------
     plan
         The meshes, and how to bake and render them.
+    cluster
+        Where to do so, a mesh at a time for each worker; None for this process.
 
     Returns
     -------
@@ -131,23 +145,81 @@ def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
         Where a mesh cannot be baked, or shows nothing.
     GpuError
         Where no OpenGL 3.3 context can be created.
+    TaskError, ClusterError
+        Where a mesh cannot be compared on the cluster for another reason, or the cluster is lost for good.
     """
-    models: list[ModelReport] = []
-    worst: list[list[WorstView]] = []
-    driver = ""
-    with flip_workers() as pool:
-        for subject in plan.subjects:
-            model, shown, driver = _compare(subject, plan, pool)
-            models.append(model)
-            worst.append(shown)
+    found = list(_here(plan)) if cluster is None else _on_cluster(plan, cluster)
     report = CompareReport(
         version=depthwalk.__version__,
         commit=commit(),
-        renderer=driver,
+        renderer=found[-1][2],
         image_size=plan.size,
-        models=tuple(models),
+        models=tuple(model for model, _, _ in found),
     )
-    return report, worst
+    return report, [shown for _, shown, _ in found]
+
+
+def _here(plan: Plan) -> Iterator[Compared]:
+    with flip_workers() as pool:
+        for subject in plan.subjects:
+            yield _compare(subject, plan, pool)
+
+
+def _on_cluster(plan: Plan, address: ClusterAddress) -> list[Compared]:
+    """Compare every mesh in a worker; return what was found, in the order of the plan."""
+    subjects = [replace(subject, spec=absolute(subject.spec)) for subject in plan.subjects]
+    rest = replace(plan, subjects=())
+    tasks = [
+        Task(key=f"compare-{_digest(subject, rest)}", function=compare_alone, arguments=(subject, rest))
+        for subject in subjects
+    ]
+    found: dict[int, Compared] = {}
+    with open_cluster(address) as cluster, cluster_progress("meshes", len(tasks), cluster) as display:
+        for number, outcome in run_tasks(cluster, tasks, display.progress, display.show):
+            spec = plan.subjects[number].spec
+            if isinstance(outcome, TaskError):
+                raise TaskError(f"{spec.mesh}: {outcome}")
+            if isinstance(outcome, InputError):
+                raise outcome
+            model, shown, driver = cast(Compared, outcome)
+            found[number] = replace(model, mesh=str(spec.mesh)), shown, driver
+            display.done(1)
+    return [found[number] for number in range(len(tasks))]
+
+
+def _digest(*values: object) -> str:
+    return hashlib.sha256(repr(values).encode()).hexdigest()
+
+
+def compare_alone(subject: Subject, plan: Plan) -> Compared:
+    """Compare a mesh in a worker process, which says nothing of its progress.
+
+    Parameters
+    ----------
+    subject
+        The mesh.
+    plan
+        How to render it.
+
+    Returns
+    -------
+    Compared
+        What was found.
+
+    Raises
+    ------
+    InputError
+        Where the mesh cannot be baked, or shows nothing.
+    GpuError
+        Where no OpenGL 3.3 context can be created.
+    """
+    before = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        with ThreadPoolExecutor(1, "flip") as pool:  # other workers have the other cores
+            return _compare(subject, plan, pool)
+    finally:
+        log.setLevel(before)
 
 
 def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> None:
@@ -181,7 +253,7 @@ def _line(views: Sequence[ViewQuality]) -> str:
     return "; ".join(means)
 
 
-def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport, list[WorstView], str]:
+def _compare(subject: Subject, plan: Plan, pool: Executor) -> Compared:
     """Return the report on one mesh, its worst views with pictures, and the name of the GL driver."""
     spec = subject.spec
     with asset_progress() as report, temporary_folder() as folder:

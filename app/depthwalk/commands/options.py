@@ -175,6 +175,15 @@ CacheLimit = Annotated[
     ),
 ]
 Fullscreen = Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="local[:N]|tls://HOST:PORT",
+        help="Use a Dask cluster: N processes of this machine, or the workers of a scheduler.",
+        show_default="this process and its pool",
+    ),
+]
 Verbose = Annotated[bool, typer.Option("--verbose", help="Report every step; show tracebacks.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 

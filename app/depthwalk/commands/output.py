@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.cluster.store import check_url, is_url, read_head, write_url
 from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.cook.cook import AheadReader
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, write_bytes
+from depthwalk.files import check_folder, temporary_folder, write_bytes
 from depthwalk.gpu.failures import GPU_FAILURES, GpuError
-from depthwalk.pictures import LinearImage, jpeg_bytes, png_bytes, write_exr
+from depthwalk.limits import MAX_FRAMES
+from depthwalk.pictures import KEY_BYTES, LinearImage, jpeg_bytes, png_bytes, stored_key, write_exr
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -32,7 +34,7 @@ _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
 _ATTEMPTS = 3  # to draw a frame, where the GPU fails
 
-WriteFrame = Callable[[Any], None]  # stores a frame, a Picture or LinearImage
+WriteFrame = Callable[[Any, int], None]  # stores a frame, a Picture or LinearImage, by its index
 
 
 @dataclass(frozen=True)
@@ -65,12 +67,21 @@ class Output:
         """Return whether each frame has a file of its own."""
         return _FRAME.search(self.name) is not None
 
+    @property
+    def is_remote(self) -> bool:
+        """Return whether the name is a URL."""
+        return is_url(self.name)
+
+    def target(self, frame: int) -> str:
+        """Return the name, a file's or a URL, of frame number `frame`."""
+        return _FRAME.sub(lambda match: str(frame).zfill(int(match[1] or 0)), self.name)
+
     def file(self, frame: int) -> Path:
-        """Return the file of frame number `frame`."""
-        return Path(_FRAME.sub(lambda match: str(frame).zfill(int(match[1] or 0)), self.name))
+        """Return the file of frame number `frame`, where it is one of this machine."""
+        return Path(self.target(frame))
 
 
-def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[Path]) -> None:
+def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: Sequence[Path]) -> None:
     """Check that frames can be written, before anything is rendered.
 
     Parameters
@@ -78,7 +89,7 @@ def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[P
     output
         Where the frames go.
     frames
-        Number of frames.
+        The numbers of the frames.
     has_path
         Whether a camera path was given, which a video needs.
     inputs
@@ -104,16 +115,20 @@ def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[P
             raise InputError(f"{name}: a video needs --path")
         if output.is_series:
             raise InputError(f"{name}: a video is one file, without {{frame}}")
-    elif frames > 1 and not output.is_series:
-        raise InputError(f"{name}: the path has {frames} frames; put {{frame:4}} into the name, or give --frames 1")
-    if not output.to_stdout:
+        if output.is_remote:
+            raise InputError(f"{name}: a video is encoded into a file of this machine; URLs are for pictures")
+    elif (count := len(frames)) > 1 and not output.is_series:
+        raise InputError(f"{name}: the path has {count} frames; put {{frame:4}} into the name, or give --frames 1")
+    if output.is_remote:
+        check_url(output.target(0))
+    elif not output.to_stdout:
         _check_files(output, frames, inputs)
 
 
-def _check_files(output: Output, frames: int, inputs: Sequence[Path]) -> None:
+def _check_files(output: Output, frames: Sequence[int], inputs: Sequence[Path]) -> None:
     check_folder(output.file(0))
     resolve = cache(Path.resolve)  # a series of a million files has one folder
-    files = [output.file(frame) for frame in range(frames if output.is_series else 1)]
+    files = [output.file(frame) for frame in (frames if output.is_series else [0])]
     taken = {path.resolve() for path in inputs} | {path.parent.resolve() / path.name for path in inputs}
     if hit := next((file for file in files if resolve(file.parent) / file.name in taken), None):
         raise InputError(f"{hit}: would overwrite what is rendered; choose another name")
@@ -122,6 +137,40 @@ def _check_files(output: Output, frames: int, inputs: Sequence[Path]) -> None:
 def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
     """Return the cameras of the first `frames` frames of the camera path `path`; None for all of its frames."""
     return [path.sample(time) for time in path.frames()[:frames]]
+
+
+def parse_frames(text: str | None, path: CameraPath) -> range:
+    """Read which frames of a path to draw.
+
+    Parameters
+    ----------
+    text
+        The option --frames: N for the first N frames, A-B for those numbered A to B; None for all.
+    path
+        The camera path.
+
+    Returns
+    -------
+    range
+        The numbers of the frames, from 0.
+
+    Raises
+    ------
+    InputError
+        Where the text is neither, or the path does not have the frames A to B.
+    """
+    count = len(path.frames())
+    if text is None:
+        return range(count)
+    match = re.fullmatch(r"([0-9]{1,7})(?:-([0-9]{1,7}))?", text.strip())
+    if not match or not 0 <= int(match[1]) <= MAX_FRAMES or (match[2] is None and not int(match[1])):
+        raise InputError(f"--frames {text}: must be N, a number of frames from 1 to {MAX_FRAMES}, or A-B")
+    if match[2] is None:
+        return range(min(int(match[1]), count))
+    first, last = int(match[1]), int(match[2])
+    if not first <= last < count:
+        raise InputError(f"--frames {text}: the path has the frames 0-{count - 1}")
+    return range(first, last + 1)
 
 
 def smooth(scene: Scene, size: tuple[int, int]) -> None:
@@ -185,7 +234,15 @@ def open_headless(
         threads.shutdown(wait=False, cancel_futures=True)  # nobody needs the rest
 
 
-def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:
+def draw_frames(
+    headless: HeadlessRenderer,
+    cameras: Sequence[Camera],
+    output: Output,
+    fps: float,
+    keys: Sequence[str] = (),
+    first: int = 0,
+    resume: bool = False,
+) -> None:
     """Draw a frame for each camera, write it, and print the name of each file.
 
     Parameters
@@ -198,6 +255,12 @@ def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: O
         Where the frames go, as `check_output` has accepted it.
     fps
         Frames per second of a video; pictures ignore it.
+    keys
+        What names each frame, to be stored in its picture; none where nothing does.
+    first
+        The number of the first frame.
+    resume
+        Whether to leave pictures that hold their keys already.
 
     Raises
     ------
@@ -207,13 +270,14 @@ def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: O
         Where the GPU fails again and again.
     """
     size = headless.size
-    with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as write_frame:
-        for frame, camera in enumerate(cameras):
-            write_frame(_drawn(headless, View(camera, size), output, frame))
+    with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps, keys, first) as write_frame:
+        for number, camera in enumerate(cameras):
+            if not (resume and has_frame(output, first + number, keys[number])):
+                write_frame(draw_frame(headless, View(camera, size), output, first + number), number)
             advance()
 
 
-def _drawn(headless: HeadlessRenderer, view: View, output: Output, frame: int) -> Picture | LinearImage:
+def draw_frame(headless: HeadlessRenderer, view: View, output: Output, frame: int) -> Picture | LinearImage:
     """Return the picture of a frame as `output` wants it; where the GPU fails, once more with everything made anew.
 
     A picture does not depend on earlier ones, so that it is the same. Raises GpuError after _ATTEMPTS failures.
@@ -234,30 +298,89 @@ def _drawn(headless: HeadlessRenderer, view: View, output: Output, frame: int) -
 
 
 @contextmanager
-def _writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[WriteFrame]:
-    """Yield what stores the frames, to be called with each in their order."""
+def _writer(output: Output, size: tuple[int, int], fps: float, keys: Sequence[str], first: int) -> Iterator[WriteFrame]:
+    """Yield what stores the frames, to be called for each in their order, with its index."""
     if output.suffix == ".mp4":
         with video(output.file(0), size, fps) as encoder:
-            yield encoder.send
+            yield lambda picture, number: encoder.send(picture)
         print(output.file(0))
         return
-    frame = 0
 
-    def write_frame(picture: Any) -> None:
-        nonlocal frame
-        _write_still(picture, output, frame)
-        frame += 1
+    def write_frame(picture: Any, number: int) -> None:
+        write_still(picture, output, first + number, keys[number] if keys else "")
+        if not output.to_stdout:
+            print(output.target(first + number))
 
     yield write_frame
 
 
-def _write_still(picture: Picture | LinearImage, output: Output, frame: int) -> None:
+def has_frame(output: Output, frame: int, key: str) -> bool:
+    """Return whether the picture of a frame is there: its file is, which is never half written, and holds its key.
+
+    Parameters
+    ----------
+    output
+        Where the frames go.
+    frame
+        The number of the frame.
+    key
+        What names the frame, 64 hex digits.
+
+    Returns
+    -------
+    bool
+        True where there is nothing to draw.
+
+    Raises
+    ------
+    OSError
+        Where a file exists but cannot be read.
+    """
+    if output.is_remote:
+        return stored_key(read_head(output.target(frame), KEY_BYTES)) == key
+    try:
+        with output.file(frame).open("rb") as file:
+            return stored_key(file.read(KEY_BYTES)) == key
+    except FileNotFoundError:
+        return False
+
+
+def write_still(picture: Picture | LinearImage, output: Output, frame: int, key: str = "") -> None:
+    """Write a picture.
+
+    Parameters
+    ----------
+    picture
+        The picture, as `draw_frame` returns it.
+    output
+        Where the frames go.
+    frame
+        The number of the frame.
+    key
+        What names the frame, to be stored in the file; "" for nothing.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written.
+    """
     if isinstance(picture, LinearImage):
-        write_exr(output.file(frame), picture)
+        _write_linear(picture, output, frame, key)
+        return
+    encoded = (jpeg_bytes if output.suffix in JPEG else png_bytes)(picture, key)
+    if output.to_stdout:
+        sys.stdout.buffer.write(encoded)
+    elif output.is_remote:
+        write_url(output.target(frame), encoded)
     else:
-        encoded = jpeg_bytes(picture) if output.suffix in JPEG else png_bytes(picture)
-        if output.to_stdout:
-            sys.stdout.buffer.write(encoded)
-            return
         write_bytes(output.file(frame), encoded)
-    print(output.file(frame))
+
+
+def _write_linear(picture: LinearImage, output: Output, frame: int, key: str) -> None:
+    if not output.is_remote:
+        write_exr(output.file(frame), picture, key)
+        return
+    with temporary_folder() as folder:  # OpenEXR writes files only
+        file = Path(folder) / "frame.exr"
+        write_exr(file, picture, key)
+        write_url(output.target(frame), file.read_bytes())

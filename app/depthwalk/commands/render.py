@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -11,7 +12,7 @@ from depthwalk.commands.options import (
     CameraAngle,
     CameraPosition,
     CameraTarget,
-    Frames,
+    ClusterOption,
     NoBackground,
     PathOption,
     Quiet,
@@ -28,7 +29,7 @@ from depthwalk.commands.options import (
     refuse_reuse,
     representation,
 )
-from depthwalk.commands.program import guarded
+from depthwalk.commands.program import FAILURE, guarded
 from depthwalk.errors import InputError
 
 
@@ -45,7 +46,15 @@ def main(
         ),
     ],
     path: PathOption = None,
-    frames: Frames = None,
+    frames: Annotated[
+        str | None,
+        typer.Option("--frames", metavar="N|A-B", help="The first N frames of the path, or frames A to B."),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Leave frames that were drawn of the same before; always with --cluster."),
+    ] = False,
+    cluster: ClusterOption = None,
     resolution: Resolution = DEFAULT_RESOLUTION,
     camera_position: CameraPosition = None,
     camera_target: CameraTarget = None,
@@ -63,20 +72,36 @@ def main(
     size = parse_resolution(resolution)
     options = parse_camera(camera_position, camera_target, camera_view_angle)
     check_camera_source(path, options)
-    if frames is not None and path is None:
-        raise InputError("--frames: needs --path")
-    from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, path_cameras, smooth
+    where = parse_cluster(cluster)
+    for option, given in (("--frames", frames is not None), ("--resume", resume), ("--cluster", where is not None)):
+        if given and path is None:
+            raise InputError(f"{option}: needs --path")
+    from depthwalk.commands.frame_keys import frame_keys
+    from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, parse_frames, smooth
     from depthwalk.commands.reports import input_files
     from depthwalk.scene.path import load_path
 
     loaded = open_scene(scene, asset_root, settings)
     walk = load_path(path) if path else None
-    cameras = path_cameras(walk, frames) if walk else None
+    numbers = parse_frames(frames, walk) if walk else range(1)
     output = Output(out, no_background)
     if output.suffix != ".exr":  # its distances are those in the middles of pixels
         smooth(loaded, size)
-    check_output(output, len(cameras or [None]), walk is not None, input_files(loaded, path))
+    check_output(output, numbers, walk is not None, input_files(loaded, path))
+    if resume and not output.is_series:
+        raise InputError(f"{out}: --resume needs a file for each frame; put {{frame:4}} into the name")
+    if where and path:
+        from depthwalk.commands.cluster_render import render_on_cluster
+
+        job = scene, path, asset_root or [], settings or [], size, representation_name, output
+        if not render_on_cluster(where, loaded, numbers, *job):
+            raise typer.Exit(FAILURE)
+        return
+    cameras = [walk.sample(number / walk.fps) for number in numbers] if walk else []
+    keys: list[str] = []
+    if output.is_series and walk:
+        named = frame_keys(loaded, settings or (), size, str(representation_name), no_background, output.suffix)
+        keys = [named.key(camera) for camera in cameras]
     with open_headless(loaded, size, representation(representation_name)) as headless:
-        if cameras is None:
-            cameras = [options.apply(loaded.camera or headless.frame_all())]
-        draw_frames(headless, cameras, output, walk.fps if walk else 1.0)
+        cameras = cameras or [options.apply(loaded.camera or headless.frame_all())]
+        draw_frames(headless, cameras, output, walk.fps if walk else 1.0, keys, numbers[0], resume)

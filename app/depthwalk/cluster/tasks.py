@@ -1,0 +1,181 @@
+"""Do tasks on a cluster until each is done or has failed for good."""
+
+import heapq
+import logging
+import random
+import secrets
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+
+from depthwalk.cluster.connection import Cluster, ClusterError
+from depthwalk.errors import InputError
+
+log = logging.getLogger(__name__)
+
+MAX_ATTEMPTS = 4
+FIRST_PAUSE = 1.0  # seconds before the second attempt; doubled for each later one
+_POLL_SECONDS = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """Describe a task that may be done twice without harm: what it writes appears whole, and is the same every time.
+
+    Attributes
+    ----------
+    key
+        A text that names the task by all that its result depends on.
+    function
+        A function that workers can import.
+    arguments
+        Its arguments, which can be pickled.
+    """
+
+    key: str
+    function: Callable[..., object]
+    arguments: tuple[object, ...]
+
+
+class TaskError(RuntimeError):
+    """Report that a task failed at every attempt, though nothing is known to be wrong with its input."""
+
+
+@dataclass
+class Progress:
+    """Count what becomes of tasks; `run_tasks` keeps it up to date.
+
+    Attributes
+    ----------
+    workers
+        Number of worker processes.
+    running
+        Number of tasks that the cluster has.
+    again
+        Attempts that came to nothing and were followed by another.
+    lost
+        Tasks that were handed over a second time because the scheduler was lost.
+    """
+
+    workers: int = 0
+    running: int = 0
+    again: int = 0
+    lost: int = 0
+
+
+@dataclass
+class _Queue:
+    """Tasks by their numbers: those to hand over now, and later."""
+
+    waiting: deque[int]
+    attempts: list[int]
+    run: str
+    later: list[tuple[float, int]] = field(default_factory=list)  # a heap of times and numbers
+    running: "dict[Future[object], int]" = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        return bool(self.waiting or self.later or self.running)
+
+    def put_off(self, number: int) -> None:
+        """Have another attempt after a pause, which differs from task to task lest all return at once."""
+        pause = FIRST_PAUSE * 2 ** (self.attempts[number] - 1) * random.uniform(0.75, 1.25)
+        heapq.heappush(self.later, (time.monotonic() + pause, number))
+
+    def bring_forward(self) -> None:
+        while self.later and self.later[0][0] <= time.monotonic():
+            self.waiting.append(heapq.heappop(self.later)[1])
+
+
+def run_tasks(
+    cluster: Cluster, tasks: Sequence[Task], progress: Progress, heed: Callable[[], None]
+) -> Generator[tuple[int, object], None, None]:
+    """Do tasks on a cluster, and yield what came of each as it ends.
+
+    A task whose worker is lost is given to another one, by Dask. One that raises is tried again, each time after a
+    longer pause; but not where it raises InputError, which every attempt would. Where the scheduler is lost, the tasks
+    that it had are handed over again when it is back: those that were done find their files, and end at once.
+
+    Parameters
+    ----------
+    cluster
+        Where the tasks are done.
+    tasks
+        The tasks.
+    progress
+        Counts what becomes of them.
+    heed
+        Called ten times a second; it may raise to end all.
+
+    Yields
+    ------
+    tuple
+        The number of a task, and what it returned; an InputError where the input is wrong, and a TaskError where all
+        attempts failed.
+
+    Raises
+    ------
+    ClusterError
+        Where the scheduler was lost for good.
+    """
+    queue = _Queue(deque(range(len(tasks))), [0] * len(tasks), secrets.token_hex(4))
+    while queue:
+        queue.bring_forward()
+        is_lost = not _hand_over(cluster, tasks, queue)
+        ended = wait(queue.running, _POLL_SECONDS, FIRST_COMPLETED)[0] if queue.running else set()
+        if not ended:
+            time.sleep(0 if queue.running else _POLL_SECONDS)
+        for future in ended:
+            if future.cancelled():
+                is_lost = True
+                continue
+            number = queue.running.pop(future)
+            outcome = _outcome(future, queue.attempts[number] + 1)
+            if isinstance(outcome, _Again):
+                queue.attempts[number] += 1
+                progress.again += 1
+                log.info("%s: %s; to be tried again", tasks[number].key, outcome.why)
+                queue.put_off(number)
+            else:
+                yield number, outcome
+        if is_lost:
+            progress.lost += len(queue.running)
+            queue.waiting.extendleft(queue.running.values())
+            queue.running.clear()
+            cluster.reconnect(heed)
+        progress.workers, progress.running = cluster.workers(), len(queue.running)
+        heed()
+
+
+@dataclass(frozen=True)
+class _Again:
+    why: str
+
+
+def _hand_over(cluster: Cluster, tasks: Sequence[Task], queue: _Queue) -> bool:
+    """Hand over tasks until the workers have enough; return whether there is a connection."""
+    room = cluster.room()
+    while queue.waiting and len(queue.running) < room:
+        number = queue.waiting[0]
+        task = tasks[number]
+        try:
+            # Dask keeps what came of a key as long as anybody holds its future: another attempt has another key, and
+            # another run, too, before which somebody may have removed the file.
+            key = f"{task.key}-{queue.run}-{queue.attempts[number]}"
+            future = cluster.submit(key, task.function, *task.arguments)
+        except ClusterError:
+            return False
+        queue.running[future] = queue.waiting.popleft()
+    return True
+
+
+def _outcome(future: "Future[object]", attempt: int) -> object:
+    """Return what a task returned or why it failed; or that it is to be tried again."""
+    error = future.exception()
+    if error is None:
+        return future.result()
+    if isinstance(error, InputError):
+        return error
+    why = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+    return _Again(why) if attempt < MAX_ATTEMPTS else TaskError(f"failed {attempt} times, last: {why}")

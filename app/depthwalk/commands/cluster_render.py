@@ -1,0 +1,95 @@
+"""Render the frames of a camera path on a cluster, and report on them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.connection import open_cluster
+from depthwalk.commands.cluster_progress import cluster_progress
+from depthwalk.commands.frame_chunks import RenderJob, draw_on
+from depthwalk.commands.options import RepresentationName
+from depthwalk.commands.output import Output
+from depthwalk.commands.progress import asset_progress, log
+from depthwalk.errors import InputError
+from depthwalk.scene.scene import Scene
+
+
+def render_on_cluster(
+    where: ClusterAddress,
+    loaded: Scene,
+    frames: Sequence[int],
+    scene: Path,
+    path: Path,
+    asset_roots: Sequence[Path],
+    settings: Sequence[str],
+    size: tuple[int, int],
+    representation: RepresentationName,
+    output: Output,
+) -> bool:
+    """Render frames on a cluster, and print the name of each file.
+
+    Parameters
+    ----------
+    where
+        The cluster.
+    loaded
+        The scene, with its render settings as the frames are drawn.
+    frames
+        The numbers of the frames.
+    scene, path, asset_roots, settings, size, representation, output
+        See `RenderJob`; names of files may be relative.
+
+    Returns
+    -------
+    bool
+        Whether all frames are there; those that are not have been named on stderr.
+
+    Raises
+    ------
+    InputError
+        Where the frames cannot be drawn so.
+    ClusterError
+        Where the cluster cannot be had or is lost for good.
+    """
+    if not output.is_series:
+        raise InputError(f"{output.name}: --cluster needs a file for each frame; put {{frame:4}} into the name")
+    job = RenderJob(
+        scene=scene.resolve(),
+        path=path.resolve(),
+        asset_roots=tuple(root.resolve() for root in asset_roots),
+        settings=tuple(settings),
+        size=size,
+        representation=representation,
+        output=output if output.is_remote else replace(output, name=str(Path(output.name).absolute())),
+    )
+    job = replace(job, key=job.keys(loaded).scene)
+    missing: list[int] = []
+    if where.url is None:  # else all of its workers would bake the same at once
+        with asset_progress() as report:
+            SceneLibrary(loaded.assets, report, processes=None).bake_missing(range(len(loaded.assets)))
+    with open_cluster(where) as cluster, cluster_progress("frames", len(frames), cluster) as display:
+        cluster.folders |= set() if output.is_remote else {output.file(frame).parent for frame in frames}
+        for chunk, failure in draw_on(cluster, job, frames, display.progress, display.show):
+            display.done(len(chunk))
+            if failure is None:
+                print("\n".join(output.target(frame) for frame in chunk), flush=True)
+            else:
+                log.error("%s: frames %s: %s", scene, spans(chunk), failure)
+                missing += chunk
+    if missing:
+        log.error("%s: frames not drawn: %s; the same command draws them", scene, spans(missing))
+    return not missing
+
+
+def spans(numbers: Sequence[int]) -> str:
+    """Return numbers as --frames takes them, with commas between: 3-7,12-12."""
+    texts: list[str] = []
+    ordered = sorted(numbers)
+    first = 0
+    for index in range(1, len(ordered) + 1):
+        if index == len(ordered) or ordered[index] != ordered[index - 1] + 1:
+            texts.append(f"{ordered[first]}-{ordered[index - 1]}")
+            first = index
+    return ",".join(texts)

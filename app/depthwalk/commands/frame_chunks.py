@@ -1,0 +1,167 @@
+"""Draw the frames of a camera path on a cluster, a chunk of them at a time."""
+
+import hashlib
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.cluster import worker
+from depthwalk.cluster.connection import Cluster
+from depthwalk.cluster.tasks import Progress, Task, TaskError, run_tasks
+from depthwalk.commands.frame_keys import FrameKeys, frame_keys
+from depthwalk.commands.options import RepresentationName, open_scene, representation
+from depthwalk.commands.output import Output, draw_frame, has_frame, smooth, write_still
+from depthwalk.errors import InputError
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
+from depthwalk.scene.path import CameraPath, load_path
+from depthwalk.scene.scene import Scene
+
+log = logging.getLogger("depthwalk")
+
+_CHUNK = 16  # frames: the cluster's milliseconds for a task are then one hundredth of what frames of 20 ms take
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderJob:
+    """Say what to draw, in names that mean the same on every worker.
+
+    Attributes
+    ----------
+    scene, path
+        The scene file and the camera path's file, absolute.
+    asset_roots
+        Folders in which the scene's files may lie, absolute.
+    settings
+        The --set options.
+    size
+        (width, height) of the pictures, pixels.
+    representation
+        How to draw every object.
+    output
+        Where the frames go, a series of files.
+    key
+        What `RenderJob.keys` must find in the files: a worker that sees other files draws nothing.
+    """
+
+    scene: Path
+    path: Path
+    asset_roots: tuple[Path, ...]
+    settings: tuple[str, ...]
+    size: tuple[int, int]
+    representation: RepresentationName
+    output: Output
+    key: str = ""
+
+    def load(self) -> tuple[Scene, CameraPath, FrameKeys]:
+        """Read scene and path; return them, and what names the frames. Raises InputError for what cannot be used."""
+        scene = open_scene(self.scene, self.asset_roots, self.settings)
+        if self.output.suffix != ".exr":  # its distances are those in the middles of pixels
+            smooth(scene, self.size)
+        return scene, load_path(self.path), self.keys(scene)
+
+    def keys(self, scene: Scene) -> FrameKeys:
+        """Return what names the frames of this job, of which `scene` is the scene."""
+        output = self.output
+        return frame_keys(scene, self.settings, self.size, str(self.representation), output.transparent, output.suffix)
+
+
+def draw_on(
+    cluster: Cluster, job: RenderJob, frames: Sequence[int], progress: Progress, heed: Callable[[], None]
+) -> Iterator[tuple[Sequence[int], TaskError | None]]:
+    """Draw frames on a cluster, and yield the numbers of those of each chunk as it ends.
+
+    Every frame is drawn from scratch, so that it does not depend on the worker or on the chunk. Frames that are there
+    already, by their keys, are left.
+
+    Parameters
+    ----------
+    cluster
+        Where the frames are drawn; its workers see the same files by the same names.
+    job
+        What to draw.
+    frames
+        The numbers of the frames.
+    progress, heed
+        As for `run_tasks`.
+
+    Yields
+    ------
+    tuple
+        The frames of a chunk; and why they could not all be drawn, or None.
+
+    Raises
+    ------
+    InputError
+        Where a worker cannot use the scene: then none can.
+    ClusterError
+        Where the cluster is lost for good.
+    """
+    size = max(1, min(_CHUNK, len(frames) // (4 * max(cluster.workers(), 1))))
+    chunks = [frames[first : first + size] for first in range(0, len(frames), size)]
+    tasks = [Task(key=f"render-{_name(job, chunk)}", function=draw_chunk, arguments=(job, chunk)) for chunk in chunks]
+    for number, outcome in run_tasks(cluster, tasks, progress, heed):
+        if isinstance(outcome, InputError):
+            raise outcome
+        yield chunks[number], outcome if isinstance(outcome, TaskError) else None
+
+
+def _name(job: RenderJob, chunk: Sequence[int]) -> str:
+    return hashlib.sha256(repr((job, chunk)).encode()).hexdigest()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Drawer:
+    """What a worker keeps from chunk to chunk."""
+
+    headless: HeadlessRenderer
+    path: CameraPath
+    keys: FrameKeys
+
+
+def draw_chunk(job: RenderJob, frames: Sequence[int]) -> int:
+    """Draw frames in a worker, which keeps the renderer and its one GL context for the next chunk of the same job.
+
+    Parameters
+    ----------
+    job
+        What to draw.
+    frames
+        The numbers of the frames; those that are there already are left.
+
+    Returns
+    -------
+    int
+        How many frames were drawn.
+
+    Raises
+    ------
+    InputError
+        Where the scene cannot be used, or is not the one that the caller read.
+    GpuError
+        Where no OpenGL 3.3 context can be created, or the GPU fails again and again.
+    """
+    drawer: _Drawer = worker.keep(job, lambda stack: _open(job, stack))
+    drawn = 0
+    for frame in frames:
+        camera = drawer.path.sample(frame / drawer.path.fps)
+        key = drawer.keys.key(camera)
+        if not has_frame(job.output, frame, key):
+            picture = draw_frame(drawer.headless, View(camera, job.size), job.output, frame)
+            write_still(picture, job.output, frame, key)
+            drawn += 1
+    return drawn
+
+
+def _open(job: RenderJob, stack: ExitStack) -> _Drawer:
+    scene, path, keys = job.load()
+    if keys.scene != job.key:
+        raise InputError(
+            f"{job.scene}: a worker has another version of the scene, of a file that it names, or of depthwalk"
+        )
+    library = SceneLibrary(scene.assets)
+    headless = stack.enter_context(HeadlessRenderer(scene, library, job.size, representation(job.representation)))
+    return _Drawer(headless=headless, path=path, keys=keys)

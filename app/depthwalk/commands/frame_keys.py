@@ -1,0 +1,92 @@
+"""Name frames by all that they are drawn from, so that frames of an earlier run are found again."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import depthwalk
+from depthwalk.bake.cache import sidecar
+from depthwalk.commands.reports import input_files
+from depthwalk.errors import InputError, missing_file
+from depthwalk.provenance import commit
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset, Scene
+
+
+@dataclass(frozen=True)
+class FrameKeys:
+    """Compute the key of each frame of a walk through a scene.
+
+    Attributes
+    ----------
+    scene
+        A hash of all that the frames have in common, see `frame_keys`.
+    """
+
+    scene: str
+
+    def key(self, camera: Camera) -> str:
+        """Return the key of the frame seen by `camera`, 64 hex digits."""
+        text = f"{self.scene} {camera.position!r} {camera.target!r} {camera.fov!r}"
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKeys:
+    """Return what names the frames of a scene.
+
+    The keys depend on the bytes of every file that the scene is made of, not on the files' names; on the version of
+    this program; and on the options. They do not depend on the driver: pictures that several kinds of GPU draw differ
+    by a rounding here and there.
+
+    Parameters
+    ----------
+    scene
+        The scene; its render settings are as the frames are drawn.
+    settings
+        The --set options.
+    *look
+        What else decides how a frame looks, of types whose `repr` says all.
+
+    Returns
+    -------
+    FrameKeys
+        Computes the keys.
+
+    Raises
+    ------
+    InputError
+        Where a file of the scene cannot be read.
+    """
+    text = json.dumps(
+        {
+            "program": [depthwalk.__version__, commit()],
+            "files": [_digest(file) for file in _contents(scene)],
+            "settings": [*settings],
+            "render": scene.render.model_dump(mode="json"),
+            "look": [repr(value) for value in look],
+        },
+        sort_keys=True,
+    )
+    digest = hashlib.sha256(text.encode())
+    for member in fields(scene.instances):  # of `places` items only the arrays are left
+        digest.update(getattr(scene.instances, member.name).tobytes())
+    return FrameKeys(digest.hexdigest())
+
+
+def _contents(scene: Scene) -> list[Path]:
+    """Return the files that decide how a scene looks; depth images beside a mesh follow from the mesh."""
+    derived = {sidecar(asset.mesh) for asset in scene.assets if isinstance(asset, MeshAsset)}
+    derived |= {sidecar(asset.depth) for asset in scene.assets if isinstance(asset, DepthImageAsset)}
+    return [file for file in input_files(scene, None) if file not in derived]
+
+
+def _digest(file: Path) -> str:
+    if not file.is_file():
+        raise missing_file(file)
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from None
