@@ -9,11 +9,12 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from depthwalk.bench.ratio import Ratio
-from depthwalk.bench.tables import edges, focus, heads, walks
+from depthwalk.bench.tables import edges, focus, heads, planar, walks
 from depthwalk.bench.tables.table import Table, to_markdown, to_section, to_text
 from depthwalk.commands.cli import app
 from depthwalk.quality import edges as quality_edges
 from depthwalk.scene import loader
+from depthwalk.scene.arrays import Representation
 
 TABLE = Table(
     name="a",
@@ -96,12 +97,27 @@ def test_the_table_of_heads_and_of_focus() -> None:
     for row in table.rows:
         head, triangles, _, polygons, *others = row
         assert (head, triangles) == ("ball", "320") and isinstance(polygons, float) and polygons > 0
-        assert all(isinstance(cell, Ratio) and 0 < cell.low <= cell.median <= cell.high for cell in others[:5])
-        assert all(isinstance(cell, str) and cell.split(" dB, ")[1] for cell in others[5:])
+        assert all(isinstance(cell, Ratio) and 0 < cell.low <= cell.median <= cell.high for cell in others[:6])
+        assert all(isinstance(cell, str) and cell.split(" dB, ")[1] for cell in others[6:])
     table = focus.measured(silent)
     assert [row[0] for row in table.rows] == ["none", "paper", "gather"]
     assert table.rows[0][2] == Ratio(median=1.0, low=1.0, high=1.0)
     assert to_text(table).count(" × (") == 3
+
+
+@pytest.mark.gl
+def test_the_table_of_planar_depth_images(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each way has its row, the warp is compared with itself; what has no silhouette is farthest from the truth."""
+    monkeypatch.setattr(planar, "SIZE", (96, 72))
+    monkeypatch.setattr(planar, "FRAMES", 10)
+    monkeypatch.setattr(planar, "VIEWS", {"aside": 40.0})
+    monkeypatch.setattr(planar, "KINDS", (Representation.DPCI, Representation.DMESH, Representation.BUMP))
+    table = planar.measured(silent)
+    assert [row[:2] for row in table.rows] == [("aside", "dpci"), ("aside", "dmesh"), ("aside", "bump")]
+    assert table.rows[0][3] == 1.0 and table.rows[0][5] == Ratio(median=1.0, low=1.0, high=1.0)
+    assert [row[6] for row in table.rows] == [None, 3.9, None]
+    flip = [float(str(row[7]).split(", ")[1]) for row in table.rows]
+    assert max(flip[:2]) < 0.8 * flip[2]
 
 
 def test_the_viewer_passes_the_middle_of_the_head() -> None:
@@ -114,7 +130,9 @@ def test_the_viewer_passes_the_middle_of_the_head() -> None:
 
 def test_unknown_tables_are_refused() -> None:
     result = run("tables", "--only", "heads,egdes")
-    message = "--only egdes: must be one of heads, edges, focus, triangles, objects, pixels; did you mean 'edges'?\n"
+    message = (
+        "--only egdes: must be one of heads, planar, edges, focus, triangles, objects, pixels; did you mean 'edges'?\n"
+    )
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message)
 
 

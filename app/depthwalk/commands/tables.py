@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from depthwalk.assets.library import Report
     from depthwalk.bench.tables.table import Table
 
-NAMES = ("heads", "edges", "focus", "triangles", "objects", "pixels")
+NAMES = ("heads", "planar", "edges", "focus", "triangles", "objects", "pixels")
 
 
 @guarded
@@ -68,10 +68,11 @@ def parse_names(texts: list[str] | None) -> list[str]:
 
 def _measures(most_triangles: int) -> "dict[str, Callable[[Report], Table]]":
     """Return what measures each table."""
-    from depthwalk.bench.tables import curves, edges, focus, heads
+    from depthwalk.bench.tables import curves, edges, focus, heads, planar
 
     return {
         "heads": heads.measured,
+        "planar": planar.measured,
         "edges": edges.measured,
         "focus": focus.measured,
         "triangles": partial(curves.over_triangles, most=most_triangles),

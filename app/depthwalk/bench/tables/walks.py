@@ -79,7 +79,12 @@ def truth(headless: HeadlessRenderer, centre: Sequence[float], distance: float) 
 
 def quality(headless: HeadlessRenderer, reference: Picture, centre: Sequence[float], distance: float) -> Quality:
     """Compare the picture from the middle of a walk with the true one; see `past`."""
-    headless.draw(View(past(centre, distance)[FRAMES // 2], headless.size))
+    return compared(headless, reference, past(centre, distance)[FRAMES // 2])
+
+
+def compared(headless: HeadlessRenderer, reference: Picture, camera: Camera) -> Quality:
+    """Compare a picture with the true one, (H, W, 3) uint8, whose first pixel shows the backdrop."""
+    headless.draw(View(camera, headless.size))
     picture = np.ascontiguousarray(headless.pixels()[..., :3])
     backdrop = reference[0, 0]
     shown = (reference != backdrop).any(-1) | (picture != backdrop).any(-1)
