@@ -1,10 +1,14 @@
-"""Draw the line figures of docs/algorithms.md as SVG: `python docs/make_images.py cylinder shift impostor cases`.
+"""Draw the line figures of the documentation as SVG: `python docs/make_images.py cylinder shift impostor cases tables`.
 
 All coordinates are pixels, x to the right and y down. Points that the text computes (where a sample lands on the warp
 plane) are computed here by the same formula, so that the figures are to scale.
 """
 
 import math
+from typing import Any
+
+from depthwalk.bench import plots
+from depthwalk.bench.tables.table import Curves
 
 Point = tuple[float, float]
 
@@ -159,6 +163,29 @@ def cases() -> str:
             parts += [line((x0, low), (x1, low), _GREEN, width=5), line(eye, (x1, low), "#bbb")]
     parts += [text((28, 104), "y1", _FAINT, "end"), text((28, 214), "y0", _FAINT, "end")]
     return svg(720, 320, parts)
+
+
+def curves(title: str, shown: dict[str, Any]) -> str:
+    """Return the curves of a table, both axes logarithmic, each named where it ends.
+
+    Parameters
+    ----------
+    title
+        What the curves show.
+    shown
+        The fields of `Curves`, as `depthwalk tables --json` writes them.
+    """
+    plot = plots.curves(title, Curves(label=shown["label"], x=tuple(shown["x"]), columns=shown["columns"]))
+    parts = [line((plots.LEFT, y), (plots.RIGHT, y), "#ddd") for y, _ in plot.ticks]
+    parts += [text((plots.LEFT - 6, y + 4), label, _FAINT, "end") for y, label in plot.ticks]
+    for x, label in plot.marks:
+        parts += [line((x, plots.TOP), (x, plots.BOTTOM), _FAINT, dashed=True)]
+        parts += [text((x, plots.BOTTOM + 18), label, _FAINT, "middle")]
+    for number, shape in enumerate(plot.lines):
+        parts.append(f'<polyline points="{shape.points}" fill="none" stroke="{shape.colour}" stroke-width="2"/>')
+        parts.append(text((plots.LEFT + 8 + 150 * number, plots.BOTTOM + 44), shape.name, shape.colour))
+    parts.append(text((plots.RIGHT, plots.BOTTOM + 44), plot.label, _INK, "end"))
+    return svg(plots.RIGHT + 24, plots.BOTTOM + 56, parts)
 
 
 def svg(width: int, height: int, parts: list[str]) -> str:

@@ -1,9 +1,10 @@
 """Make the pictures in docs/images: `python docs/make_images.py [NAME...]`.
 
-`hud` photographs the window and needs Xvfb and xdotool. The line figures come from docs/figures.py. `frame.svg` is not
-made here.
+`hud` photographs the window and needs Xvfb and xdotool. The line figures come from docs/figures.py. `tables`
+measures for minutes. `frame.svg` is not made here.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import figures
 import numpy as np
@@ -180,6 +182,26 @@ def virtual_display() -> Iterator[str]:
         server.wait(10)
 
 
+def tables() -> None:
+    """Measure the papers' tables again, which takes minutes: docs/tables.md, and its curves."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "tables.json"
+        page = IMAGES.parent / "tables.md"
+        subprocess.run([*_DEPTHWALK, "tables", "--json", str(report), "--markdown", str(page)], check=True)
+        show_curves(json.loads(report.read_text(encoding="utf-8"))["tables"], page)
+
+
+def show_curves(measured: list[dict[str, Any]], page: Path) -> None:
+    """Write the curves of measured tables as SVG, and show each under the heading of its table on a page."""
+    shown = page.read_text(encoding="utf-8")
+    for table in measured:
+        if table["curves"]:
+            name, heading = f"tables-{table['name']}", f"## {table['title']}\n"
+            draw(name, partial(figures.curves, table["title"], table["curves"]))
+            shown = shown.replace(heading, f"{heading}\n![{table['title']}](images/{name}.svg)\n")
+    page.write_text(shown, encoding="utf-8", newline="\n")
+
+
 def draw(name: str, figure: Callable[[], str]) -> None:
     """Write a line figure as SVG."""
     (IMAGES / f"{name}.svg").write_text(figure(), encoding="utf-8", newline="\n")
@@ -199,6 +221,7 @@ MAKERS: dict[str, Callable[[], None]] = {
     "panorama": panorama,
     "dpci": dpci,
     "hud": hud,
+    "tables": tables,
     **{name: partial(draw, name, figure) for name, figure in FIGURES.items()},
 }
 
