@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -36,10 +37,11 @@ _PATIENCE = 600.0  # seconds after its end at which a session is ended, which ma
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """One session: a target, and the seed of its random numbers."""
+    """One session: a target, the seed of its random numbers, and how many inputs it reads if time lasts."""
 
     target: Target
     seed: int
+    most_inputs: float
     folder: Path
 
 
@@ -55,7 +57,7 @@ def main() -> int:
     work = Path(tempfile.mkdtemp(prefix="depthwalk-fuzz-"))
     try:
         tasks = [
-            Task(target=target, seed=seed, folder=work / f"{target.name}-{seed}")
+            Task(target=target, seed=seed, most_inputs=options.inputs, folder=work / f"{target.name}-{seed}")
             for seed in options.seed or [0, date.today().toordinal()]
             for target in chosen
         ]
@@ -75,6 +77,9 @@ def _options() -> argparse.Namespace:
     names = ", ".join(target.name for target in TARGETS)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"what to fuzz, all by default: {names}")
     parser.add_argument("--seconds", type=float, default=60, help="how long to go on, in all (60)")
+    parser.add_argument(
+        "--inputs", type=float, default=math.inf, help="end each target's session after so many inputs (no end)"
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes at a time (one per processor)")
     parser.add_argument(
         "--seed", type=int, action="append", help="of the random numbers, may be repeated (0 and today's)"
@@ -86,6 +91,8 @@ def _options() -> argparse.Namespace:
         parser.error(f"unknown target {sorted(unknown)[0]!r}; known: {names}")
     if not 0 < options.seconds < 1e7 or not 0 < options.jobs <= 256:
         parser.error("--seconds and --jobs must be positive, and jobs at most 256")
+    if not options.inputs > 0:
+        parser.error("--inputs must be positive")
     if options.findings.exists() and not options.findings.is_dir():
         parser.error(f"--findings {options.findings}: is a file")
     return options
@@ -139,7 +146,7 @@ def _session(task: Task, until: float) -> None:
     for output in (1, 2):  # libraries print
         os.dup2(errors, output)
     limit_memory()
-    Session(task.target, task.seed, task.folder).run(until)
+    Session(task.target, task.seed, task.folder).run(until, task.most_inputs)
 
 
 def _note_end(task: Task, exitcode: int) -> None:

@@ -1,6 +1,7 @@
 """Fuzz one target with one seed: change what took new ways, judge it, and make what is wrong short."""
 
 import json
+import math
 import random
 import shutil
 import time
@@ -54,12 +55,12 @@ class Session:
         self.corpus: list[Files] = []
         self.tally = Tally()
 
-    def run(self, until: float) -> Tally:
-        """Fuzz until a moment of `time.monotonic`."""
+    def run(self, until: float, most_inputs: float = math.inf) -> Tally:
+        """Fuzz until a moment of `time.monotonic`, or until so many inputs were read."""
         started = used().seconds
         for files in self.target.seeds() + findings(self.target.name):
             self.attempt(files)
-        while time.monotonic() < until and self.corpus:
+        while time.monotonic() < until and self.tally.inputs < most_inputs and self.corpus:
             self.attempt(self.changed())
             self.tally.seconds = used().seconds - started
             if self.tally.inputs % 256 == 0:
@@ -104,13 +105,14 @@ class Session:
             self.tally.kept += 1
 
     def _judged(self, files: Files) -> Fault | None:
-        folder = self.folder / "input"
-        if folder.exists():
-            shutil.rmtree(folder)
+        folder = self.folder / "input"  # is there as long as it is read: should the process end, it was that
         folder.mkdir()
         (self.folder / "first").write_text(next(iter(files)))
         limit_seconds()
-        return judge(self.target, files, folder, self.trace)
+        try:
+            return judge(self.target, files, folder, self.trace)
+        finally:
+            shutil.rmtree(folder)
 
     def _report(self, files: Files, fault: Fault) -> None:
         self.tally.faults[fault.kind] = fault.detail

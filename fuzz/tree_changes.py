@@ -13,6 +13,7 @@ VALUES: tuple[Any, ...] = (
 )  # fmt: skip
 
 _MOST_PLACES = 2_000
+_MOST_VALUES = 20_000  # with each alias written out
 
 Place = tuple[Any, Any]  # a list or dict, and an index or key of it
 
@@ -23,8 +24,13 @@ def change_json(data: bytes, rng: random.Random, keys: tuple[str, ...] = ()) -> 
 
 
 def change_yaml(data: bytes, rng: random.Random, keys: tuple[str, ...] = ()) -> bytes:
-    """Return what `change_json` returns, of a YAML document; JSON is YAML, too."""
+    """Return what `change_json` returns, of a YAML document; JSON is YAML, too.
+
+    Raises ValueError where its aliases make so many values of it that they cannot be written out.
+    """
     tree = YAML(typ="safe", pure=True).load(data.decode())
+    if _values(tree, {}) > _MOST_VALUES:
+        raise ValueError("aliases make too many values")
     return json.dumps(changed_tree(tree, rng, keys), default=str).encode("utf-8", "surrogatepass")
 
 
@@ -53,6 +59,17 @@ def changed_tree(tree: Any, rng: random.Random, keys: tuple[str, ...]) -> Any:
                 for _ in range(depth):
                     parent[key] = [parent[key]]
     return holder[0]
+
+
+def _values(node: Any, known: dict[int, int]) -> int:
+    """Return how many values a tree has with each alias written out; each list or dict is looked at once."""
+    if not isinstance(node, list | dict):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = _MOST_VALUES  # where it holds itself
+        children = node.values() if isinstance(node, dict) else node
+        known[id(node)] = 1 + sum(_values(child, known) for child in children)
+    return known[id(node)]
 
 
 def _new_value(old: Any, rng: random.Random) -> Any:

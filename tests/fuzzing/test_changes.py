@@ -35,6 +35,12 @@ def test_documents_stay_documents() -> None:
         json.loads(change_yaml(seeds.PATH.encode(), random.Random(seed)))
 
 
+def test_documents_that_aliases_make_large_are_not_written_out() -> None:
+    layers = [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9) if i else 'x'}]" for i in range(9)]
+    with pytest.raises(ValueError, match="aliases"):
+        change_yaml("\n".join(layers).encode(), random.Random(0))
+
+
 def test_pictures_keep_right_checksums() -> None:
     data, opened = seeds.picture("PNG"), 0
     for seed in TIMES:

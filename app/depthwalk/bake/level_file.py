@@ -85,6 +85,10 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
             raise ValueError(f"level {number}: {name} are {values.dtype} of {values.shape}")
         if not np.isfinite(values).all():
             raise ValueError(f"level {number}: {name} hold what is no finite number")
+    low, high = mesh.bounds
+    margin = np.linalg.norm(high - low)  # vertices are moved by the error of a level, which is less
+    if (arrays["positions"] < low - margin).any() or (arrays["positions"] > high + margin).any():
+        raise ValueError(f"level {number}: a vertex lies outside the mesh")
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype != np.int32 or not len(faces):
         raise ValueError(f"level {number}: faces are {faces.dtype} of {faces.shape}")
     if faces.min() < 0 or faces.max() >= count:
