@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from depthwalk.bench.equal import TOLERANCE, _picture_flip, coarsened
+from depthwalk.bench.equal import TOLERANCE, picture_flip, coarsened
 from depthwalk.bench.rows import COLUMNS, SETTLING, Walk, most_seen
 from depthwalk.commands.bench_table import main
 from depthwalk.commands.program import as_program
@@ -125,5 +125,5 @@ def test_flip_of_a_picture_needs_only_what_differs() -> None:
     reference = random.integers(0, 256, (120, 160, 3), np.uint8)
     test = reference.copy()
     test[40:60, 70:90] //= 2
-    assert _picture_flip(reference, reference) == 0
-    assert _picture_flip(reference, test) == pytest.approx(float(flip_map(reference, test).mean()), rel=1e-4)
+    assert picture_flip(reference, reference) == 0
+    assert picture_flip(reference, test) == pytest.approx(float(flip_map(reference, test).mean()), rel=1e-4)

@@ -72,11 +72,12 @@ def path_flip(
     for cameras, reference in zip(moments, references, strict=True):
         for camera in cameras:
             headless.draw(View(camera, headless.size))
-        pending.append(pool.submit(_picture_flip, reference, headless.pixels()[..., :3].copy()))
+        pending.append(pool.submit(picture_flip, reference, headless.pixels()[..., :3].copy()))
     return float(np.mean([flip.result() for flip in pending]))
 
 
-def _picture_flip(reference: Picture, test: Picture) -> float:
+def picture_flip(reference: Picture, test: Picture) -> float:
+    """Return the mean of FLIP, 0 to 1, over all pixels of a picture against a reference, (H, W, 3) uint8 each."""
     differs = (reference != test).any(axis=-1)
     if not differs.any():
         return 0.0

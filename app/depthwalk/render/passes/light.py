@@ -46,8 +46,9 @@ class LightPass(PixelPass[LightParams]):
             defines += ("FORWARD",)
         if frame.targets.sun_maps is not None:
             defines += ("SHADOWS",)
+        even_sky = _even_background(frame) and not frame.common.forward
         if lamps is None:
-            return PixelInputs(defines=defines, uniforms=values)
+            return PixelInputs(defines=defines, uniforms=values, even_sky=even_sky)
         textures: dict[str, Any] = {"lamps": self._records, "lamp_lists": self._lists, "lamp_cells": self._cells}
         defines += ("LAMPS",)
         values["squares"] = lamps.across
@@ -55,7 +56,7 @@ class LightPass(PixelPass[LightParams]):
             defines += ("LAMP_SHADOWS",)
             textures["lamp_maps"] = maps.texture
             values |= _map_uniforms(maps) | {"seen_error": error_at_a_metre(frame.view, frame.common.lod)}
-        return PixelInputs(defines=defines, textures=textures, uniforms=values, strip_pixels=_STRIP_PIXELS)
+        return PixelInputs(defines=defines, textures=textures, uniforms=values, strip_pixels=_STRIP_PIXELS, even_sky=even_sky)
 
     def _lamps(self, frame: Frame) -> LightClusters | None:
         """Upload the lamps that reach what is in sight, and return them; None where none does."""
@@ -79,6 +80,11 @@ def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     radius = np.radians(params.sun_size / 2)
     disc = np.minimum(light.sun / radius**2, _MAX_RADIANCE)  # π · sun over the solid angle π · radius²
     return (*light.sky.defines, "DISC"), light.sky.uniforms() | {"disc": tuple(disc.tolist()), "disc_radius": radius}
+
+
+def _even_background(frame: Frame) -> bool:
+    """Return whether what is behind everything has one colour, or none in a transparent picture."""
+    return frame.transparent or frame.environment.sky is None
 
 
 def _map_uniforms(maps: LampMaps) -> dict[str, Any]:

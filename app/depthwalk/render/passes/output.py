@@ -29,4 +29,5 @@ class OutputPass(PixelPass[OutputParams]):
         samples = frame.common.aa.samples
         # A loop over one sample costs software rasterisers four times as much as none.
         defines = (params.tone_mapping.upper(), *(("SUPERSAMPLED",) if samples > 1 else ()))
-        return PixelInputs(defines=defines, uniforms={"samples": samples, "exposure": 2.0**params.exposure})
+        uniforms = {"samples": samples, "exposure": 2.0**params.exposure}
+        return PixelInputs(defines=defines, uniforms=uniforms, even_sky=True)

@@ -21,4 +21,5 @@ class SunPass(PixelPass[Params]):
         """Return the shadow maps of `frame`; `params` is empty."""
         maps = frame.targets.sun_maps
         assert maps is not None  # as `enabled` found
-        return PixelInputs(textures={"sun_maps": maps.texture}, uniforms=maps.uniforms(frame.view, frame.common.lod))
+        uniforms = maps.uniforms(frame.view, frame.common.lod)
+        return PixelInputs(textures={"sun_maps": maps.texture}, uniforms=uniforms, even_sky=True)
