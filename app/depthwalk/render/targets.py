@@ -147,6 +147,7 @@ FRAMEBUFFERS: dict[str, Framebuffer] = {
     "visibility": Framebuffer(("visibility_texture",), "depth", all_samples=True),  # what depth images write
     "lit_visibility": Framebuffer(("visibility_texture", "tile_light"), "depth", all_samples=True),  # and lit tiles
     "polygons": Framebuffer(_ALL_SURFACES, "depth", all_samples=True),  # what polygons write
+    "first_polygons": Framebuffer(_SURFACES, "depth", all_samples=True),  # and those that nothing is drawn before
     "one_sample": Framebuffer(_ALL_SURFACES, "depth"),  # one of the samples of `polygons`
     "one_lit_sample": Framebuffer((*_ALL_SURFACES, "tile_light"), "depth"),  # and of `lit_visibility`
     "material_depth": Framebuffer((), "material_depth_texture"),
@@ -267,6 +268,7 @@ class Targets:
     visibility: moderngl.Framebuffer
     lit_visibility: moderngl.Framebuffer
     polygons: moderngl.Framebuffer
+    first_polygons: moderngl.Framebuffer
     one_sample: moderngl.Framebuffer
     one_lit_sample: moderngl.Framebuffer
     material_depth: moderngl.Framebuffer

@@ -189,6 +189,7 @@ class FrameDrawLists:
     captured : meshes drawn by one of `scene.arrays.CAPTURED`, with `placed_records.CAPTURED_RECORD`; only those
         representations that draw anything.
     first_object_id : the number that passes write for the first of the `object_rows`; 0 stands for no object.
+    continues : whether an earlier phase of the same frame has drawn other objects already.
     """
 
     warp: DrawList
@@ -203,6 +204,7 @@ class FrameDrawLists:
     height_fields: Mapping[Representation, DrawList] = field(default_factory=dict)
     captured: Mapping[Representation, DrawList] = field(default_factory=dict)
     first_object_id: int = 1
+    continues: bool = False
     clusters: ClusterDraws = field(default_factory=lambda: ClusterDraws.none())
 
     @property

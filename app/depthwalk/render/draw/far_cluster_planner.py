@@ -121,6 +121,7 @@ class FarClusterPlanner:
             object_rows=object_rows,
             drawn_as=np.full(len(object_rows), Representation.DPCI, np.uint8),
             first_object_id=first_object_id,
+            continues=True,
         )
 
     def _spoil_changed(self, numbers: Rows, objects: int) -> None:

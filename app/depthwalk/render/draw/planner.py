@@ -131,6 +131,7 @@ class Planner:
             height_fields=height_fields,
             captured=captured,
             first_object_id=first_object_id,
+            continues=continues,
         )
 
     def _lightened(

@@ -36,6 +36,7 @@ from depthwalk.render.passes.sun import SunPass
 from depthwalk.render.passes.warp import WarpPass
 
 PASSES: tuple[type[Pass[Any]], ...] = (
+    MeshPass,  # first: nothing else is in the visibility buffer yet
     WarpPass,
     CompositePass,
     DmeshPass,
@@ -46,7 +47,6 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     DisplacementPass,
     OctahedralPass,
     BillboardPass,
-    MeshPass,
     GroundPass,
     ShadowsPass,
     SamplePass,

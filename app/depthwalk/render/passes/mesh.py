@@ -41,8 +41,12 @@ class MeshPass(Pass[MeshParams]):
         self._seen = gl.buffer(reserve=12 * _MAX_CULLED_TRIANGLES, dynamic=True)  # indices of meshlets
 
     def draw(self, frame: Frame, params: MeshParams) -> None:
-        """Draw the meshes of `frame` into albedo, normals, visibility and depth, as `params` say."""
-        with self.gl.state(into=frame.targets.polygons, depth_test=LESS, wireframe=params.wireframe):
+        """Draw the meshes of `frame` into albedo, normals, visibility and depth, as `params` say.
+
+        Before anything else is drawn the visibility buffer holds what polygons would write, and is left alone.
+        """
+        into = frame.targets.polygons if frame.plan.continues else frame.targets.first_polygons
+        with self.gl.state(into=into, depth_test=LESS, wireframe=params.wireframe):
             self._draw(frame)
             self._clusters.draw(frame.plan.clusters, frame.assets.meshes, self._choose)
 
