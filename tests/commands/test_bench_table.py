@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from depthwalk.bench.equal import TOLERANCE, picture_flip, coarsened
+from depthwalk.bench.equal import TOLERANCE, coarsened, picture_flip
 from depthwalk.bench.rows import COLUMNS, SETTLING, Walk, most_seen
 from depthwalk.commands.bench_table import main
 from depthwalk.commands.program import as_program

@@ -15,6 +15,7 @@ from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import State
 from depthwalk.params import Params, param
+from depthwalk.render import occlusion_phases
 from depthwalk.render.declared_targets import DeclaredTargets, declared
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.headless import HeadlessRenderer
@@ -168,7 +169,7 @@ def test_a_pass_serves_one_renderer_at_a_time(gl_device: Device, library: ShapeL
     with pytest.raises(ValueError, match="ground belongs to a renderer already"):
         ground.attach(gl_device)
     with OnScreen(gl_device, still_life(), library, SIZE) as stage:
-        with pytest.raises(ValueError, match="warp belongs to a renderer already"):
+        with pytest.raises(ValueError, match="mesh belongs to a renderer already"):
             Renderer(gl_device, still_life(), library, [ground_of_its_own(), stage.renderer.passes[0]])
         stage.draw(VIEW)  # the passes of the other renderer are as they were
     ground.release()
@@ -279,6 +280,7 @@ def test_declared_targets_are_those_that_passes_use(
     captured = still_life()
     captured.objects.representation[:] = *CAPTURED, Representation.MESH
     set_all(captured.render, {"octahedral.views": 4, "octahedral.resolution": 32, "billboard.resolution": 32})
+    monkeypatch.setattr(occlusion_phases, "FIRST_PHASE", 1)  # so that meshes come after other objects, too
     with OnScreen(gl_device, captured, library, SIZE) as stage:
         stage.draw(VIEW)
     for each in PASSES:

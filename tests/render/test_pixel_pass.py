@@ -1,6 +1,7 @@
 """Passes that need no other pixel: drawn by one program they show what they show apart."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GpuError
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.passes import default_passes
-from depthwalk.render.pixel_pass import PixelInputs, PixelPass, has_texture
+from depthwalk.render.passes import default_passes, light
+from depthwalk.render.passes.sun import SunPass
+from depthwalk.render.pixel_pass import PixelInputs, PixelPass, PixelPrograms, has_texture
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -126,6 +128,53 @@ def test_a_gpu_which_may_not_test_what_it_reads_draws_the_same(
             stage.draw(VIEW)
             pictures.append(read_pixels(stage.screen))
     np.testing.assert_array_equal(pictures[0], pictures[1])
+
+
+@pytest.mark.parametrize("transparent", [False, True])
+@pytest.mark.parametrize("settings", [{}, {"aa": "fxaa"}, {"fused": False, "output.tone_mapping": "aces"}])
+def test_an_even_sky_is_cleared_to_the_colour_that_would_be_drawn(
+    gl_device: Device,
+    library: ShapeLibrary,
+    monkeypatch: pytest.MonkeyPatch,
+    settings: dict[str, Any],
+    transparent: bool,
+) -> None:
+    """By software; also when it changes, and for a user's pass behind it that does not say that its sky is even."""
+    asked: list[bool] = []
+    sky_colour = PixelPrograms._sky_colour
+    monkeypatch.setattr(PixelPrograms, "_sky_colour", lambda *given: asked.append(True) or sky_colour(*given))
+    pictures = []
+    for cleared in (True, False):
+        if not cleared:
+            monkeypatch.setattr(light, "_even_background", lambda frame: False)
+            monkeypatch.setattr(
+                SunPass, "inputs", lambda *given, own=SunPass.inputs: replace(own(*given), even_sky=False)
+            )
+        scene = still_life(background=(0.31, 0.12, 0.77))
+        set_all(scene.render, settings)
+        with OnScreen(gl_device, scene, library, SIZE) as stage:
+            for exposure in (0.0, 0.7):
+                scene.render.output.exposure = exposure
+                stage.draw(VIEW, transparent)
+                pictures.append(read_pixels(stage.screen))
+        assert bool(asked) == (cleared and gl_device.software)
+        asked.clear()
+    np.testing.assert_array_equal(pictures[:2], pictures[2:])
+    assert transparent or (pictures[0][0, 0] != pictures[1][0, 0]).any()
+
+
+def test_a_sky_that_is_not_even_is_drawn(
+    gl_device: Device, library: ShapeLibrary, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One with a gradient, fog before a background, and light that comes forward, which leaves pixels as they are."""
+    monkeypatch.setattr(PixelPrograms, "_sky_colour", lambda *given: pytest.fail("cleared"))
+    fog = {"density": 0.1, "colour": (0.9, 0.2, 0.1)}
+    for environment, mode in (({"sky": {}}, "deferred"), ({"fog": fog}, "deferred"), ({}, "forward")):
+        scene = still_life(**environment)
+        scene.render.light.mode, scene.render.shadows.enabled = mode, False
+        with OnScreen(gl_device, scene, library, SIZE) as stage:
+            stage.draw(VIEW)
+            assert np.ptp(read_pixels(stage.screen)[..., :3]) > 50
 
 
 @pytest.mark.parametrize("targets", [(), ("lit", "shadow"), ("albedo",), ("depth",)])

@@ -46,7 +46,9 @@ def walk_about(camera: Camera, distance: float, frames: int) -> list[Camera]:
     return [replace(camera, position=tuple(place.tolist())) for place in places]
 
 
-def time_turns(ways: Mapping[str, Draw], finish: Callable[[str], None], views: Sequence[View]) -> dict[str, list[float]]:
+def time_turns(
+    ways: Mapping[str, Draw], finish: Callable[[str], None], views: Sequence[View]
+) -> dict[str, list[float]]:
     """Return the times of all ways, which take turns, milliseconds of processor time per frame of each turn."""
     times: dict[str, list[float]] = {name: [] for name in ways}
     for first in range(0, len(views) - _TURN + 1, _TURN):

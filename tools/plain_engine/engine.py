@@ -49,9 +49,7 @@ class PlainEngine:
             self._screen = self._gl.framebuffer([self._gl.texture(size, 4)], self._gl.depth_texture(size))
             light = lighting(scene.environment)
             self._background = (srgb8_from_linear(light.sky.radiance(np.array([[0.0, 1, 0]])))[0] / 255).tolist()
-            self._program = Program(
-                self._gl, _FOLDER / "plain.vert", _FOLDER / "plain.frag", ("CLAMP", *light.defines)
-            )
+            self._program = Program(self._gl, _FOLDER / "plain.vert", _FOLDER / "plain.frag", ("CLAMP", *light.defines))
             material = levels[0].mesh.materials[0]
             self._program.set(
                 base_colour=material.base_colour,

@@ -233,7 +233,9 @@ class PixelPrograms:
         self._programs: dict[tuple[str | Path | tuple[str, ...], ...], Program] = {}
         self._with_depth: dict[str, tuple[moderngl.Framebuffer, moderngl.Texture, moderngl.Framebuffer]] = {}
         self._single: dict[str, moderngl.Framebuffer] = {}  # by data type, one texel of it
-        self._sky: tuple[Program, bytes, tuple[float, ...]] | None = None  # with the uniforms, and its colour
+        self._sky: tuple[Program, bytes, tuple[float, float, float, float]] | None = (
+            None  # with the uniforms, and its colour
+        )
 
     def parts(self, group: Sequence[DrawnPass]) -> Iterator[None]:
         """Draw passes into the target of the last of them; stop between strips of the picture.
@@ -265,7 +267,7 @@ class PixelPrograms:
             del halves[_SKY_TESTED]
             colour = self._sky_colour(programs[_SKY_TESTED], uniforms, textures.values(), _only_texture(into).dtype)
             with self._gl.state(into=into, depth_write=False):
-                into.clear(*colour)
+                into.clear(color=colour)
         width, height = into.size
         strips = -(-width * height // min(each.strip_pixels for each in inputs))
         for strip in range(strips):
@@ -298,7 +300,7 @@ class PixelPrograms:
         uniforms: Mapping[str, Any],
         textures: Iterable[moderngl.Texture | RecordTexture],
         dtype: str,
-    ) -> tuple[float, ...]:
+    ) -> tuple[float, float, float, float]:
         """Return what `program`, with `uniforms` set, draws where nothing is, as a texture of `dtype` holds it.
 
         It is drawn into one texel and read back when it may have changed.
@@ -313,7 +315,8 @@ class PixelPrograms:
                 program.fill()
             stored, one = _TEXELS[dtype]
             texel = np.frombuffer(_only_texture(self._single[dtype]).read(alignment=1), stored)
-            self._sky = program, key, tuple((texel / np.float64(one)).tolist())
+            red, green, blue, alpha = (texel / np.float64(one)).tolist()
+            self._sky = program, key, (red, green, blue, alpha)
         return self._sky[2]
 
     def _program(self, passes: Sequence[PixelPass[Any]], defines: tuple[str, ...]) -> Program:

@@ -1,9 +1,10 @@
-"""Polygons: nothing that may be seen is missing where only some of the meshlets are drawn."""
+"""Polygons: nothing that may be seen is missing where only some of the meshlets are drawn, in whatever phase."""
 
 import numpy as np
 import pytest
 
 from depthwalk.gpu.device import Device
+from depthwalk.render import occlusion_phases
 from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame
 from depthwalk.render.passes import mesh as mesh_pass
@@ -11,7 +12,7 @@ from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.resources.mesh_object import MeshObject
 from depthwalk.scene.arrays import Representation
 from depthwalk.types import Rows
-from shapes import ShapeLibrary, scene_of, sphere
+from shapes import ShapeLibrary, box, scene_of, sphere
 from stage import OnScreen, view_of
 
 
@@ -45,3 +46,32 @@ def test_culled_meshlets_change_no_pixel(
     assert whole == [0, 2]
     np.testing.assert_array_equal(pictures[0], pictures[1])
     assert np.ptp(pictures[0]) > 0
+
+
+def test_a_mesh_of_a_later_phase_hides_what_an_earlier_one_drew(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The visibility buffer shows polygons there, and the object's number no more: else its colours would shine through."""
+    library = ShapeLibrary([sphere(0.6, 32, 16), box(1.2, 1.2, 1.2)], resolution=64)
+    scene = scene_of((0, (-0.4, 0, 0.05), 0.0, 1.0), (1, (0.5, 0, 0), 0.0, 1.0))
+    scene.objects.representation[:] = Representation.DPCI, Representation.MESH
+    shown, phases = [], []
+    for first in (64, 1):
+        monkeypatch.setattr(occlusion_phases, "FIRST_PHASE", first)
+        into: list[bool] = []
+        draw = MeshPass._draw
+        monkeypatch.setattr(
+            MeshPass, "_draw", lambda self, frame: into.append(frame.plan.continues) or draw(self, frame)
+        )
+        with OnScreen(gl_device, scene, library) as stage:
+            stage.draw(view_of((0.0, 0.6, 4.0), (0.0, 0.5, 0.0)))
+            targets = stage.renderer.targets
+            assert targets is not None
+            shown.append(np.frombuffer(targets.visibility_texture.read(), np.uint32).reshape(-1, 2)[:, 0] > 0)
+            shown.append(np.frombuffer(targets.albedo.read(), np.uint32))
+        monkeypatch.undo()
+        phases.append(into)
+    assert phases == [[False], [False, True]]
+    assert 500 < shown[0].sum() < shown[0].size / 4
+    np.testing.assert_array_equal(shown[0], shown[2])
+    np.testing.assert_array_equal(shown[1][shown[0]], shown[3][shown[0]])

@@ -56,7 +56,9 @@ class LightPass(PixelPass[LightParams]):
             defines += ("LAMP_SHADOWS",)
             textures["lamp_maps"] = maps.texture
             values |= _map_uniforms(maps) | {"seen_error": error_at_a_metre(frame.view, frame.common.lod)}
-        return PixelInputs(defines=defines, textures=textures, uniforms=values, strip_pixels=_STRIP_PIXELS, even_sky=even_sky)
+        return PixelInputs(
+            defines=defines, textures=textures, uniforms=values, strip_pixels=_STRIP_PIXELS, even_sky=even_sky
+        )
 
     def _lamps(self, frame: Frame) -> LightClusters | None:
         """Upload the lamps that reach what is in sight, and return them; None where none does."""
