@@ -139,7 +139,7 @@ def test_an_even_sky_is_cleared_to_the_colour_that_would_be_drawn(
     settings: dict[str, Any],
     transparent: bool,
 ) -> None:
-    """By software; also when it changes, and for a user's pass behind it that does not say that its sky is even."""
+    """By software; also when it changes."""
     asked: list[bool] = []
     sky_colour = PixelPrograms._sky_colour
     monkeypatch.setattr(PixelPrograms, "_sky_colour", lambda *given: asked.append(True) or sky_colour(*given))
@@ -147,9 +147,8 @@ def test_an_even_sky_is_cleared_to_the_colour_that_would_be_drawn(
     for cleared in (True, False):
         if not cleared:
             monkeypatch.setattr(light, "_even_background", lambda frame: False)
-            monkeypatch.setattr(
-                SunPass, "inputs", lambda *given, own=SunPass.inputs: replace(own(*given), even_sky=False)
-            )
+            own = SunPass.inputs
+            monkeypatch.setattr(SunPass, "inputs", lambda *given, own=own: replace(own(*given), even_sky=False))
         scene = still_life(background=(0.31, 0.12, 0.77))
         set_all(scene.render, settings)
         with OnScreen(gl_device, scene, library, SIZE) as stage:
@@ -171,7 +170,7 @@ def test_a_sky_that_is_not_even_is_drawn(
     fog = {"density": 0.1, "colour": (0.9, 0.2, 0.1)}
     for environment, mode in (({"sky": {}}, "deferred"), ({"fog": fog}, "deferred"), ({}, "forward")):
         scene = still_life(**environment)
-        scene.render.light.mode, scene.render.shadows.enabled = mode, False
+        set_all(scene.render, {"light.mode": mode, "shadows.enabled": False})
         with OnScreen(gl_device, scene, library, SIZE) as stage:
             stage.draw(VIEW)
             assert np.ptp(read_pixels(stage.screen)[..., :3]) > 50

@@ -42,8 +42,9 @@ def walk_about(camera: Camera, distance: float, frames: int) -> list[Camera]:
     target, place = np.array(camera.target), np.array(camera.position)
     start = np.arctan2(place[0] - target[0], place[2] - target[2])
     turns = start + np.radians(_STEP) * np.arange(frames)
-    places = [target + (distance * np.sin(turn), place[1] - target[1], distance * np.cos(turn)) for turn in turns]
-    return [replace(camera, position=tuple(place.tolist())) for place in places]
+    level = np.full(frames, place[1] - target[1])
+    places = target + np.stack([distance * np.sin(turns), level, distance * np.cos(turns)], -1)
+    return [replace(camera, position=tuple(place)) for place in places.tolist()]
 
 
 def time_turns(

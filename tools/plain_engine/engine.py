@@ -85,7 +85,8 @@ class PlainEngine:
         origin = tuple((self._origin - view.position).tolist())
         with self.device.context:
             self._view.show(view)
-            self._screen.clear(*self._background, 1.0, depth=1.0)
+            red, green, blue = self._background
+            self._screen.clear(color=(red, green, blue, 1.0), depth=1.0)
             self._program.set(origin=origin, rotation=tuple(self._rotation.tolist()), scale=self._scale)
             with self._gl.state(into=self._screen, depth_test=LESS, cull=self._solid):
                 self._arrays[self.level].render()

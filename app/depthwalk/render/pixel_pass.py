@@ -24,6 +24,7 @@ from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.targets import TARGETS
 
 P = TypeVar("P", bound=Params)
+Colour = tuple[float, float, float, float]
 
 _VERTEX, _FRAGMENT = "common/far_plane.vert", "common/pixel_passes.frag"
 _STRIP_PIXELS = 1 << 18  # in software some 10 ms of light
@@ -300,7 +301,7 @@ class PixelPrograms:
         uniforms: Mapping[str, Any],
         textures: Iterable[moderngl.Texture | RecordTexture],
         dtype: str,
-    ) -> tuple[float, float, float, float]:
+    ) -> Colour:
         """Return what `program`, with `uniforms` set, draws where nothing is, as a texture of `dtype` holds it.
 
         It is drawn into one texel and read back when it may have changed.
