@@ -59,9 +59,7 @@ def _rows(ratio: Array, epipole: float, low: float, step: float, warped: Array) 
 
 
 @compiled("P2 D2 D1 D2 D2 i i")
-def prewarp(
-    depth: Array, epipole: Array, distance: Array, low: Array, step: Array, rows: int, columns: int
-) -> Array:
+def prewarp(depth: Array, epipole: Array, distance: Array, low: Array, step: Array, rows: int, columns: int) -> Array:
     """Return the pre-warped images (n, rows, columns) of a height field; see `relief_prewarp.prewarp`."""
     warped = np.zeros((len(distance), rows, columns), np.float32)
     ratio, moved = np.empty(depth.shape, np.float32), np.empty((depth.shape[0], columns), np.float32)

@@ -22,7 +22,9 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.types import Array
 
 _PLACED = PLACED_RECORD.names or ()
-_RECORD = np.dtype([*((name, PLACED_RECORD[name]) for name in _PLACED), *((n, "2f4") for n in ("low", "step", "count"))])
+_RECORD = np.dtype(
+    [*((name, PLACED_RECORD[name]) for name in _PLACED), *((n, "2f4") for n in ("low", "step", "count"))]
+)
 _RECTANGLE = 6  # vertices
 _MOST_BYTES = 64 << 20  # of the images that are warped before they are drawn; one alone has a quarter of them at most
 
