@@ -159,5 +159,5 @@ def segment_order(numbers: int, epipole: float) -> NDArray[np.int64]:
 
 
 def _epipoles(shape: tuple[int, int], viewer: Array) -> tuple[Array, Array]:
-    """Return the points (n, 2) of the plane nearest to viewers, texels, and their distances (n,), parts of the depth."""
+    """Return viewers' nearest points (n, 2) of the plane, texels, and distances (n,) from it, parts of the depth."""
     return viewer[:, :2] * shape[::-1] - 0.5, np.maximum(-viewer[:, 2], _LEAST_DISTANCE)

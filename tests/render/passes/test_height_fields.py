@@ -220,7 +220,7 @@ def test_triangles_face_the_viewer_and_leave_out_empty_texels() -> None:
     "mode", [{"aa": "msaa"}, {"aa": "gpaa"}, {"light.mode": "warp"}, {"light.mode": "forward", "shadows.enabled": True}]
 )
 def test_height_fields_are_lit_and_smoothed_as_the_rest(gl_device: Device, mode: dict[str, object]) -> None:
-    """Drawn with relief mapping, displacement or as relief textures the picture is that of impostors; what was made is freed."""
+    """Drawn by most of them the picture is that of impostors; what was made is freed."""
     if mode.get("aa") == "msaa" and gl_device.max_samples < 4:
         pytest.skip("no samples")
     before, pictures = Counter(gl_device.live), []

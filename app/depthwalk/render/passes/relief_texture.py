@@ -22,9 +22,8 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.types import Array
 
 _PLACED = PLACED_RECORD.names or ()
-_RECORD = np.dtype(
-    [*((name, PLACED_RECORD[name]) for name in _PLACED), *((n, "2f4") for n in ("low", "step", "count"))]
-)
+_IMAGE = "low", "step", "count"  # where an object's image lies, see `PlaneImages`
+_RECORD = np.dtype([*((name, PLACED_RECORD[name]) for name in _PLACED), *((name, "2f4") for name in _IMAGE)])
 _RECTANGLE = 6  # vertices
 _MOST_BYTES = 64 << 20  # of the images that are warped before they are drawn; one alone has a quarter of them at most
 
@@ -58,7 +57,7 @@ class ReliefTexturePass(Pass[Params]):
                     self._draw_images(frame, batch.asset, records, first_id + first)
 
     def _draw_images(self, frame: Frame, number: int, records: NDArray[np.void], first_id: int) -> None:
-        """Warp and draw some objects of the depth object with the `number`: their PLACED_RECORDs, and the first's id."""
+        """Warp and draw objects of the depth object with the `number`, PLACED_RECORDs; `first_id` is the first's."""
         field, depth = frame.assets.height_fields.field(number), frame.assets.height_fields.relative(number)
         viewer = field.from_object(_viewers(records))
         images = plane_images((depth.shape[0], depth.shape[1]), viewer)
@@ -99,5 +98,6 @@ def _with_images(records: NDArray[np.void], images: PlaneImages) -> NDArray[np.v
     joined = np.zeros(len(records), _RECORD)
     for name in _PLACED:
         joined[name] = records[name]
-    joined["low"], joined["step"], joined["count"] = images.low, images.step, images.count
+    for name in _IMAGE:
+        joined[name] = getattr(images, name)
     return joined
