@@ -47,7 +47,7 @@ class PlaneImages:
 
 def most_texels(shape: tuple[int, int]) -> Rows:
     """Return the largest width and height, (2,) texels, of the pre-warped images of a picture (H, W) of that shape."""
-    return np.minimum(_GROWTH * np.array(shape[::-1]), MAX_SIDE)
+    return np.array([min(_GROWTH * side, MAX_SIDE) for side in shape[::-1]])
 
 
 def plane_images(shape: tuple[int, int], viewer: Array) -> PlaneImages:

@@ -28,7 +28,7 @@ def _columns(ratio: Array, epipole: float, low: float, step: float, warped: Arra
     for row in range(rows):
         for k in range(numbers - 1):
             j = _segment(numbers, epipole, k)
-            here, there = float(ratio[row, j]), float(ratio[row, j + 1])
+            here, there = np.float64(ratio[row, j]), np.float64(ratio[row, j + 1])
             if here <= 0 or there <= 0:
                 continue
             start, end = epipole + (j - epipole) * here, epipole + (j + 1 - epipole) * there
@@ -48,7 +48,7 @@ def _rows(ratio: Array, epipole: float, low: float, step: float, warped: Array) 
     for k in range(numbers - 1):
         j = _segment(numbers, epipole, k)
         for column in range(columns):
-            here, there = float(ratio[j, column]), float(ratio[j + 1, column])
+            here, there = np.float64(ratio[j, column]), np.float64(ratio[j + 1, column])
             if here <= 0 or there <= 0:
                 continue
             start, end = epipole + (j - epipole) * here, epipole + (j + 1 - epipole) * there

@@ -90,7 +90,8 @@ class ReliefTexturePass(Pass[Params]):
 def _viewers(records: NDArray[np.void]) -> Array:
     """Return where the viewer stands in the frames of objects, (n, 3) metres, from their PLACED_RECORDs."""
     origin, rotation = records["origin"].astype(np.float64), records["rotation"].astype(np.float64)
-    return rotate(conjugate(rotation), -origin) / records["scale"][:, None]
+    viewers: Array = rotate(conjugate(rotation), -origin) / records["scale"][:, None]
+    return viewers
 
 
 def _with_images(records: NDArray[np.void], images: PlaneImages) -> NDArray[np.void]:
