@@ -82,7 +82,7 @@ def canopy() -> Solid:
 
 
 def convex(positions: Array) -> Solid:
-    """Return the convex solid, the origin within it, whose vertices are `positions` (v, 3), metres, outer sides in front."""
+    """Return the convex solid with the vertices `positions` (v, 3), metres, about the origin, outer sides in front."""
     hull = ConvexHull(positions)
     flip = np.linalg.det(positions[hull.simplices]) < 0
     return positions, np.where(flip[:, None], hull.simplices[:, ::-1], hull.simplices)
