@@ -234,9 +234,7 @@ class PixelPrograms:
         self._programs: dict[tuple[str | Path | tuple[str, ...], ...], Program] = {}
         self._with_depth: dict[str, tuple[moderngl.Framebuffer, moderngl.Texture, moderngl.Framebuffer]] = {}
         self._single: dict[str, moderngl.Framebuffer] = {}  # by data type, one texel of it
-        self._sky: tuple[Program, bytes, tuple[float, float, float, float]] | None = (
-            None  # with the uniforms, and its colour
-        )
+        self._sky: tuple[Program, bytes, Colour] | None = None  # with the uniforms, and what it draws
 
     def parts(self, group: Sequence[DrawnPass]) -> Iterator[None]:
         """Draw passes into the target of the last of them; stop between strips of the picture.

@@ -1,7 +1,10 @@
 """Polygons: nothing that may be seen is missing where only some of the meshlets are drawn, in whatever phase."""
 
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.render import occlusion_phases
@@ -55,7 +58,7 @@ def test_a_mesh_of_a_later_phase_hides_what_an_earlier_one_drew(
     library = ShapeLibrary([sphere(0.6, 32, 16), box(1.2, 1.2, 1.2)], resolution=64)
     scene = scene_of((0, (-0.4, 0, 0.05), 0.0, 1.0), (1, (0.5, 0, 0), 0.0, 1.0))
     scene.objects.representation[:] = Representation.DPCI, Representation.MESH
-    shown: list[Rows] = []
+    shown: list[NDArray[Any]] = []
     continues: list[bool] = []
     draw = MeshPass._draw
     monkeypatch.setattr(
