@@ -22,6 +22,7 @@ from tools.plain_engine.engine import PlainEngine
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.equal import SUPERSAMPLING, coarsened, picture_flip, supersampled
+from depthwalk.errors import InputError
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -72,8 +73,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the pictures, pixels")
     args = parser.parse_args(arguments)
     kernels.load()
-    scene, size = load_scene(args.scene), tuple(args.size)
-    assert scene.camera is not None
+    size = tuple(args.size)
+    try:
+        scene = load_scene(args.scene)
+    except InputError as error:
+        parser.error(str(error))
+    if scene.camera is None or scene.environment.sky or scene.environment.ground or scene.environment.lights:
+        parser.error(f"{args.scene}: must have a camera, and neither sky, ground nor lights")
     library = SceneLibrary(scene.assets)
     with ExitStack() as stack:
         drawn: dict[str, HeadlessRenderer | PlainEngine] = {}
