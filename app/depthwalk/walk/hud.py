@@ -16,6 +16,7 @@ _LABELS = 84.0  # width of the column of names
 _PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
 _PASS_CHARACTERS = 18  # that fit into it
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
+_CLOSE_ROWS = imgui.ImVec2(4, 0.5)  # cell padding: the help fits a window of 480 lines, the HUD one of 768
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
 _SLOWER = 1.3  # times as long as from picture to picture: frames that are drawn in slices
 _OVERLAY = (
@@ -67,10 +68,13 @@ def draw_hud(state: State) -> float:
     It shows frame times, what was drawn, and where the viewer is.
     """
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
+    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")  # first: a low window cuts the HUD off below
     _draw_rate(state)
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
     _draw_passes(state)
     _draw_counts(state)
     _draw_viewer(state)
+    imgui.pop_style_var()
     right = imgui.get_window_pos().x + imgui.get_window_size().x
     imgui.end()
     return right
@@ -120,7 +124,7 @@ def draw_help(left: float, right: float) -> None:
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
     middle = (left + right) / 2 if right - left > 2 * half else max(half, display.x - half)  # over the HUD, if need be
-    imgui.push_style_var(imgui.StyleVar_.cell_padding, imgui.ImVec2(4, 0.5))  # close rows fit a window of 480 lines
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
     _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92)
     _table("help", HELP)
     imgui.end()
@@ -181,14 +185,20 @@ def _draw_rate(state: State) -> None:
         imgui.text_colored(_BRIGHT, f"{1 / seconds:5.1f} FPS")
         imgui.same_line()
         imgui.text(f"{seconds * 1e3:6.1f} ms")
+        imgui.same_line()
+        imgui.text_colored(_DIM, f"max {state.times.milliseconds.max():.0f} ms")
     if (scene := state.scene_times.smoothed) > _SLOWER * seconds > 0:
         pixels = f" at {100 * state.scene_scale:.0f} %" if state.scene_scale < 1 else ""
-        imgui.text_colored(_DIM, f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}; moved in between")
+        _dim_wrapped(f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}; moved in between")
     times = state.times.milliseconds
     if len(times) > 1:
-        imgui.same_line()
-        imgui.text_colored(_DIM, f"max {times.max():.0f} ms")
         imgui.plot_lines("##frames", times, 0, None, 0.0, float(times.max()) * 1.15, (_WIDTH, 40))
+
+
+def _dim_wrapped(text: str) -> None:
+    imgui.push_text_wrap_pos(_WIDTH)
+    imgui.text_colored(_DIM, text)
+    imgui.pop_text_wrap_pos()
 
 
 def _draw_passes(state: State) -> None:
@@ -259,10 +269,7 @@ def _draw_viewer(state: State) -> None:
         rows.append(("recording", f"{state.recorder.seconds:.1f} s, K saves it"))
     _table("viewer", rows)
     imgui.separator()
-    imgui.push_text_wrap_pos(_WIDTH)
-    imgui.text_colored(_DIM, state.renderer.device.renderer)
-    imgui.pop_text_wrap_pos()
-    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
+    _dim_wrapped(state.renderer.device.renderer)
 
 
 def _mode(state: State) -> str:
