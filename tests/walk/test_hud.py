@@ -8,7 +8,8 @@ import pytest
 from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
-from depthwalk.walk.hud import count_rows, draw_help, draw_hud, pass_rows
+from depthwalk.assets.background import Progress
+from depthwalk.walk.hud import count_rows, draw_background, draw_help, draw_hud, draw_toast, pass_rows
 from depthwalk.walk.overlay import set_up_look
 from depthwalk.walk.times import FrameTimes
 from depthwalk.walk.viewer import Mode
@@ -54,7 +55,7 @@ def test_counts_are_told_in_the_fields_words() -> None:
 def test_rows_without_anything_to_tell_are_left_out() -> None:
     counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
     rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
-    assert rows["drawn as"] == "\u2013" and not {"case", "Iter_step", "LOD level"} & set(rows)
+    assert rows["drawn as"] == "\u2013" and set(rows) == {"objects", "occluded", "drawn as", "on the GPU"}
 
 
 @pytest.fixture
@@ -119,3 +120,18 @@ def test_the_hud_fits_the_default_window_and_leaves_most_of_it_free(overlay_io: 
         imgui.render()
     window = imgui.internal.find_window_by_name("hud")
     assert right <= 0.31 * 1024 and window.pos.y + window.size.y <= 768
+
+
+def test_bar_and_messages_keep_clear_of_the_panel_and_of_each_other(overlay_io: IO) -> None:
+    overlay_io.display_size = imgui.ImVec2(1024, 768)
+    progress = Progress(done=1, total=3, name="bust", stage="side", fraction=0.4, seconds_left=8.0)
+    for _ in range(3):
+        imgui.new_frame()
+        top = draw_background(progress, 674)
+        draw_toast("Saved picture.png", top)
+        vertices = imgui.get_foreground_draw_list().vtx_buffer
+        lowest = max(vertices[k].pos.y for k in range(vertices.size()))
+        imgui.render()
+    bar = imgui.internal.find_window_by_name("background")
+    assert bar.pos.x >= 0 and bar.pos.x + bar.size.x <= 674
+    assert lowest <= top == bar.pos.y

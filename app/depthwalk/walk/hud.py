@@ -131,28 +131,43 @@ def draw_help(left: float, right: float) -> None:
     imgui.pop_style_var()
 
 
-def draw_toast(message: str) -> None:
-    """Draw the text `message` at the bottom of the window, over everything else."""
+def draw_toast(message: str, floor: float) -> None:
+    """Draw the text `message` near the bottom of the window, above the window coordinate `floor`."""
     display = imgui.get_io().display_size
     text = textwrap.fill(message, max(20, int(display.x / 9)))
     size = imgui.calc_text_size(text)
-    left, top = (display.x - size.x) / 2, display.y - size.y - 4 * _MARGIN
+    left, top = (display.x - size.x) / 2, floor - size.y - 2 * _MARGIN
     canvas = imgui.get_foreground_draw_list()
     box = (left - _MARGIN, top - _MARGIN), (left + size.x + _MARGIN, top + size.y + _MARGIN)
     canvas.add_rect_filled(*box, imgui.get_color_u32((0.14, 0.16, 0.20, 0.95)), 6.0)
     canvas.add_text((left, top), imgui.get_color_u32(_BRIGHT), text)
 
 
-def draw_background(progress: Progress) -> None:
-    """Draw a bar along the window's lower edge: the `progress` of assets that are baked beside the frames."""
+def draw_background(progress: Progress, right: float) -> float:
+    """Draw a bar along the window's lower edge: the `progress` of assets that are baked beside the frames.
+
+    Parameters
+    ----------
+    progress
+        How far the baking has come.
+    right
+        The left end of the panel, window coordinates.
+
+    Returns
+    -------
+    float
+        The upper end of the bar, window coordinates.
+    """
     display = imgui.get_io().display_size
-    imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
-    _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
+    imgui.set_next_window_size((min(520, right - 2 * _MARGIN), 0))
+    _begin("background", (right / 2, display.y - _MARGIN), (0.5, 1.0))
     imgui.progress_bar(progress.fraction, (-1, 0), background_text(progress))
     imgui.text_colored(_DIM, f"{progress.name}: {progress.stage}" if progress.name else "starting")
     imgui.same_line(imgui.get_window_size().x - imgui.calc_text_size(_STOP).x - _MARGIN)
     imgui.text_colored(_DIM, _STOP)
+    top = imgui.get_window_pos().y
     imgui.end()
+    return top
 
 
 def background_text(progress: Progress) -> str:
@@ -189,7 +204,7 @@ def _draw_rate(state: State) -> None:
         imgui.text_colored(_DIM, f"max {state.times.milliseconds.max():.0f} ms")
     if (scene := state.scene_times.smoothed) > _SLOWER * seconds > 0:
         pixels = f" at {100 * state.scene_scale:.0f} %" if state.scene_scale < 1 else ""
-        _dim_wrapped(f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}; moved in between")
+        _dim_wrapped(f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}")
     times = state.times.milliseconds
     if len(times) > 1:
         imgui.plot_lines("##frames", times, 0, None, 0.0, float(times.max()) * 1.15, (_WIDTH, 40))
@@ -239,11 +254,14 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
         ("case", _lines(cases, 2)),
         ("Iter_step", _lines(_numbered(counts, "step_"))),
         ("LOD level", _lines(_numbered(counts, "level_"))),
-        ("warped", f"{counts['warped']:,} of {counts['dpci']:,} impostors"),
-        ("", f"{counts['warped_triangles']:,} triangles"),
-        ("tile cache", f"{counts['atlas_used']:.0%} full, scale {counts['tile_resolution']:.0%}"),
-        ("on the GPU", f"{counts['assets']:,} assets, {counts['gpu_mb']:,.0f} MB"),
     ]
+    if counts["dpci"]:
+        rows += [
+            ("warped", f"{counts['warped']:,} of {counts['dpci']:,} impostors"),
+            ("", f"{counts['warped_triangles']:,} triangles"),
+            ("tile cache", f"{counts['atlas_used']:.0%} full, scale {counts['tile_resolution']:.0%}"),
+        ]
+    rows.append(("on the GPU", f"{counts['assets']:,} assets, {counts['gpu_mb']:,.0f} MB"))
     return [(name, text) for name, text in rows if text != _NONE or name == "drawn as"]
 
 
