@@ -306,6 +306,8 @@ def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labe
     """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, aligned at their right end."""
     if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, labels)
+        if right:  # else a column is as wide as what the frame before showed, and cuts off the first numbers
+            imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, _NUMBERS + 8)
         for label, value in rows:
             imgui.table_next_row()
             imgui.table_next_column()
