@@ -123,17 +123,17 @@ def gpaa() -> None:
 
 
 def scene_of_solids(folder: Path) -> Path:
-    """Write the solids that stand for the paper's models into a folder; return the scene with them side by side."""
-    placed = (0.9, 12, 20), (0.6, 12, 10), (1.0, 60, 25), (1.1, 12, 15)  # height, metres; tilt and yaw, degrees
+    """Write the paper's models into a folder; return the scene with them side by side."""
+    placed = (0.8, 12, 40), (1.1, 10, 40), (1.5, 55, 60), (1.3, 10, 45)  # longest side, metres; tilt and yaw, degrees
     assets, objects = [], []
-    for number, (shape, (height, tilt, yaw)) in enumerate(zip(SHAPES.values(), placed, strict=True)):
+    for number, (shape, (side, tilt, yaw)) in enumerate(zip(SHAPES.values(), placed, strict=True)):
         positions, triangles = shape()
         cos, sin = np.cos(np.radians(tilt)), np.sin(np.radians(tilt))
-        tilted = positions @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+        tilted = positions @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) * side / np.ptp(positions, 0).max()
         lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in tilted]
         lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
         (folder / f"solid{number}.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        assets.append(f"  solid{number}: {{mesh: solid{number}.obj, height: {height}}}")
+        assets.append(f"  solid{number}: {{mesh: solid{number}.obj}}")
         objects.append(f"  - {{asset: solid{number}, position: [{1.7 * number - 2.55:.2f}, 0, 0], yaw: {yaw}}}")
     scene = folder / "solids.yaml"
     scene.write_text("\n".join(["version: 1", "assets:", *assets, "objects:", *objects, _STUDIO]), encoding="utf-8")
