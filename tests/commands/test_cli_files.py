@@ -22,14 +22,14 @@ def test_check_counts_what_good_files_hold(run: Callable[..., Any], tiny_scene: 
     walk = tiny_scene.with_name("walk.yaml")
     result = run("check", tiny_scene, walk)
     assert result.exit_code == 0
-    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n{walk}: ok, 3 keyframes, 3 frames\n"
+    assert result.stdout == f"{tiny_scene}: ok, 1 object, 1 asset\n{walk}: ok, 3 keyframes, 3 frames\n"
     assert result.stderr == ""
 
 
 @pytest.mark.gl
 def test_a_mesh_is_a_scene_of_its_own(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     ball, out = tiny_scene.with_name("ball.ply"), tmp_path / "ball.png"
-    assert run("check", ball).stdout == f"{ball}: ok, 1 objects, 1 assets\n"
+    assert run("check", ball).stdout == f"{ball}: ok, 1 object, 1 asset\n"
     coarse = "assets.model.dpci={resolution: 64, layers: 1}"
     result = run("render", ball, "-o", out, "--resolution", "96,64", "--no-background", "--set", coarse)
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"{out}\n", "")
@@ -72,7 +72,7 @@ def test_check_lists_every_error_of_every_file(run: Callable[..., Any], tiny_sce
     walk.write_text("version: 1\nkeyframes: [{time: 0, position: [0, 0], target: [0, 0, 0]}]\n")
     result = run("check", bad, tiny_scene, walk, tmp_path / "none.yaml")
     assert result.exit_code == 2
-    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n"
+    assert result.stdout == f"{tiny_scene}: ok, 1 object, 1 asset\n"
     assert result.stderr.splitlines() == [
         f"{bad}:4:10: render.lood: unknown key; did you mean 'lod'?",
         f"{walk}:2:33: keyframes[0].position: must be [x, y, z]",

@@ -26,7 +26,7 @@ class Action(StrEnum):
 @guarded
 def main(
     action: Annotated[
-        Action, typer.Argument(help="Say what it holds (info), or remove all of it (clear).")
+        Action, typer.Argument(metavar="ACTION", help="Say what it holds (info), or remove all of it (clear).")
     ] = Action.INFO,
     cache_limit: CacheLimit = None,
     verbose: Verbose = False,
