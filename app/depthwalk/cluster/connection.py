@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import depthwalk
 from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.nanny import fork_config, preload
 from depthwalk.cluster.worker import call, close
 from depthwalk.errors import InputError
 from depthwalk.files import remove_unfinished
@@ -243,7 +244,8 @@ def _local(workers: int, stack: ExitStack) -> Callable[[], "Client"]:
     import dask
     from distributed import Client, LocalCluster, Security
 
-    stack.enter_context(dask.config.set(_LOCAL_CONFIG))
+    stack.enter_context(dask.config.set(_LOCAL_CONFIG | fork_config()))
+    preload()
     _silence()
     cluster = LocalCluster(
         n_workers=workers,
