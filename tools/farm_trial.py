@@ -183,11 +183,11 @@ def farm(folder: Path, workers: int) -> Iterator[Farm]:
     nanny += ["--nworkers", str(workers), "--local-directory", str(folder / "dask"), "--memory-limit", "0"]
     nanny += ["--preload", "depthwalk.cluster.worker", "--preload-nanny", "depthwalk.cluster.nanny"]
     with contextlib.ExitStack() as stack:
-        services = [Service(scheduler, environment)]
-        stack.callback(services[0].stop)
-        services.append(Service(nanny, environment))
-        stack.callback(services[1].stop)
-        yield Farm(address, environment, *services, count=workers)
+        services = []
+        for command in (scheduler, nanny):
+            services.append(Service(command, environment))
+            stack.callback(services[-1].stop)
+        yield Farm(address, environment, services[0], services[1], workers)
 
 
 @contextlib.contextmanager

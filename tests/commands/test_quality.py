@@ -140,7 +140,8 @@ def test_few_edges_of_closed_meshes_are_drawn(tiny_scene: Path, monkeypatch: pyt
     monkeypatch.setattr(edges, "REPEATS", 2)
     ball = sphere(1.0, 64, 32)
     write_ply(tiny_scene.with_name("ball.ply"), replace(ball, positions=np.round(ball.positions, 5)))  # no seam
-    rows = list(edges.examine([load_scene(tiny_scene)], (512, 384), quietly))
+    size = 512, 384
+    rows = [*edges.examine_solids(size, quietly), *edges.examine([load_scene(tiny_scene)], size, quietly)]
     assert [row.subject for row in rows] == [*np.repeat(list(edges.SHAPES), 2), "ball"]
     drawn = [row for row in rows if row.name.startswith("lines")]
     assert all(row.reached for row in drawn)
