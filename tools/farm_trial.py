@@ -83,7 +83,7 @@ def certificates(folder: Path) -> dict[str, str]:
         f"{prefix}TLS__{key.upper().replace('.', '__').replace('-', '_')}": str(folder / name)
         for key, name in names.items()
     }
-    return variables | {f"{prefix}REQUIRE_ENCRYPTION": "true", "DASK_DISTRIBUTED__WORKER__DAEMON": "false"}
+    return variables | {f"{prefix}REQUIRE_ENCRYPTION": "true"}
 
 
 class Service:

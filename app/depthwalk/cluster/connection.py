@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import depthwalk
 from depthwalk.cluster.address import ClusterAddress
-from depthwalk.cluster.nanny import fork_config, preload
+from depthwalk.cluster.nanny import preload, worker_config
 from depthwalk.cluster.worker import call, close
 from depthwalk.errors import InputError
 from depthwalk.files import remove_unfinished
@@ -30,13 +30,6 @@ _CLOSE_SECONDS = 5.0
 _WORKERS_SECONDS = 5.0  # between two looks at how many workers there are
 _PER_THREAD = 3  # tasks handed over for each thread of the workers: one is done, the others wait beside it
 
-# What watches a worker costs one core in fifty, and nobody looks at it here.
-_LOCAL_CONFIG = {
-    "distributed.worker.profile.enabled": False,
-    "distributed.admin.system-monitor.gil.enabled": False,
-    "distributed.scheduler.active-memory-manager.start": False,
-    "distributed.worker.daemon": False,  # FLIP and measured bakes start processes of their own
-}
 _CERTIFICATES = ("ca-file", "client.cert", "client.key")  # below distributed.comm.tls
 
 
@@ -244,7 +237,7 @@ def _local(workers: int, stack: ExitStack) -> Callable[[], "Client"]:
     import dask
     from distributed import Client, LocalCluster, Security
 
-    stack.enter_context(dask.config.set(_LOCAL_CONFIG | fork_config()))
+    stack.enter_context(dask.config.set(worker_config()))
     preload()
     _silence()
     cluster = LocalCluster(

@@ -22,17 +22,26 @@ PRELOADED = (
 )
 
 
-def fork_config() -> dict[str, str]:
-    """Return the part of Dask's configuration by which nannies fork workers; empty where systems do not bear it.
+# What watches a worker costs one core in fifty, and nobody looks at it here.
+_CONFIG = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.system-monitor.gil.enabled": False,
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.worker.daemon": False,  # FLIP and measured bakes start processes of their own
+}
+
+
+def worker_config() -> dict[str, object]:
+    """Return Dask's configuration for nannies and their workers, which are forked where the system bears it.
 
     Windows cannot fork, and libraries of macOS may not be used in forked processes.
     """
     can_fork = sys.platform != "darwin" and "forkserver" in multiprocessing.get_all_start_methods()
-    return {"distributed.worker.multiprocessing-method": "forkserver"} if can_fork else {}
+    return _CONFIG | ({"distributed.worker.multiprocessing-method": "forkserver"} if can_fork else {})
 
 
 def preload() -> None:
-    """Have the process that workers are forked from import what tasks need; `fork_config` must be in force."""
+    """Have the process that workers are forked from import what tasks need; `worker_config` must be in force."""
     from distributed.utils import get_mp_context
 
     context = get_mp_context()
@@ -44,5 +53,5 @@ def dask_setup(nanny: object) -> None:
     """Prepare a nanny; Dask calls this where it preloads the module, before the nanny has a worker."""
     import dask
 
-    dask.config.set(fork_config())
+    dask.config.set(worker_config())
     preload()
