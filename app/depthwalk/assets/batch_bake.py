@@ -23,11 +23,12 @@ from depthwalk.bake.file import write_baked
 from depthwalk.bake.params import ModelParams
 from depthwalk.bake.parts import bake_model
 from depthwalk.cache import forget
+from depthwalk.cluster.store import fetch_file, send_file
 from depthwalk.cluster.tasks import TaskError
 from depthwalk.cook.cook import GRID_TEXELS, CookOptions, cook_object
 from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, copy, remove_leftovers, staging_folder
+from depthwalk.files import check_folder, copy, remove_leftovers, staging_folder, temporary_folder
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.sources import Sources
 from depthwalk.parallel import default_workers, usable_cores
@@ -51,6 +52,8 @@ class Job:
         How it is baked.
     out
         The file, which is replaced where it exists; it holds cooked depth images where its name ends in `.dpci.npz`.
+    url
+        Where the file is stored instead, by a driver of fsspec; `out` then is a bare name. "" stores it at `out`.
     force
         Whether to bake although the file, or one in the cache, is up to date; the cache then forgets the mesh, too.
     """
@@ -58,7 +61,18 @@ class Job:
     spec: MeshAsset
     params: ModelParams
     out: Path
+    url: str = ""
     force: bool = False
+
+    @property
+    def target(self) -> Path | str:
+        """Return where the file is stored."""
+        return self.url or self.out
+
+    @property
+    def folder(self) -> Path | None:
+        """Return the folder in which the file appears; None where that is none of this machine."""
+        return None if self.url else self.out.parent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +82,7 @@ class Baked:
     Attributes
     ----------
     out
-        The file.
+        The file, or its URL.
     triangles
         Number of triangles of the mesh.
     parts
@@ -83,7 +97,7 @@ class Baked:
         The part of the visible surface that no image holds, 0 to 1.
     """
 
-    out: Path
+    out: Path | str
     triangles: int
     parts: int
     images: int
@@ -99,12 +113,12 @@ class Kept:
     Attributes
     ----------
     out
-        The file.
+        The file, or its URL.
     cached
         Whether the file was copied from the user's cache folder; else it was there and up to date.
     """
 
-    out: Path
+    out: Path | str
     cached: bool
 
 
@@ -136,28 +150,28 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
     """
     processes = min(len(jobs), processes or usable_cores())
     with contextlib.ExitStack() as stack:
-        for folder in {job.out.parent for job in jobs}:
+        for folder in {job.folder for job in jobs if job.folder}:
             remove_leftovers(folder)
-        staged = [stack.enter_context(_staging(job.out)) for job in jobs]
+        staged = [stack.enter_context(_staging(job)) for job in jobs]
         run = _run_here(jobs, staged, stage) if processes < 2 else _run_parallel(jobs, staged, processes, stage)
         for number, outcome in stack.enter_context(contextlib.closing(run)):
             try:
-                if staged[number].is_file():  # a file that is up to date is not staged
+                if staged[number].is_file():  # neither a file that is up to date nor one that has been sent is staged
                     os.replace(staged[number], jobs[number].out)
             except OSError as error:
-                outcome = _unwritable(jobs[number].out, error)
+                outcome = _unwritable(jobs[number].target, error)
             yield number, outcome
 
 
 def bake_whole(job: Job, workers: int | None = None) -> Baked | Kept:
     """Do a job, so that its file appears whole or not at all; `workers` and errors are those of `bake_job`."""
-    with _staging(job.out) as staged:
+    with _staging(job) as staged:
         outcome = bake_job(job, staged, lambda stage: None, workers)
         try:
             if staged.is_file():
                 os.replace(staged, job.out)
         except OSError as error:
-            raise _unwritable(job.out, error) from error
+            raise _unwritable(job.target, error) from error
         return outcome
 
 
@@ -170,7 +184,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         The job.
     staged
         Where to write the file; the caller moves it to `job.out` when it is whole. Nothing is written where `job.out`
-        is up to date.
+        is up to date, and nothing stays where the file is stored at a URL.
     stage
         Called with the name of each stage as it begins.
     workers
@@ -185,22 +199,35 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     ------
     InputError
         Where the mesh cannot be used or the file cannot be written.
+    OSError
+        Where a URL cannot be reached.
     """
+    outcome = _make(job, staged, stage, workers)
+    if job.url and staged.is_file():
+        stage("store")
+        send_file(staged, job.url)
+        staged.unlink()
+    return outcome
+
+
+def _make(job: Job, staged: Path, stage: Callable[[str], None], workers: int | None) -> Baked | Kept:
+    """Write the file of a job to `staged`, unless it is up to date; see `bake_job`."""
     cooked = is_cooked_file(job.out)
     clock = _Stopwatch(stage)
     clock.start("read")
     sources = Sources()
     source = mesh_source(job.spec, sources)
     key = mesh_key(job.spec, job.params, source)
-    check_folder(job.out)
+    if not job.url:
+        check_folder(job.out)
     if job.force:
         forget(key)
         forget(levels_key(job.spec, source))
         forget(clusters_key(job.spec, source))
-    elif _is_up_to_date(job.out, key):
-        return Kept(job.out, cached=False)
+    elif _is_stored(job, staged, key):
+        return Kept(job.target, cached=False)
     elif not cooked and find_cached(key) is not None and _copied(BAKED.file(key), staged):
-        return Kept(job.out, cached=True)
+        return Kept(job.target, cached=True)
     mesh = read_body(job.spec, sources)
     del sources  # frees the bytes of the files
     clock.start("structure")  # that rays are cast against
@@ -216,9 +243,9 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         else:
             write_baked(staged, replace(model, left_out=left_out))
     except OSError as error:
-        raise _unwritable(job.out, error) from error
+        raise _unwritable(job.target, error) from error
     return Baked(
-        out=job.out,
+        out=job.target,
         triangles=len(mesh.faces),
         parts=len(model.parts),
         images=sum(len(part.images) for part in model.parts),
@@ -237,9 +264,20 @@ def _copied(cached: Path, staged: Path) -> bool:
     return True
 
 
-def _unwritable(out: Path, error: OSError) -> InputError:
+def _unwritable(out: Path | str, error: OSError) -> InputError:
     """Return the complaint that the file of one job cannot be written; the other jobs go on."""
     return InputError(f"{out}: cannot be written: {error.strerror or error}")
+
+
+def _is_stored(job: Job, staged: Path, key: str) -> bool:
+    """Return whether the file of a job is up to date; one at a URL is fetched to a name beside `staged` and read."""
+    if not job.url:
+        return _is_up_to_date(job.out, key)
+    fetched = staged.with_name(f"stored-{staged.name}")
+    try:
+        return fetch_file(job.url, fetched) and _is_up_to_date(fetched, key)
+    finally:
+        fetched.unlink(missing_ok=True)
 
 
 def _is_up_to_date(file: Path, key: str) -> bool:
@@ -278,19 +316,19 @@ class _Stopwatch:
 
 
 @contextlib.contextmanager
-def _staging(out: Path) -> Iterator[Path]:
-    """Provide a file name in a new folder beside `out`, on the same disk.
+def _staging(job: Job) -> Iterator[Path]:
+    """Provide a file name in a new folder: beside the file of a job, on the same disk, or in one for temporary files.
 
     The folder is removed with whatever a worker that was ended left in it. Where this process is killed, the next bake
     to the same place removes it.
     """
     try:
-        folder = staging_folder(out.parent)
+        folder = staging_folder(job.folder) if job.folder else temporary_folder()
     except OSError:  # the folder does not exist, say: the job will complain of it
-        yield out.with_name(f".{out.name}")
+        yield job.out.with_name(f".{job.out.name}")
         return
     with folder as name:
-        yield Path(name) / out.name
+        yield Path(name) / job.out.name
 
 
 def _run_here(jobs: Sequence[Job], staged: Sequence[Path], stage: Stage) -> Outcomes:

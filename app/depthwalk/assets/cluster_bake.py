@@ -31,7 +31,7 @@ def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Cal
     ClusterError
         Where the cluster is lost for good.
     """
-    folders = {job.out.parent for job in jobs}
+    folders = {job.folder for job in jobs if job.folder}
     for folder in folders:  # once, not for each of the files in it
         remove_leftovers(folder)
     tasks = [

@@ -65,7 +65,7 @@ class Cluster:
         self._begin(connect())
 
     def _begin(self, client: "Client") -> None:
-        self._client = client
+        self._client, self._comm = client, client.scheduler_comm
         self._executor: Any = client.get_executor(pure=False)
         self.name = str(client.scheduler.address) if client.scheduler else ""
         self.dashboard = client.dashboard_link if find_spec("bokeh") else ""
@@ -112,6 +112,10 @@ class Cluster:
         """
         self._count()
         return max(_PER_THREAD * self._threads, 1)
+
+    def is_connected(self) -> bool:
+        """Return whether the connection still is the one by which tasks were handed over; see `reconnect`."""
+        return self._client.scheduler_comm is self._comm
 
     def _count(self) -> None:
         if time.monotonic() - self._asked < (_WORKERS_SECONDS if self._workers else 0.2):
@@ -287,5 +291,6 @@ def _silence() -> None:
     """Keep Dask's own messages for --verbose: a lost worker is none of the user's business, since others go on."""
     level = logging.INFO if log.isEnabledFor(logging.DEBUG) else logging.CRITICAL
     ours = ("distributed", "tornado", "asyncio")
-    for name in [*ours, *(name for name in logging.root.manager.loggerDict if name.startswith("distributed."))]:
+    # Dask has set levels of some loggers below these, which hide that of the one above.
+    for name in [*ours, *(name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ours)]:
         logging.getLogger(name).setLevel(level)
