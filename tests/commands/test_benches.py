@@ -1,4 +1,4 @@
-"""`depthwalk bench` of several scenes: each has reports of its own, and the same command goes on where one was ended."""
+"""`depthwalk bench` of several scenes: each has its own reports, and the same command goes on where one was ended."""
 
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -76,8 +76,8 @@ def test_scenes_that_are_measured_are_not_measured_again(
         (["--json", "{d}/a.json"], "--json {d}/a.json: with several scenes, put {{scene}} into the name"),
         (["--baseline", "{d}/a.json"], "--baseline {d}/a.json: with several scenes, put {{scene}} into the name"),
         (
-            ["--csv", "{d}/{{scene}}", "--json", "{d}/{{scene}}"],
-            "{d}/scene: would overwrite what is measured, or the other report",
+            ["--csv", "{d}/{{scene}}.out", "--json", "{d}/{{scene}}.out"],
+            "{d}/scene.out: would overwrite what is measured, or the other report",
         ),
         (["--cluster", "farm"], "--cluster farm: must be local, local:N or tls://HOST:PORT"),
     ],
