@@ -93,6 +93,9 @@ def test_a_url_takes_the_place_of_a_file(
     stored.write_bytes(whole[:-9] + bytes(9))
     assert bake_whole(job) != Kept(job.url, cached=False)
     assert stored.read_bytes() == whole and [path.name for path in store.iterdir()] == [stored.name]
+    nowhere = replace(job, url=f"file://{tmp_path}/none/a{SUFFIX}")
+    (failed,) = dict(bake_all([nowhere], 1, ignore)).values()
+    assert str(failed) == f"{nowhere.url}: cannot be written: No such file or directory"
     assert sorted(path.name for path in tmp_path.iterdir()) == before
     bake_whole(local)
     assert local.out.read_bytes() == whole

@@ -205,8 +205,10 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     outcome = _make(job, staged, stage, workers)
     if job.url and staged.is_file():
         stage("store")
-        send_file(staged, job.url)
-        staged.unlink()
+        try:
+            send_file(staged, job.url)
+        finally:  # else the caller would move it
+            staged.unlink()
     return outcome
 
 
