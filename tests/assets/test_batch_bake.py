@@ -15,7 +15,8 @@ import pytest
 
 import shapes
 from depthwalk.assets.asset_files import mesh_key
-from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all, bake_whole
+from depthwalk.assets.bake_job import Baked, Job, Kept, bake_whole
+from depthwalk.assets.batch_bake import bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.file import SUFFIX, read_baked
@@ -206,7 +207,7 @@ def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(
     assert read_baked(job.out).key == mesh_key(job.spec, PARAMS)
 
 
-@pytest.mark.parametrize("place", ["depthwalk.assets.batch_bake.write_baked", "os.replace"])
+@pytest.mark.parametrize("place", ["depthwalk.assets.bake_job.write_baked", "os.replace"])
 def test_a_file_that_cannot_be_written_fails_its_own_job_only(
     meshes: list[Path], monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:

@@ -15,7 +15,8 @@ import pytest
 from typer.testing import CliRunner
 
 import shapes
-from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
+from depthwalk.assets.bake_job import Baked, Job, Kept
+from depthwalk.assets.batch_bake import bake_all
 from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.params import ModelParams
 from depthwalk.cluster.address import ClusterAddress

@@ -1,6 +1,6 @@
 """`depthwalk bench` of several scenes: each has its own reports, and the same command goes on where one was ended."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from reports import report_of
 
 
 @pytest.fixture
-def scenes(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
+def scenes(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     second = tiny_scene.with_name("second.yaml")
     second.write_text(tiny_scene.read_text())

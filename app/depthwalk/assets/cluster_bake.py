@@ -3,7 +3,8 @@
 import hashlib
 from collections.abc import Callable, Sequence
 
-from depthwalk.assets.batch_bake import Job, Outcomes, bake_whole
+from depthwalk.assets.bake_job import Job, bake_whole
+from depthwalk.assets.batch_bake import Outcomes
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, run_tasks
 from depthwalk.files import remove_leftovers

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from depthwalk.assets.batch_bake import Baked, Job, Kept, Outcomes, Stage, bake_all
+from depthwalk.assets.bake_job import Baked, Job, Kept
+from depthwalk.assets.batch_bake import Outcomes, Stage, bake_all
 from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
