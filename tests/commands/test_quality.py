@@ -76,10 +76,9 @@ def test_an_asset_that_scenes_share_is_examined_once(tiny_scene: Path, monkeypat
     seen: list[tuple[str, Path | None, list[str]]] = []
 
     def note(piece: Piece, size: tuple[int, int], report: object) -> tuple[list[Row], str]:
-        scene = piece.scene and piece.scene.open()
-        seen.append(
-            (piece.part, scene and scene.path, [scene.assets[k].name for k in piece.assets or ()] if scene else [])
-        )
+        scene = piece.scene.open() if piece.scene else None
+        names = [scene.assets[number].name for number in piece.assets or ()] if scene else []
+        seen.append((piece.part, scene.path if scene else None, names))
         return [Row(subject=piece.part, name=str(len(seen)), measured=1.0)], "a driver"
 
     monkeypatch.setattr(examination, "_examine", note)
