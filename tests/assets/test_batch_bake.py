@@ -76,9 +76,8 @@ def test_what_the_cache_holds_is_copied(tiny_scene: Path, tmp_path: Path, monkey
     assert read_baked(out).key == mesh_key(spec, PARAMS)
 
 
-def test_a_url_takes_the_place_of_a_file(
-    meshes: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+@pytest.mark.slow
+def test_a_url_takes_the_place_of_a_file(meshes: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is stored there is left while it is right, and baked again where it is damaged; it is the same file."""
     store = tmp_path / "store"
     store.mkdir()

@@ -187,6 +187,7 @@ def test_bake_writes_where_it_is_told(run: Callable[..., Any], meshes: tuple[Pat
     assert baked.key == read_header(out / "ball.dpci.exr")["depthwalk.key"]
 
 
+@pytest.mark.slow
 def test_bake_writes_to_urls(run: Callable[..., Any], meshes: tuple[Path, Path]) -> None:
     """Of a folder and of a file, in the memory of this process."""
     from fsspec.implementations.memory import MemoryFileSystem
