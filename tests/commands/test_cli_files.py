@@ -187,6 +187,20 @@ def test_bake_writes_where_it_is_told(run: Callable[..., Any], meshes: tuple[Pat
     assert baked.key == read_header(out / "ball.dpci.exr")["depthwalk.key"]
 
 
+@pytest.mark.slow
+def test_bake_writes_to_urls(run: Callable[..., Any], meshes: tuple[Path, Path]) -> None:
+    """Of a folder and of a file, in the memory of this process."""
+    from fsspec.implementations.memory import MemoryFileSystem
+
+    arguments = ("bake", meshes[0], "--dpci-resolution", 16, "--layers", 1, "-o")
+    for url, file in (("memory://baked/", "/baked/ball.dpci.exr"), ("memory://baked/a.dpci.npz", "/baked/a.dpci.npz")):
+        result = run(*arguments, url)
+        assert result.exit_code == 0 and result.stdout.startswith(f"memory:/{file}: 960 triangles"), result.stderr
+        size = MemoryFileSystem().size(file)
+        assert run(*arguments, url).stdout == f"memory:/{file}: is up to date; --force bakes it again\n"
+        assert MemoryFileSystem().size(file) == size > 1000
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -195,6 +209,13 @@ def test_bake_writes_where_it_is_told(run: Callable[..., Any], meshes: tuple[Pat
             ["{d}/ball.ply", "-o", "{d}/x.png"],
             "{d}/x.png: must be an existing folder, or a file that ends in .dpci.exr or .dpci.npz",
         ),
+        (["{d}/ball.ply", "-o", "file://{d}/x.png"], "file://{d}/x.png: must end in / or in .dpci.exr or .dpci.npz"),
+        (
+            ["{d}/ball.ply", "{d}/bad.ply", "-o", "file://{d}/x.exr"],
+            "file://{d}/x.exr: several meshes need a folder, whose URL ends in /",
+        ),
+        (["{d}/ball.ply", "-o", "nowhere://x/"], "nowhere://x/: Protocol not known: nowhere"),
+        (["{d}/ball.ply", "-o", "file://{d}/", "--verify"], "--verify compares files of this machine; -o names a URL"),
         (["{d}/ball.ply", "-o", "{d}/no/x.exr"], "{d}/no/x.exr: the folder '{d}/no' does not exist"),
         (["{d}/ball.ply", "--height", "0"], "--height 0: must be above 0 and at most 1000000 metres"),
         (["{d}/ball.ply", "--height", "nan"], "--height nan: must be above 0 and at most 1000000 metres"),
