@@ -289,12 +289,12 @@ class Renderer:
         """Return what `material_resolve` looks up of the depth-image objects of `plan`, and upload their textures."""
         with self.timers.measure_cpu("plan"):
             materials = material_records(view, self.world.arrays(), plan.object_rows, plan.tiled)
-        if self.assets.has_partial:
+        if self.assets.textures.has_partial:
             with self.timers.measure_cpu("upload"):
                 asset = self.world.objects().asset[plan.object_rows]
                 footprint = least_footprints(view, asset, materials, self.world.table())
                 numbers, exact = materials.assets.tolist(), not self.remembers
-                self.assets.fit_textures(numbers, footprint, self.upload_seconds, exact=exact)
+                self.assets.textures.fit(numbers, footprint, self.upload_seconds, exact=exact)
         return materials
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
