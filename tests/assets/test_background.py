@@ -12,8 +12,9 @@ from typing import Any, cast
 import pytest
 
 from depthwalk.assets import worker
-from depthwalk.assets.background import BackgroundLibrary, Progress
+from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.progress import Progress
 from depthwalk.cook.cook import CookOptions, ReadAhead
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
@@ -87,7 +88,7 @@ def test_an_asset_is_baked_beside_the_frames(
     assert library.progress is None and library.failures == []
     geometry, _ = library.cooked(0, OPTIONS)[0].load()
     assert geometry.count[0].sum() > 0
-    (spill,) = (folder.name for folder in [library._spill] if folder)
+    (spill,) = (folder.name for folder in [library._pool._spill] if folder)
     library.close()
     assert not Path(spill).exists()
 
@@ -111,8 +112,8 @@ def test_cancelling_ends_the_processes(
     empty_cache(monkeypatch, tmp_path / "cache")
     library.is_cooked(0, OPTIONS)
     wait_until(library, lambda: library.progress is not None)
-    assert isinstance(library._pool, ProcessPoolExecutor)
-    processes = list((library._pool._processes or {}).values())
+    assert isinstance(library._pool.executor, ProcessPoolExecutor)
+    processes = list((library._pool.executor._processes or {}).values())
     library.cancel()
     end = time.monotonic() + 60
     # The pool's own thread joins them, too: whoever comes second learns the exit code a moment later.
@@ -196,14 +197,17 @@ def test_the_process_that_will_bake_is_started_at_once_and_ends_with_the_library
     empty_cache(monkeypatch, tmp_path / "cache")
     library.baking_waits = True
     library.is_cooked(0, OPTIONS)
-    wait_until(library, lambda: isinstance(library._pool, ProcessPoolExecutor) and bool(library._pool._processes))
-    assert isinstance(library._pool, ProcessPoolExecutor)
-    (process,) = (library._pool._processes or {}).values()
+    wait_until(
+        library,
+        lambda: isinstance(library._pool.executor, ProcessPoolExecutor) and bool(library._pool.executor._processes),
+    )
+    assert isinstance(library._pool.executor, ProcessPoolExecutor)
+    (process,) = (library._pool.executor._processes or {}).values()
     library.close()
     # Not `join`: the pool's own thread waits for the process too, and only one of the two is told how it ended.
     assert multiprocessing.connection.wait([process.sentinel], 60)
-    library._begin_pool()  # as the thread that searches may do late
-    assert library._pool is None
+    library._pool.begin(1)  # as the thread that searches may do late
+    assert library._pool.executor is None
 
 
 @pytest.mark.parametrize("name", worker._IMPORTS)

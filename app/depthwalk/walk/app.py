@@ -8,8 +8,9 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from depthwalk.assets.background import BackgroundLibrary, Progress
+from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.progress import Progress
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GPU_FAILURES
