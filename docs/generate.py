@@ -12,7 +12,7 @@ from typing import Any
 from depthwalk import limits
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes import PASSES
-from depthwalk.render.targets import TARGETS
+from depthwalk.render.target_table import TARGETS
 from depthwalk.scene.path import PathFile
 from depthwalk.scene.schema import SceneFile
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
-from depthwalk.reference.dof import ranges
+from depthwalk.reference.dof_tiles import ranges
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.lens import SHARP_RADIUS, TILE, circle_radius, largest_radius
 from depthwalk.render.view.view import View

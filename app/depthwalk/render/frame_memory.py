@@ -3,7 +3,7 @@
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.occlusion_phases import OcclusionPhases
-from depthwalk.render.targets import TileAtlas, atlas_size
+from depthwalk.render.tile_atlas import TileAtlas, atlas_size
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.render_settings import RenderSettings

@@ -20,7 +20,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.targets import TARGETS
+from depthwalk.render.target_table import TARGETS
 
 P = TypeVar("P", bound=Params)
 
