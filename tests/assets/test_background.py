@@ -15,7 +15,7 @@ from depthwalk.assets import worker
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.assets.progress import Progress
-from depthwalk.cook.cook import CookOptions, ReadAhead
+from depthwalk.cook.cook import CookOptions, PrefetchedArrays
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.arrays import Representation
@@ -133,7 +133,7 @@ def test_what_the_first_picture_shows_is_read_before_there_is_a_window(
     library.foresee(scene, None)
     wait_until(library, lambda: library.is_cooked(0, OPTIONS))
     load = library.cooked(0, OPTIONS)[0].load
-    assert isinstance(load, ReadAhead) and load()[0].count[0].sum() > 0
+    assert isinstance(load, PrefetchedArrays) and load()[0].count[0].sum() > 0
     assert threads == []  # no mesh is needed
 
 
@@ -218,7 +218,7 @@ def test_what_is_imported_ahead_exists(name: str) -> None:
 def test_what_was_read_ahead_is_handed_over_once() -> None:
     calls: list[str] = []
     with ThreadPoolExecutor(1, "ahead") as threads:
-        load = ReadAhead(lambda: cast(Any, calls.append(threading.current_thread().name)), threads)
+        load = PrefetchedArrays(lambda: cast(Any, calls.append(threading.current_thread().name)), threads)
     load()
     assert calls == ["ahead_0"]
     load()
@@ -230,7 +230,7 @@ def test_who_needs_what_no_thread_has_come_to_reads_it() -> None:
     begun, calls = threading.Event(), []
     with ThreadPoolExecutor(1) as threads:
         threads.submit(begun.wait)
-        load = ReadAhead(lambda: cast(Any, calls.append(threading.current_thread())), threads)
+        load = PrefetchedArrays(lambda: cast(Any, calls.append(threading.current_thread())), threads)
         load()
         begun.set()
     assert calls == [threading.current_thread()]
@@ -241,6 +241,6 @@ def test_what_goes_wrong_in_a_thread_is_raised_where_it_is_needed() -> None:
         raise InputError("bust.dpci.npz: damaged")
 
     with ThreadPoolExecutor(1) as threads:
-        load = ReadAhead(damaged, threads)
+        load = PrefetchedArrays(damaged, threads)
     with pytest.raises(InputError, match=r"^bust\.dpci\.npz: damaged$"):
         load()

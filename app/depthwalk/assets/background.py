@@ -18,7 +18,7 @@ from depthwalk.assets.bake_pool import BakePool
 from depthwalk.assets.demand import asked_for, cook_options, nearest_first
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.assets.progress import Batch, Progress
-from depthwalk.cook.cook import AheadReader, CookedObject, CookOptions, Preloaded
+from depthwalk.cook.cook import CookedObject, CookOptions, HeldArrays, Prefetcher
 from depthwalk.cook.cooked_file import find_cooked, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
@@ -76,7 +76,7 @@ class BackgroundLibrary(SceneLibrary):
         self._finder: ThreadPoolExecutor | None = None
         self._pool = BakePool()
         self._pools_broken = 0
-        self._held: list[Preloaded] = []
+        self._held: list[HeldArrays] = []
         self._is_mesh_read = False  # whether a mesh was, or is being
         self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
         self._batch = Batch()
@@ -225,7 +225,7 @@ class BackgroundLibrary(SceneLibrary):
     def _threads(self) -> ThreadPoolExecutor:
         if self._finder is None:
             self._finder = ThreadPoolExecutor(1, "depth-images")
-            self._ahead = AheadReader(self._finder)
+            self._ahead = Prefetcher(self._finder)
         return self._finder
 
     def _find(self, asset: int, options: CookOptions, threads: Executor) -> Objects | None:
@@ -260,7 +260,7 @@ class BackgroundLibrary(SceneLibrary):
         if objects is None:
             raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images")
         try:
-            return tuple(replace(cooked, load=Preloaded(cooked.load)) for cooked in objects)
+            return tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
         except OSError as error:
             raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images: {error}") from None
 
@@ -279,7 +279,7 @@ class BackgroundLibrary(SceneLibrary):
 
     def _hold(self, objects: Objects) -> None:
         """Remember preloaded objects; of too many, those that were loaded first are dropped until they are needed."""
-        self._held += [cooked.load for cooked in objects if isinstance(cooked.load, Preloaded)]
+        self._held += [cooked.load for cooked in objects if isinstance(cooked.load, HeldArrays)]
         self._held = [load for load in self._held if load.is_held]
         while len(self._held) > _MOST_HELD:
             self._held.pop(0).drop()

@@ -32,7 +32,7 @@ from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
-from depthwalk.cook.cook import GRID_TEXELS, AheadReader, CookedObject, CookOptions
+from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, Prefetcher
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
@@ -74,7 +74,7 @@ class SceneLibrary:
         assets: tuple[Asset, ...],
         report: Report = lambda name, stage: None,
         processes: int | None = 1,
-        ahead: AheadReader | None = None,
+        ahead: Prefetcher | None = None,
     ) -> None:
         """Make a library of a scene's assets; nothing is read yet.
 

@@ -103,7 +103,7 @@ class PixelPass(Pass[P]):
         Defines, textures and uniforms.
         """
 
-    def joins(self, frame: Frame, params: P) -> bool:
+    def fuses_with_previous(self, frame: Frame, params: P) -> bool:
         """Return whether the pass may be drawn together with the one before; by default True.
 
         Parameters
@@ -117,7 +117,7 @@ class PixelPass(Pass[P]):
         """
         return True
 
-    def joined(self, frame: Frame, params: P) -> bool:
+    def fuses_with_next(self, frame: Frame, params: P) -> bool:
         """Return whether the next pass may be drawn together with this one; by default True.
 
         Parameters
@@ -205,7 +205,9 @@ def _together(one: DrawnPass, other: DrawnPass, passes: Sequence[Pass[Any]], kep
     """Return whether two passes that follow each other may be one program: nobody else reads what lies between."""
     if not (isinstance(one.pass_, PixelPass) and isinstance(other.pass_, PixelPass)):
         return False
-    if not (one.pass_.joined(one.frame, one.params) and other.pass_.joins(other.frame, other.params)):
+    if not (
+        one.pass_.fuses_with_next(one.frame, one.params) and other.pass_.fuses_with_previous(other.frame, other.params)
+    ):
         return False
     (between,) = one.pass_.writes
     if between in other.pass_.writes:
@@ -301,7 +303,8 @@ class PixelPrograms:
         -------
         None on a GPU, and where `into` has no texture.
         """
-        if not self._gl.device.software or not has_texture(into, depth.size):
+        texture = whole_texture(into, depth.size) if self._gl.device.software else None
+        if texture is None:
             return None
         (name,) = last.pass_.writes
         drawn, tested, framebuffer = self._with_depth.get(name, (None, None, None))
@@ -309,7 +312,7 @@ class PixelPrograms:
             if framebuffer is not None:
                 self._gl.free(framebuffer)
                 del self._with_depth[name]
-            framebuffer = self._gl.framebuffer([_only_texture(into)], depth)
+            framebuffer = self._gl.framebuffer([texture], depth)
             self._with_depth[name] = into, depth, framebuffer
         return framebuffer
 
@@ -319,16 +322,12 @@ def _pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
     return drawn.pass_
 
 
-def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> bool:
-    """Return whether `framebuffer` draws into the whole of one texture of `size`, as that of a window does not."""
+def whole_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> moderngl.Texture | None:
+    """Return the one texture of `size` that `framebuffer` draws into, whole; None for others, as that of a window."""
     attached, whole = framebuffer.color_attachments or (), (0, 0, *size)
-    return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.viewport == whole
-
-
-def _only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
-    (texture,) = framebuffer.color_attachments
-    assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
-    return texture
+    if len(attached) != 1 or framebuffer.viewport != whole:
+        return None
+    return attached[0] if isinstance(attached[0], moderngl.Texture) else None
 
 
 def _readers(group: Sequence[DrawnPass]) -> dict[str, DrawnPass]:

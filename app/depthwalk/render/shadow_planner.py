@@ -11,7 +11,7 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades
-from depthwalk.render.shadows.casters import MapView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
+from depthwalk.render.shadows.casters import LightView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
 from depthwalk.render.view.bounds import Bounds
@@ -32,7 +32,7 @@ _LIFTED = 4.0  # texels, and what the filter is wide: where a map is read, from 
 class _Found:
     """Hold which objects cast shadows in a map, and for which state of the world that was found."""
 
-    view: MapView
+    view: LightView
     changes: int
     rows: Rows
 
@@ -116,7 +116,7 @@ class ShadowPlanner:
             self._warn_of_lamps(len(chosen), params.lamps)
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
-            views: list[MapView] = [*cascades, *spots]
+            views: list[LightView] = [*cascades, *spots]
             bounds = self._world.bounds()
             found = [self._casters(number, map_view, bounds) for number, map_view in enumerate(views)]
             if cascades and not may_wait:
@@ -143,7 +143,7 @@ class ShadowPlanner:
         of_sun = tuple(replace(map_, provisional=detail < 1) for map_ in maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
-    def _casters(self, number: int, view: MapView, bounds: Bounds) -> Rows:
+    def _casters(self, number: int, view: LightView, bounds: Bounds) -> Rows:
         """Return the rows (m,) of the objects that cast shadows in the map with the `number`."""
         found, changes = self._found.get(number), self._world.changes
         if found is None or found.changes != changes or not sees_same(found.view, view):
@@ -152,7 +152,7 @@ class ShadowPlanner:
         return found.rows
 
     def _map(
-        self, number: int, view: MapView, rows: Rows, rule: tuple[float, float, float], is_resident: IsResident
+        self, number: int, view: LightView, rows: Rows, rule: tuple[float, float, float], is_resident: IsResident
     ) -> ShadowMap:
         """Return the map with the `number`, as it was planned last where nothing that it depends on has changed.
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.captured_views import CaptureParams
-from depthwalk.cook.cook import Preloaded
+from depthwalk.cook.cook import HeldArrays
 from depthwalk.gpu.device import Device
 from depthwalk.render.resources.captured_views import CapturedViewStore, ViewTextures
 from depthwalk.render.resources.cooked_parts import CookedParts
@@ -135,7 +135,7 @@ class AssetStore:
             if number in self._depth:
                 continue
             cooked = self.parts.cooked(number)
-            is_held = isinstance(cooked.load, Preloaded) and cooked.load.is_held
+            is_held = isinstance(cooked.load, HeldArrays) and cooked.load.is_held
             # Where a mesh has just given way to depth images, the frame would otherwise show neither.
             if seconds is not None and time.perf_counter() - start > seconds and not is_held:
                 self._deferred = True
