@@ -55,8 +55,18 @@ class InSight:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _FrameInputs:
-    """Hold what a frame is drawn with. remembers, warp_limit, tile_light: see `OcclusionPhases.plans`."""
+class PhaseInputs:
+    """Hold what the phases of a frame are drawn with.
+
+    Attributes
+    ----------
+    view : the view of the picture, near and far plane fitted.
+    targets : the textures that the phases are drawn into; their depth is read between the phases.
+    residency : brings to the GPU what the frame draws.
+    remembers : whether what earlier frames found may be used.
+    warp_limit : how many triangles may be warped, see `PlanSettings`.
+    tile_light : what the light in impostor tiles depends on, see `PlanSettings`.
+    """
 
     view: View
     targets: Targets
@@ -140,40 +150,18 @@ class OcclusionPhases:
                 bounding_radius=np.concatenate([reach, cells_reach]),
             )
 
-    def plans(
-        self,
-        view: View,
-        in_sight: InSight,
-        targets: Targets,
-        residency: FrameResidency,
-        remembers: bool,
-        warp_limit: int | None = None,
-        tile_light: Hashable = None,
-    ) -> Iterator[FrameDrawLists]:
-        """Yield the plan of each phase, which is to be drawn into `targets` before the next one is asked for.
+    def plans(self, frame: PhaseInputs, in_sight: InSight) -> Iterator[FrameDrawLists]:
+        """Yield the plan of each phase, which is to be drawn into the targets before the next one is asked for.
 
         Parameters
         ----------
-        view : the view of the picture, near and far plane fitted.
+        frame : what the phases are drawn with.
         in_sight : what the method `in_sight` has found.
-        targets : the textures that the phases are drawn into; their depth is read between the phases.
-        residency : brings to the GPU what the frame draws.
-        remembers : whether what earlier frames found may be used.
-        warp_limit : how many triangles may be warped, see `PlanSettings`.
-        tile_light : what the light in impostor tiles depends on, see `PlanSettings`.
 
         Yields
         ------
         What the passes draw in the next phase.
         """
-        frame = _FrameInputs(
-            view=view,
-            targets=targets,
-            residency=residency,
-            remembers=remembers,
-            warp_limit=warp_limit,
-            tile_light=tile_light,
-        )
         pending = _Pending(
             rows=in_sight.rows,
             distance=in_sight.distance,
@@ -184,7 +172,7 @@ class OcclusionPhases:
         size = max(len(rows), FIRST_PHASE)
         plan: FrameDrawLists | None = None
         while plan is None or len(rows):
-            from_memory = plan is None and remembers and len(rows) > FIRST_PHASE
+            from_memory = plan is None and frame.remembers and len(rows) > FIRST_PHASE
             plan = self._plan(frame, rows, plan)
             yield plan
             self._last_seen[rows] = True
@@ -196,7 +184,7 @@ class OcclusionPhases:
         if len(pending.far_cells):
             yield self._plan_clusters(frame, pending.far_cells, plan)
 
-    def _first_phase(self, frame: _FrameInputs, pending: _Pending) -> Rows:
+    def _first_phase(self, frame: PhaseInputs, pending: _Pending) -> Rows:
         """Return the objects (m,), nearest first, that are drawn before any is tested; the others stay `pending`.
 
         With memory they are what the last frame showed, near or far; where that is too little, as after a jump, the
@@ -233,7 +221,7 @@ class OcclusionPhases:
             rows = rows[in_batches[cells.cell_of_row[rows]]]
             return in_sight(view, self._world.bounds(), self._settings.culling.min_pixels, rows)
 
-    def _drop_hidden(self, frame: _FrameInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
+    def _drop_hidden(self, frame: PhaseInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
         """Drop from what is `pending` the objects that are hidden, and open batches where few are left.
 
         Parameters
@@ -301,7 +289,7 @@ class OcclusionPhases:
             hidden = drawn.hide_neighbours(rows)
             return rows[~hidden], distance[~hidden], int(hidden.sum())
 
-    def _plan(self, frame: _FrameInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
+    def _plan(self, frame: PhaseInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
         scene, settings, is_resident = (
             self._world.arrays(),
@@ -314,7 +302,7 @@ class OcclusionPhases:
                 frame.view, scene, rows, settings, before is not None, first_object_id, is_resident
             )
 
-    def _plan_clusters(self, frame: _FrameInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
+    def _plan_clusters(self, frame: PhaseInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
         """Plan the phase that draws the clusters of `cells` (m,). before: the plan of the phase before."""
         clusters = self._cluster_planner.clusters()
         with self._timers.measure_cpu("cull"):
@@ -331,7 +319,7 @@ class OcclusionPhases:
         with self._timers.measure_cpu("plan"):
             return self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
 
-    def _plan_settings(self, frame: _FrameInputs) -> PlanSettings:
+    def _plan_settings(self, frame: PhaseInputs) -> PlanSettings:
         """Return what plans of the frame follow."""
         settings = self._settings
         layout = tile_layout(settings, settings.warp, frame.remembers)
@@ -344,7 +332,7 @@ class OcclusionPhases:
             tile_light=frame.tile_light,
         )
 
-    def _resident(self, frame: _FrameInputs, rows: Rows, distance: Array) -> tuple[Rows, Array]:
+    def _resident(self, frame: PhaseInputs, rows: Rows, distance: Array) -> tuple[Rows, Array]:
         """Return those of the objects `rows` (m,) whose assets are on the GPU, with their `distance` (m,)."""
         with self._timers.measure_cpu("upload"):
             resident = frame.residency.resident(rows, distance)

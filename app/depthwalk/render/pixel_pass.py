@@ -303,8 +303,7 @@ class PixelPrograms:
         -------
         None on a GPU, and where `into` has no texture.
         """
-        texture = whole_texture(into, depth.size) if self._gl.device.software else None
-        if texture is None:
+        if not self._gl.device.software or not has_texture(into, depth.size):
             return None
         (name,) = last.pass_.writes
         drawn, tested, framebuffer = self._with_depth.get(name, (None, None, None))
@@ -312,7 +311,7 @@ class PixelPrograms:
             if framebuffer is not None:
                 self._gl.free(framebuffer)
                 del self._with_depth[name]
-            framebuffer = self._gl.framebuffer([texture], depth)
+            framebuffer = self._gl.framebuffer([_only_texture(into)], depth)
             self._with_depth[name] = into, depth, framebuffer
         return framebuffer
 
@@ -322,12 +321,16 @@ def _pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
     return drawn.pass_
 
 
-def whole_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> moderngl.Texture | None:
-    """Return the one texture of `size` that `framebuffer` draws into, whole; None for others, as that of a window."""
+def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> bool:
+    """Return whether `framebuffer` draws into the whole of one texture of `size`, as that of a window does not."""
     attached, whole = framebuffer.color_attachments or (), (0, 0, *size)
-    if len(attached) != 1 or framebuffer.viewport != whole:
-        return None
-    return attached[0] if isinstance(attached[0], moderngl.Texture) else None
+    return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.viewport == whole
+
+
+def _only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
+    (texture,) = framebuffer.color_attachments
+    assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
+    return texture
 
 
 def _readers(group: Sequence[DrawnPass]) -> dict[str, DrawnPass]:

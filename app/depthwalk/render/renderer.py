@@ -24,7 +24,7 @@ from depthwalk.render.draw.material_depth import MaterialRecords, least_footprin
 from depthwalk.render.frame import Common, Frame, Pass, common
 from depthwalk.render.frame_memory import FrameMemory
 from depthwalk.render.lighting.irradiance import lighting
-from depthwalk.render.occlusion_phases import InSight
+from depthwalk.render.occlusion_phases import InSight, PhaseInputs
 from depthwalk.render.pass_sequence import PassSequence
 from depthwalk.render.passes import default_passes
 from depthwalk.render.pixel_shares import PixelShares
@@ -209,9 +209,15 @@ class Renderer:
             lens_point=lens_point,
         )
         plans: list[FrameDrawLists] = []
-        remembers, limit = (False, None) if fine else (self.remembers, self.warp_limit)
-        tile_light = light.key if shared.lit_tiles else None
-        for plan in memory.phases.plans(view, in_sight, targets, residency, remembers, limit, tile_light):
+        phases = PhaseInputs(
+            view=view,
+            targets=targets,
+            residency=residency,
+            remembers=self.remembers and not fine,
+            warp_limit=None if fine else self.warp_limit,
+            tile_light=light.key if shared.lit_tiles else None,
+        )
+        for plan in memory.phases.plans(phases, in_sight):
             plans.append(plan)
             if shared.lit_tiles:
                 self._materials(view, plan)  # pass 1 looks textures up

@@ -38,6 +38,19 @@ class _Found:
 
 
 @dataclass(frozen=True, kw_only=True)
+class _Detail:
+    """Say how fine a map's casters are.
+
+    magnification: texels of the map that a texel of a depth image may cover. error: geometric, texels of the map.
+    triangles_per_texel: at most, of the map.
+    """
+
+    magnification: float
+    error: float
+    triangles_per_texel: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class _Planned:
     """Hold a map, and what it was planned by.
 
@@ -48,7 +61,7 @@ class _Planned:
     map: ShadowMap
     changes: int
     resident: Rows
-    rule: tuple[float, float, float]
+    detail: _Detail
     asked: list[tuple[Rows, Mask]]
 
 
@@ -134,7 +147,11 @@ class ShadowPlanner:
                     number,
                     map_view,
                     rows,
-                    (magnification, params.error, params.triangles_per_texel * part * detail),
+                    _Detail(
+                        magnification=magnification,
+                        error=params.error,
+                        triangles_per_texel=params.triangles_per_texel * part * detail,
+                    ),
                     uploads.is_mesh_resident,
                 )
                 for number, (map_view, rows, part) in enumerate(zip(views, casters, fraction, strict=True))
@@ -151,17 +168,15 @@ class ShadowPlanner:
             self._found[number] = found
         return found.rows
 
-    def _map(
-        self, number: int, view: LightView, rows: Rows, rule: tuple[float, float, float], is_resident: IsResident
-    ) -> ShadowMap:
+    def _map(self, number: int, view: LightView, rows: Rows, detail: _Detail, is_resident: IsResident) -> ShadowMap:
         """Return the map with the `number`, as it was planned last where nothing that it depends on has changed.
 
-        rows: (m,) of the casters on the GPU. rule: magnification, error and triangles per texel, see `shadow_map`.
+        rows: (m,) of the casters on the GPU.
         """
         planned, changes = self._planned.get(number), self._world.changes
         if (
             planned is not None
-            and (planned.changes, planned.rule) == (changes, rule)
+            and (planned.changes, planned.detail) == (changes, detail)
             and sees_same(planned.map.view, view)
             and np.array_equal(planned.resident, rows)
             and all(np.array_equal(is_resident(meshes), answer) for meshes, answer in planned.asked)
@@ -174,10 +189,9 @@ class ShadowPlanner:
             asked.append((meshes, answer))
             return answer
 
-        magnification, error, triangles = rule
-        fallback = MeshFallbackRule(magnification=magnification, is_resident=noted, error=error)
-        map_ = shadow_map(view, rows, self._world.arrays(), fallback, triangles)
-        self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, rule=rule, asked=asked)
+        fallback = MeshFallbackRule(magnification=detail.magnification, is_resident=noted, error=detail.error)
+        map_ = shadow_map(view, rows, self._world.arrays(), fallback, detail.triangles_per_texel)
+        self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, detail=detail, asked=asked)
         return map_
 
     def _warn_of_lamps(self, requested: int, allowed: int) -> None:

@@ -4,7 +4,7 @@ Supersampled, a pixel of the screen is the mean of its samples.
 """
 
 from depthwalk.render.frame import Frame
-from depthwalk.render.pixel_pass import PixelInputs, PixelPass, whole_texture
+from depthwalk.render.pixel_pass import PixelInputs, PixelPass, has_texture
 from depthwalk.scene.render_settings import OutputParams
 
 
@@ -22,7 +22,7 @@ class OutputPass(PixelPass[OutputParams]):
         """
         if frame.common.aa.samples > 1:
             return False
-        return not self.gl.device.software or whole_texture(frame.targets.screen, frame.targets.size) is not None
+        return not self.gl.device.software or has_texture(frame.targets.screen, frame.targets.size)
 
     def inputs(self, frame: Frame, params: OutputParams) -> PixelInputs:
         """Return exposure and tone mapping as `params` say, and how many samples a pixel of `frame` has."""
