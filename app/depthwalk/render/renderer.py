@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
-from depthwalk.geometry.vectors import components
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import hardware_samples, supersampled
@@ -34,6 +33,7 @@ from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.bounds import depth_range, ground_range
+from depthwalk.render.view.framing import IN_FRONT, camera_on
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
@@ -41,7 +41,6 @@ from depthwalk.scene.scene import Scene
 
 _SHADOW_TRIANGLES = 2_000_000  # of shadow maps that may wait, in a frame of a window where nobody moves
 _FIRST_DETAIL = 0.1  # of the triangles of shadow maps, in a first picture that somebody waits for
-_IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
 
 class Renderer:
@@ -340,27 +339,9 @@ class Renderer:
             return None
         return self.view.unproject(across, down, distance)
 
-    def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = _IN_FRONT) -> Camera:
-        """Return a camera that sees every object of the scene.
-
-        Parameters
-        ----------
-        aspect : width of the picture over its height.
-        fov : vertical angle of view, radians.
-        away : direction from the objects to the camera, world, of any length.
-
-        Returns
-        -------
-        The camera, world, which looks at the middle of all objects; one near the origin where the scene has none.
-        """
-        bounds = self.world.bounds()
-        if not len(bounds.bounding_radius):
-            return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
-        middle, radius = bounds.sphere()
-        narrower = min(fov, 2 * math.atan(math.tan(fov / 2) * aspect))
-        target = glm.dvec3(middle)
-        place = target + glm.normalize(away) * (radius / math.sin(narrower / 2))
-        return Camera(components(place), components(target), fov)
+    def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = IN_FRONT) -> Camera:
+        """Return a camera that sees every object of the scene; see `render.view.framing.camera_on`."""
+        return camera_on(self.world.bounds(), aspect, fov, away)
 
     def _forget_assets(self) -> None:
         self._last_shadows = Shadows()
