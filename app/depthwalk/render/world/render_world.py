@@ -65,7 +65,7 @@ class RenderWorld:
 
         Returns
         -------
-        The rows, those of parts in the frames of these parts. `asset` holds the numbers of `AssetStore`, and
+        The rows, those of parts in the frames of these parts. `asset` holds the numbers of `CookedParts`, and
         `representation` is how each object is drawn.
         """
         if self._objects is None:
@@ -265,7 +265,7 @@ class FrameResidency:
 
         Parameters
         ----------
-        meshes : (n,) numbers of the meshes in `AssetStore`, nearest first.
+        meshes : (n,) numbers of the meshes in `CookedParts`, nearest first.
 
         Returns
         -------
