@@ -302,7 +302,9 @@ class _Walk:
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
-        sources = [self._renderer.assets.meshes.failures, *([self._background.failures] if self._background else [])]
+        sources = [self._renderer.assets.meshes.reader.failures]
+        if self._background:
+            sources.append(self._background.failures)
         if complaints := [complaint for failures in sources for complaint in failures]:
             self._state.tell("\n".join(complaints))
         for failures in sources:

@@ -54,7 +54,7 @@ def model_points(renderer: Renderer) -> Array:
     They are the vertices of the asset's mesh or, without a mesh, of its depth images.
     """
     assets = renderer.assets
-    levels = assets.meshes.levels(0)
+    levels = assets.meshes.reader.levels(0)
     if levels is not None:
         return levels[0].mesh.positions
     found = []

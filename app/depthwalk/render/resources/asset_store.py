@@ -84,14 +84,14 @@ class AssetStore:
         """Take over what was made ready beside the frames; return whether an asset can now be shown in another way."""
         if self.background is None:
             return False
-        made, read = self.background.poll(), self.meshes.poll()
+        made, read = self.background.poll(), self.meshes.reader.poll()
         return made or read
 
     @property
     def is_waiting(self) -> bool:
         """Return whether the next frame may show more than the last, although nothing in the scene has changed."""
         beside = self.background is not None and self.background.is_busy
-        return self._deferred or self.meshes.is_busy or self._captured.is_busy or self.textures.is_busy or beside
+        return self._deferred or self.meshes.reader.is_busy or self._captured.is_busy or self.textures.is_busy or beside
 
     def depth_object(self, number: int) -> DepthObject:
         """Return the depth object numbered `number` on the GPU, uploaded if it was not."""
