@@ -98,7 +98,7 @@ _FIGURE = """
 
 ## Targets
 
-What passes hand to each other (`render/targets.py`). A pass reaches only those that it reads or writes; a depth that it
+What passes hand to each other (`render/target_table.py`). A pass reaches only those that it reads or writes; a depth that it
 tests against counts as read.
 
 """
