@@ -98,8 +98,8 @@ _FIGURE = """
 
 ## Targets
 
-What passes hand to each other (`render/target_table.py`). A pass reaches only those that it reads or writes; a depth that it
-tests against counts as read.
+What passes hand to each other (`render/target_table.py`). A pass reaches only those that it reads or writes; a
+depth that it tests against counts as read.
 
 """
 _DECLARED = """
