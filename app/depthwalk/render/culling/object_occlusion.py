@@ -45,7 +45,7 @@ class ObjectOcclusion:
         farthest = self._readback.read(targets)
         # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
         # what hides it, is no reason to draw it: what is seen instead is nearer to the truth.
-        margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
+        margin = max(1, 1 / warp.tile_scale, lod.allowed_error)
         return Occluders(depth_test(farthest, self._readback.side, view, margin), self._world)
 
     def resized(self) -> None:
