@@ -32,7 +32,8 @@ def bake_missing(assets: Iterable[Asset], processes: int | None, report: Callabl
     unbaked = _unbaked_meshes(assets)
     if len(unbaked) < 2:
         return
-    from depthwalk.assets.batch_bake import Job, bake_all
+    from depthwalk.assets.bake_job import Job
+    from depthwalk.assets.batch_bake import bake_all
 
     missing = [Job(spec=spec, params=params, out=BAKED.file(key)) for key, (spec, params) in unbaked.items()]
     names, done = [job.spec.name for job in missing], 0

@@ -89,6 +89,10 @@ class CookedParts:
         except OSError:  # lost, or damaged, since it was found
             return self._cook_again(number).load()
 
+    def is_shipped_cooked(self, number: int) -> bool:
+        """Return whether the part numbered `number` is there cooked only, without the images it was made of."""
+        return self._library.is_shipped_cooked(self.asset_of(number))
+
     def baked(self, number: int) -> BakedObject:
         """Read again the depth images that a part was cooked from.
 
