@@ -126,7 +126,7 @@ def _robust_device() -> Device:
     robust = RobustContext()
     with robust:
         try:
-            context = moderngl.create_context(require=330, standalone=True, context=robust)
+            context = moderngl.create_context(require=330, standalone=True, context=robust)  # type: ignore[arg-type]
             return Device(context, robust.load_opengl_function)
         except BaseException:
             robust.release()

@@ -119,7 +119,7 @@ def _display_and_config() -> tuple[int, int]:
     egl = _library()
     egl.eglBindAPI(_OPENGL_API)
     before = _current(egl)
-    ordinary = moderngl.create_context(require=330, standalone=True, backend="egl")
+    ordinary = moderngl.create_context(require=330, standalone=True, backend="egl")  # type: ignore[arg-type]
     try:
         now, number, config, count = _current(egl), _Int(), _Handle(), _Int()
         egl.eglQueryContext(now.display, now.context, _CONFIG_ID, ctypes.byref(number))
