@@ -19,6 +19,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.commands.program import FAILURE, as_program, guarded
@@ -27,6 +28,8 @@ from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.walk import app
 from depthwalk.walk.window import open_window
+
+Samples = NDArray[np.int64]
 
 MAX_KB = 1000.0  # growth of memory per 1,000 frames
 _WARM_UP = 0.25  # of the rounds, which are not judged
@@ -78,13 +81,12 @@ class Soak:
             actions()["R"]()
             self._walk_on(_FRAMES, number)
             setattr(state, toggled, not getattr(state, toggled))
+            self._resize(_SIZES[0])
+            self._go(self._home)
             state.represent(None)
+            state.playback = None
             self._walk._next_file = file
-            self._walk_on(3, number)
-        self._resize(_SIZES[0])
-        self._walk._state.playback = None
-        self._go(self._home)
-        self._come_to_rest()
+            self._come_to_rest()
 
     def sample(self) -> tuple[int, int, int, int, int]:
         """Return frames so far, resident bytes, open files, GL objects that live, and objects of Python."""
@@ -119,10 +121,16 @@ class Soak:
         self.frames += 1
 
 
-def growth(samples: list[tuple[int, ...]]) -> float:
-    """Return how many kB of memory 1,000 frames add after the warm-up, by the straight line that fits best."""
-    frames, memory = np.array(samples[int(len(samples) * _WARM_UP) :], float)[:, :2].T
-    return float(np.polyfit(frames, memory, 1)[0])
+def growth(samples: Samples) -> tuple[float, Samples]:
+    """Return what was added after the warm-up, to samples (n, 5) as of `Soak.sample`.
+
+    Returns kB of memory for each 1,000 frames, by the straight line that fits best, and of each column how much more
+    the middle one of the last third of the samples is than that of the first.
+    """
+    judged = samples[int(len(samples) * _WARM_UP) :]
+    third = -(-len(judged) // 3)
+    first, last = (np.median(part, axis=0).astype(np.int64) for part in (judged[:third], judged[-third:]))
+    return float(np.polyfit(judged[:, 0], judged[:, 1], 1)[0]), last - first
 
 
 @guarded
@@ -140,11 +148,12 @@ def main(
             frames, memory, descriptors, live, objects = samples[-1]
             kept = f"{descriptors} files, {live} GL objects, {objects} of Python"
             print(f"{frames} frames, {memory / 1e6:.2f} MB, {kept}", flush=True)
-    judged = np.array(samples[int(len(samples) * _WARM_UP) :])
-    grown = judged[-1] - judged[0]
-    print(f"after {judged[0, 0]} frames: {growth(samples):+.1f} kB in 1,000 frames, {grown[2]:+d} files,", end=" ")
-    print(f"{grown[3]:+d} GL objects, {grown[4]:+d} of Python")
-    if growth(samples) > MAX_KB or grown[2] or grown[3]:
+    kilobytes, (*_, descriptors, live, objects) = growth(np.array(samples))
+    print(
+        f"after the warm-up {kilobytes:+.1f} kB in 1,000 frames, {descriptors:+d} files, {live:+d} GL objects,", end=" "
+    )
+    print(f"{objects:+d} of Python")
+    if kilobytes > MAX_KB or descriptors > 0 or live > 0:
         raise typer.Exit(FAILURE)
 
 
