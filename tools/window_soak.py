@@ -149,10 +149,8 @@ def main(
             kept = f"{descriptors} files, {live} GL objects, {objects} of Python"
             print(f"{frames} frames, {memory / 1e6:.2f} MB, {kept}", flush=True)
     kilobytes, (*_, descriptors, live, objects) = growth(np.array(samples))
-    print(
-        f"after the warm-up {kilobytes:+.1f} kB in 1,000 frames, {descriptors:+d} files, {live:+d} GL objects,", end=" "
-    )
-    print(f"{objects:+d} of Python")
+    grown = f"{descriptors:+d} files, {live:+d} GL objects, {objects:+d} of Python"
+    print(f"after the warm-up {kilobytes:+.1f} kB in 1,000 frames, {grown}")
     if kilobytes > MAX_KB or descriptors > 0 or live > 0:
         raise typer.Exit(FAILURE)
 

@@ -110,6 +110,22 @@ def test_a_driver_without_robust_contexts_gives_ordinary_ones(
     device.context.release()
 
 
+@linux
+@pytest.mark.gl
+def test_a_context_that_cannot_be_entered_is_destroyed(monkeypatch: pytest.MonkeyPatch) -> None:
+    released = []
+
+    def refuse(context: RobustContext) -> RobustContext:
+        raise GpuError("EGL makes no context current (error 0x3002)")
+
+    release = RobustContext.release
+    monkeypatch.setattr(RobustContext, "__enter__", refuse)
+    monkeypatch.setattr(RobustContext, "release", lambda context: (released.append(context), release(context)))
+    device = headless_device()
+    assert not device.notices_loss and len(released) == 1
+    device.context.release()
+
+
 @pytest.mark.parametrize(("code", "error"), [(0x300E, ContextLostError), (0x3002, GpuError)])
 def test_a_refusal_to_make_a_context_current_is_told(code: int, error: type[GpuError]) -> None:
     refusing = SimpleNamespace(eglBindAPI=lambda api: 1, eglMakeCurrent=lambda *handles: 0, eglGetError=lambda: code)

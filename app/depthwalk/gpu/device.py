@@ -124,13 +124,13 @@ def headless_device() -> Device:
 def _robust_device() -> Device:
     """Return a device that notices when its context is lost. Raises GpuError, and what moderngl raises."""
     robust = RobustContext()
-    with robust:
-        try:
+    try:
+        with robust:
             context = moderngl.create_context(require=330, standalone=True, context=robust)  # type: ignore[arg-type]
             return Device(context, robust.load_opengl_function)
-        except BaseException:
-            robust.release()
-            raise
+    except BaseException:
+        robust.release()
+        raise
 
 
 def _ordinary_device(**settings: Any) -> Device:
