@@ -59,9 +59,10 @@ images, warped to an impostor, which is the default where its asset has them; `m
 that are simplified with distance; `mesh-clusters` as polygons of which each patch is simplified with its own distance;
 `dmesh` by the same depth images, warped straight to the screen. A relief, one planar
 depth image, can also be drawn as its rivals do it: by relief mapping (`relief`), per-pixel displacement with distance
-functions (`distance`), parallax occlusion mapping (`parallax`), as a bump-mapped plane (`bump`), or as a grid of
-displaced vertices (`displacement`). A mesh can also be drawn by pictures of it from many directions: the three nearest,
-blended (`octahedral`), or the nearest of some all around on an upright rectangle (`billboard`).
+functions (`distance`), parallax occlusion mapping (`parallax`), as a bump-mapped plane (`bump`), as a grid of displaced
+vertices (`displacement`), or warped by the processor and drawn as a texture (`relief-texture`). A mesh can also be
+drawn by pictures of it from many directions: the three nearest, blended (`octahedral`), or the nearest of some all
+around on an upright rectangle (`billboard`).
 An asset with a mesh and depth images can also be drawn by `auto`: each object as
 the one or the other, whichever is [quicker](architecture.md#the-quicker-of-both).
 

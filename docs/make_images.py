@@ -26,12 +26,17 @@ from depthwalk.bake.params import BakeParams
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.pictures import png_bytes
+from depthwalk.quality.edges import SHAPES
 from depthwalk.resources import asset_root, scene_root
 
 IMAGES = Path(__file__).with_name("images")
 _GAP = 8  # pixels between two pictures
 _DEPTHWALK = (sys.executable, "-m", "depthwalk")
 _SECONDS_TO_LOAD = 120
+_STUDIO = """camera: {position: [0, 2.6, 9], target: [0, 0.45, 0], fov: 10}
+environment: {sun: {direction: [-0.5, -0.7, -0.6], intensity: 0.9}, ambient: {intensity: 0.3}}
+render: {gpaa: {samples: 1}}
+"""
 
 
 def garden() -> None:
@@ -100,6 +105,39 @@ def paper() -> None:
     gap = np.full((len(parts[0]), _GAP, 3), 255, np.uint8)
     joined = np.concatenate([parts[0], *(half for part in parts[1:] for half in (gap, part))], axis=1)
     (IMAGES / "paper.png").write_bytes(png_bytes(joined))
+
+
+def gpaa() -> None:
+    """Draw figures 3 to 6 of the paper on edge-optimised GPAA: without, by all edges, and by the chosen ones."""
+    with tempfile.TemporaryDirectory() as name:
+        scene = scene_of_solids(Path(name))
+        rows = []
+        for mode in ("none", "gpaa", "gpaa-edge"):
+            out = Path(name) / f"{mode}.png"
+            command = [*_DEPTHWALK, "render", str(scene), "-o", str(out), "--resolution", "480,120"]
+            subprocess.run([*command, "--set", f"render.aa={mode}"], check=True)
+            with Image.open(out) as picture:
+                rows.append(np.asarray(picture.convert("RGB")).repeat(2, 0).repeat(2, 1))
+    gap = np.full((_GAP, rows[0].shape[1], 3), 255, np.uint8)
+    (IMAGES / "gpaa.png").write_bytes(png_bytes(np.concatenate([rows[0], gap, rows[1], gap, rows[2]])))
+
+
+def scene_of_solids(folder: Path) -> Path:
+    """Write the paper's models into a folder; return the scene with them side by side."""
+    placed = (0.8, 12, 40), (1.1, 10, 40), (1.5, 55, 60), (1.3, 10, 45)  # longest side, metres; tilt and yaw, degrees
+    assets, objects = [], []
+    for number, (shape, (side, tilt, yaw)) in enumerate(zip(SHAPES.values(), placed, strict=True)):
+        positions, triangles = shape()
+        cos, sin = np.cos(np.radians(tilt)), np.sin(np.radians(tilt))
+        tilted = positions @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) * side / np.ptp(positions, 0).max()
+        lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in tilted]
+        lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
+        (folder / f"solid{number}.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        assets.append(f"  solid{number}: {{mesh: solid{number}.obj}}")
+        objects.append(f"  - {{asset: solid{number}, position: [{1.7 * number - 2.55:.2f}, 0, 0], yaw: {yaw}}}")
+    scene = folder / "solids.yaml"
+    scene.write_text("\n".join(["version: 1", "assets:", *assets, "objects:", *objects, _STUDIO]), encoding="utf-8")
+    return scene
 
 
 def dpci() -> None:
@@ -219,6 +257,7 @@ MAKERS: dict[str, Callable[[], None]] = {
     "night": night,
     "paper": paper,
     "panorama": panorama,
+    "gpaa": gpaa,
     "dpci": dpci,
     "hud": hud,
     "tables": tables,

@@ -12,7 +12,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.reference.height_field import first_hits
-from depthwalk.render.resources.height_field import relative_depth
+from depthwalk.render.resources.relative_depth import relative_depth
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Representation
 from depthwalk.types import Array

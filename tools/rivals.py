@@ -60,7 +60,7 @@ class Way:
 WAYS = {
     "dpci": Way(Representation.DPCI, ("warp", "composite")),
     "dpci, preset paper": Way(Representation.DPCI, ("warp", "composite"), "preset: paper"),
-    **{kind.label: Way(kind, (kind.label,)) for kind in (Representation.DMESH, *HEIGHT_FIELDS)},
+    **{kind.label: Way(kind, (kind.name.lower(),)) for kind in (Representation.DMESH, *HEIGHT_FIELDS)},
     "relief, 100 steps": Way(Representation.RELIEF, ("relief",), "relief: {linear_steps: 100}"),
 }
 PUBLISHED = {"relief": 11.6, "distance": 3.7, "dmesh": 3.9}  # times as long as the warp: 68.14 frames a second / theirs

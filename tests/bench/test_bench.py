@@ -94,7 +94,7 @@ def test_a_still_camera_needs_no_path(tiny_scene: Path, tmp_path: Path) -> None:
         (
             ["--representation", "dpci,teapot"],
             "--representation teapot: must be one of scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh, "
-            "relief, distance, parallax, bump, displacement, octahedral, billboard, auto",
+            "relief, distance, parallax, bump, displacement, relief-texture, octahedral, billboard, auto",
         ),
         (["--json", "{d}/no/b.json"], "{d}/no/b.json: the folder '{d}/no' does not exist"),
         (["--json", "{d}/b", "--html", "{d}/b"], "{d}/b: would overwrite what is measured, or the other report"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from depthwalk.reference.height_field import box_interval, first_hits, surface_depth
-from depthwalk.render.resources.height_field import EMPTY
+from depthwalk.render.resources.relative_depth import EMPTY
 
 
 def rays(count: int = 200) -> np.ndarray:

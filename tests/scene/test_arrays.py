@@ -30,6 +30,7 @@ def test_labels_are_those_of_scene_files() -> None:
         "parallax",
         "bump",
         "displacement",
+        "relief-texture",
         "octahedral",
         "billboard",
         "auto",

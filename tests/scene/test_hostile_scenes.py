@@ -24,7 +24,8 @@ MESSAGES = {
     ],
     "bad-representation": [
         "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'dmesh', "
-        "'relief', 'distance', 'parallax', 'bump', 'displacement', 'octahedral', 'billboard' or 'auto', not 'hologram'",
+        "'relief', 'distance', 'parallax', 'bump', 'displacement', "
+        "'relief-texture', 'octahedral', 'billboard' or 'auto', not 'hologram'",
     ],
     "camera-fov": [
         "5:55: camera.fov: must be at most 170, not 180",

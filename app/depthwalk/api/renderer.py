@@ -37,6 +37,7 @@ RepresentationName = Literal[
     "parallax",
     "bump",
     "displacement",
+    "relief-texture",
     "octahedral",
     "billboard",
     "auto",

@@ -74,6 +74,7 @@ class RepresentationName(StrEnum):
     PARALLAX = "parallax"
     BUMP = "bump"
     DISPLACEMENT = "displacement"
+    RELIEF_TEXTURE = "relief-texture"
     OCTAHEDRAL = "octahedral"
     BILLBOARD = "billboard"
     AUTO = "auto"
@@ -98,7 +99,8 @@ RepresentationOption = Annotated[
         "--representation",
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
         "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
-        "look for their surface (relief, distance, parallax), flat (bump) or as displaced vertices (displacement); "
+        "look for their surface (relief, distance, parallax), flat (bump), as displaced vertices (displacement) or "
+        "warped by the processor and drawn as a texture (relief-texture); "
         "meshes also by pictures from many directions, three of them blended (octahedral) or one alone (billboard); "
         "auto: as meshes or depth images, whichever is quicker; "
         "scene: as the scene file says, with meshes in place of depth images near by.",

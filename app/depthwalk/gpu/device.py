@@ -256,9 +256,9 @@ class Scope:
         return texture
 
     def number_array(
-        self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
+        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
     ) -> moderngl.TextureArray:
-        """Create and return an array texture of integers, which shaders fetch without filtering.
+        """Create and return an array texture of numbers, which shaders fetch without filtering.
 
         Parameters
         ----------
@@ -267,9 +267,9 @@ class Scope:
         components
             Numbers per texel, 1 to 4.
         data
-            The texels, layer by layer, lower row first.
+            The texels, layer by layer, lower row first; None leaves them undefined.
         dtype
-            As moderngl names it: "i2", "u4" and so on.
+            As moderngl names it: "i2", "u4", "f4" and so on.
         """
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:

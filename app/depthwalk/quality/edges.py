@@ -5,8 +5,9 @@ quality` and docs/anti-aliasing.md.
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,9 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.render_settings import GpaaParams
 from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Array
+
+Solid = tuple[Array, NDArray[np.intp]]
+"""Vertices (v, 3), metres, and the numbers (f, 3) of each triangle's, counter-clockwise seen from outside."""
 
 MOST_OF_CLOSED, MOST_OF_SHAPES = 0.5, 0.7  # lines drawn, of all edges drawn
 MANY = 64  # objects of one mesh that are timed at once
@@ -47,48 +51,56 @@ class Cost:
     milliseconds: NDArray[np.float64]
 
 
-def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tuple[Array, NDArray[np.intp]]:
-    """Make a convex solid of revolution about the y axis.
+def cube() -> Solid:
+    """Return a cube of edge 2 m: 8 vertices."""
+    return convex(np.array(list(product((-1.0, 1.0), repeat=3))))
 
-    Parameters
-    ----------
-    radii, heights
-        Radius and y of each ring of points, metres; a ring of radius 0 is one point.
-    sides
-        Number of points of a ring with another radius.
 
-    Returns
-    -------
-    positions : Array
-        (v, 3) points, metres.
-    triangles : NDArray[np.intp]
-        (f, 3) numbers of points, counter-clockwise seen from outside.
-    """
-    angle = 2 * np.pi * np.arange(sides) / sides
-    ring = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], -1)
-    positions = np.concatenate(
-        [radius * ring + [0, y, 0] if radius else [[0, y, 0]] for radius, y in zip(radii, heights, strict=True)]
-    )
+def wheel_cover() -> Solid:
+    """Return a shallow disc, hub forward, whose rim has eight corners: 10 vertices."""
+    angle = 2 * np.pi * np.arange(8) / 8
+    rim = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
+    return convex(np.concatenate([rim, [[0, 0, 0.35], [0, 0, -0.1]]]))
+
+
+def wing() -> Solid:
+    """Return a wing, tapered and swept back, of the section NACA 0012 with 22 points at either end: 44 vertices."""
+    along = (1 - np.cos(np.pi * np.arange(12) / 11)) / 2  # denser towards the leading edge
+    thickness = 0.6 * np.polyval([-0.1036, 0.2843, -0.3516, -0.126, 0], along) + 0.6 * 0.2969 * np.sqrt(along)
+    upper, lower = (np.stack([along, side * thickness], -1) for side in (1, -1))
+    section = np.concatenate([upper, lower[1:-1]])  # they share both ends
+    root, tip = 2 * section - [1.5, 0], 1.1 * section - [0.1, 0]
+    return convex(np.concatenate([np.insert(root, 2, -3, 1), np.insert(tip, 2, 3, 1)]))
+
+
+def canopy() -> Solid:
+    """Return the glass over a cockpit: half an ellipsoid three times as long as wide, closed below: 102 vertices."""
+    slice_, around = np.meshgrid(np.pi * np.arange(1, 11) / 11, np.pi * np.arange(10) / 9, indexing="ij")
+    across, up = 0.8 * np.sin(slice_) * np.cos(around), 0.8 * np.sin(slice_) * np.sin(around)
+    dome = np.stack([across, up, 2.4 * np.cos(slice_)], -1).reshape(-1, 3)
+    return convex(np.concatenate([dome, [[0, 0, 2.4], [0, 0, -2.4]]]) - [0, 0.3, 0])
+
+
+def convex(positions: Array) -> Solid:
+    """Return the convex solid with the vertices `positions` (v, 3), metres, about the origin, outer sides in front."""
     hull = ConvexHull(positions)
     flip = np.linalg.det(positions[hull.simplices]) < 0
     return positions, np.where(flip[:, None], hull.simplices[:, ::-1], hull.simplices)
 
 
-# With as many vertices as the models of the paper's table 1.
-SHAPES: dict[str, Callable[[], tuple[Array, NDArray[np.intp]]]] = {
-    "cube, 8 vertices": lambda: turned([1, 1], [-1, 1], 4),
-    "wheel cover, 10": lambda: turned([1, 0.7], [-0.4, 0.4], 5),
-    "wing, 44": lambda: turned([1, 0.6], [-4, 4], 22),
-    "canopy, 102": lambda: turned(
-        [0, *np.sin(np.pi * np.arange(1, 11) / 11), 0], -np.cos(np.pi * np.arange(12) / 11), 10
-    ),
+SHAPES: dict[str, Callable[[], Solid]] = {
+    "cube, 8 vertices": cube,
+    "wheel cover, 10": wheel_cover,
+    "wing, 44": wing,
+    "canopy, 102": canopy,
 }
+"""The models of the GPAA paper's table 1, with as many vertices."""
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
     """Measure what it saves to draw chosen edges alone, in lines drawn and in time.
 
-    The solids in `SHAPES`, which stand for the models of the GPAA paper's table, are measured with `MANY` objects of
+    The solids in `SHAPES`, the models of the GPAA paper's table, are measured with `MANY` objects of
     each at once. Meshes of the scenes are measured one by one, where they are closed and lines are drawn of them.
 
     Parameters
@@ -135,7 +147,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
             yield _drawn(asset.name, cost, MOST_OF_CLOSED)
 
 
-def shape_cost(shape: Callable[[], tuple[Array, NDArray[np.intp]]], count: int, size: tuple[int, int]) -> Cost:
+def shape_cost(shape: Callable[[], Solid], count: int, size: tuple[int, int]) -> Cost:
     """Measure what the lines of a solid cost.
 
     Parameters

@@ -23,9 +23,10 @@ class Representation(IntEnum):
     PARALLAX = 7  # parallax occlusion mapping of the same: linear steps and one secant, no silhouettes
     BUMP = 8  # the plane of the picture, with its normals
     DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
-    OCTAHEDRAL = 10  # octahedral impostors: the three nearest of many captured views, blended
-    BILLBOARD = 11  # one captured view on an upright rectangle that faces the viewer
-    AUTO = 12  # as MESH or DPCI, whichever is quicker; what is drawn is one of these
+    RELIEF_TEXTURE = 10  # relief texture mapping: pre-warped by the processor, then drawn as a texture
+    OCTAHEDRAL = 11  # octahedral impostors: the three nearest of many captured views, blended
+    BILLBOARD = 12  # one captured view on an upright rectangle that faces the viewer
+    AUTO = 13  # as MESH or DPCI, whichever is quicker; what is drawn is one of these
 
     @property
     def label(self) -> str:
@@ -51,6 +52,7 @@ HEIGHT_FIELDS = (
     Representation.PARALLAX,
     Representation.BUMP,
     Representation.DISPLACEMENT,
+    Representation.RELIEF_TEXTURE,
 )
 """Rivals of the warp, for assets of one planar depth image; numbered without a gap."""
 

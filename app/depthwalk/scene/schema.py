@@ -49,6 +49,7 @@ RepresentationName = Literal[
     "parallax",
     "bump",
     "displacement",
+    "relief-texture",
     "octahedral",
     "billboard",
     "auto",

@@ -8,8 +8,8 @@ _SPARE = 0.8  # part of the limit that the next larger frame must be expected to
 class FrameScale:
     """Make frames that took too long smaller, and larger again once there is time.
 
-    A picture that is moved to the viewer is the worse the older it is: in the garden, 0.4 s of walking and turning cost
-    more than a third of the pixels do (docs/measurements.md, "Age or pixels"). What a frame takes is expected to
+    A picture that is moved to the viewer is the worse the older it is: in the garden, 0.2 s of walking and turning cost
+    more than a third of the pixels do (docs/walking.md, "Age or pixels"). What a frame takes is expected to
     grow with its pixels, that is with the square of its scale, at most.
 
     Attributes

@@ -34,7 +34,8 @@ _TURNED_PAST = 0.1  # of the window, that may lie beyond the margin at the end o
 _MOST_UNSEEN = 0.5  # of the window: where the last frame lacks more, the window waits for the next one
 _SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
-_WARP_LIMIT = 400_000  # triangles
+_WARP_LIMIT = 1_000_000  # triangles: more than most frames of a walk need, less than what a quick turn brings
+_FIRST_WARP_LIMIT = 400_000  # in the first pictures of a window
 
 
 class ShownFrames:
@@ -245,7 +246,7 @@ class ShownFrames:
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
         self._hurried = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
-        self._renderer.warp_limit = _WARP_LIMIT if self._hurried else None
+        self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._hurried else None
         self._finished_scale = 1.0
         start = time.perf_counter()
         self._renderer.render(view, screen)

@@ -24,6 +24,7 @@ from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
+from depthwalk.render.relief_prewarp import plane_images, prewarp
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.view.bounds import Bounds, Cylinders, object_bounds
@@ -256,6 +257,19 @@ def test_loaded_behind_frames(tmp_path: Path) -> None:
     assert done.stdout.strip() == "True"
     assert kernels.load()
     assert (kernels.folder() / "complete").is_file()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_relief_prewarp(seed: int) -> None:
+    """From in front, from beside the picture and nearly along it, with texels that are empty."""
+    rng = np.random.default_rng(seed)
+    depth = rng.random((37, 52)).astype(np.float32) ** 3
+    depth[rng.random(depth.shape) < 0.1] = 1e20
+    viewers = np.concatenate([rng.uniform(-1, 2, (5, 2)), -rng.uniform(0.01, 3, (5, 1))], 1)
+    images = plane_images((37, 52), viewers)
+    reference, found = both(lambda: prewarp(depth, viewers, images))
+    assert reference.dtype == found.dtype == np.float32 and (reference > 0).mean() > 0.1
+    np.testing.assert_allclose(found, reference, rtol=1e-6)
 
 
 def test_cache_that_cannot_be_written(tmp_path: Path) -> None:

@@ -8,13 +8,16 @@ import pytest
 
 from depthwalk.bake.planar import bake_planar
 from depthwalk.gpu.device import Device
+from depthwalk.render.passes import relief_texture
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.resources.distance_volume import distance_volume
 from depthwalk.render.resources.height_field import texel_triangles
 from depthwalk.scene.arrays import HEIGHT_FIELDS, Representation
+from depthwalk.types import Array
 from fields import (
     HEIGHT,
     RANGE,
+    SIDE,
     VIEWS,
     WIDTH,
     depths,
@@ -23,12 +26,15 @@ from fields import (
     image_of,
     parts_off,
     picture_distance,
+    surface_mesh,
     true_distance,
 )
-from shapes import box, scene_of
+from shapes import ShapeLibrary, box, scene_of
 from stage import OnScreen, set_all
 
-RELIEF, DISTANCE, PARALLAX, BUMP, DISPLACEMENT = HEIGHT_FIELDS
+RELIEF, DISTANCE, PARALLAX, BUMP, DISPLACEMENT, RELIEF_TEXTURE = HEIGHT_FIELDS
+PLACES = [(0, -0.5, 0.1, -0.4, 0.5, 0.5), (0, 0.3, 0.2, 0.1, -0.4, 0.4), (1, 0.4, 0.9, -0.6, -0.7, 0.6)]
+PLACES += [(0, -0.6, 1.0, -0.2, 0.3, 0.3)]
 SLICE = RANGE / 16  # of the volume of distances, metres
 
 
@@ -55,6 +61,10 @@ def test_rays_meet_the_mesh_of_the_surface(gl_device: Device, kind: str, view: s
         (DISPLACEMENT, "ramp", 0.002, 0.001),
         (DISPLACEMENT, "step", 0.002, 0.001),
         (DISPLACEMENT, "wire", 0.002, 0.001),
+        (RELIEF_TEXTURE, "cap", 0.01, 0.02),  # silhouettes within half a texel, which is more than a pixel here
+        (RELIEF_TEXTURE, "ramp", 0.003, 0.025),
+        (RELIEF_TEXTURE, "step", 0.01, 0.03),
+        (RELIEF_TEXTURE, "wire", 0.01, 0.025),
     ],
 )
 def test_the_surface_is_where_it_should_be(
@@ -143,6 +153,24 @@ def test_meshes_hide_height_fields_and_are_hidden(gl_device: Device, representat
     assert shares[2] > 0 and shares[3] > 0 and shares[0] == shares[1] == 0
 
 
+def test_relief_textures_are_warped_for_each_object(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of a picture in one call or few at a time, each is seen as if it were alone."""
+    places, view = [(asset, (x, y, z), turn, scale) for asset, x, y, z, turn, scale in PLACES], VIEWS["front"]
+    pictures = depths("cap"), np.ascontiguousarray(depths("ramp")[:, ::3])
+    baked = [bake_planar(image_of(depth), f"field {depth.shape}", cut=False) for depth in pictures]
+    library = ShapeLibrary([surface_mesh(depth) for depth in pictures], baked)
+
+    def drawn(*some: tuple[int, tuple[float, float, float], float, float]) -> Array:
+        with OnScreen(gl_device, scene_of(*some, representation=RELIEF_TEXTURE), library) as stage:
+            return picture_distance(stage, view)
+
+    alone = np.minimum.reduce([drawn(place) for place in places])
+    np.testing.assert_allclose(drawn(*places), alone, rtol=1e-4)
+    assert np.isfinite(alone).any()
+    monkeypatch.setattr(relief_texture, "_MOST_BYTES", 2 * 4 * (2 * SIDE) ** 2)
+    np.testing.assert_allclose(drawn(*places), alone, rtol=1e-4)
+
+
 @pytest.mark.parametrize("representation", HEIGHT_FIELDS)
 def test_empty_texels_show_nothing(gl_device: Device, representation: Representation) -> None:
     """A hole shows what is behind, without walls; nothing is seen from behind either."""
@@ -197,16 +225,16 @@ def test_triangles_face_the_viewer_and_leave_out_empty_texels() -> None:
     "mode", [{"aa": "msaa"}, {"aa": "gpaa"}, {"light.mode": "warp"}, {"light.mode": "forward", "shadows.enabled": True}]
 )
 def test_height_fields_are_lit_and_smoothed_as_the_rest(gl_device: Device, mode: dict[str, object]) -> None:
-    """Drawn with relief mapping or displacement the picture is that of impostors; what was made is freed."""
+    """Drawn by most of them the picture is that of impostors; what was made is freed."""
     if mode.get("aa") == "msaa" and gl_device.max_samples < 4:
         pytest.skip("no samples")
     before, pictures = Counter(gl_device.live), []
-    for kind in (Representation.DPCI, RELIEF, DISPLACEMENT, DISTANCE, PARALLAX, BUMP):
+    for kind in (Representation.DPCI, RELIEF, DISPLACEMENT, RELIEF_TEXTURE, DISTANCE, PARALLAX, BUMP):
         scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=kind)
         set_all(scene.render, mode)
         with OnScreen(gl_device, scene, field_library(depths("cap"))) as stage:
             stage.draw(VIEWS["aside"])
             pictures.append(read_pixels(stage.screen)[..., :3].astype(float))
     off = [float(np.abs(picture - pictures[0]).mean()) for picture in pictures[1:]]
-    assert max(off[:2]) < 0.5 < off[4]
+    assert max(off[:2]) < 0.5 < off[5] and off[2] < 0.8
     assert Counter(gl_device.live) == before  # zeros do not count

@@ -1,7 +1,7 @@
 """Measure the table of edge-optimised GPAA again: how long it takes to find the edges that are smoothed.
 
 The paper (基于边缘优化的几何体信息反走样, table 1) counts 8, 10, 44 and 102 vertices for its cube, wheel cover, wing
-and canopy; `quality.edges.SHAPES` are solids with as many.
+and canopy; `quality.edges.SHAPES` are such models.
 """
 
 from depthwalk.assets.library import Report

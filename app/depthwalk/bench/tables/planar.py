@@ -97,7 +97,7 @@ def _rows(report: Report) -> Iterator[tuple[Cell, ...]]:
 
 def _passes(run: Run) -> float:
     """Return how long the passes took that find the surface, milliseconds."""
-    names = ("warp", "composite") if run.representation == "dpci" else (run.representation,)
+    names = ("warp", "composite") if run.representation == "dpci" else (run.representation.replace("-", "_"),)
     return sum(run.passes_ms[name].p50 for name in names)
 
 

@@ -12,6 +12,7 @@ try:
     from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
     from depthwalk.render.kernels.detail_loops import describe, magnified, surfaces
     from depthwalk.render.kernels.layout_loops import place
+    from depthwalk.render.kernels.prewarp_loops import prewarp
     from depthwalk.render.kernels.reprojection_loops import errors
     from depthwalk.render.kernels.silhouette_loops import silhouettes
     from depthwalk.render.kernels.tile_loops import allocate, composite_records, released, tile_records, warp_records
@@ -28,6 +29,7 @@ __all__ = [
     "hidden",
     "magnified",
     "place",
+    "prewarp",
     "released",
     "silhouettes",
     "surfaces",

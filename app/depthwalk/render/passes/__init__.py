@@ -28,6 +28,7 @@ from depthwalk.render.passes.octahedral import OctahedralPass
 from depthwalk.render.passes.output import OutputPass
 from depthwalk.render.passes.parallax import ParallaxPass
 from depthwalk.render.passes.relief import ReliefPass
+from depthwalk.render.passes.relief_texture import ReliefTexturePass
 from depthwalk.render.passes.resolve import ResolvePass
 from depthwalk.render.passes.sample import SamplePass
 from depthwalk.render.passes.shadows import ShadowsPass
@@ -44,6 +45,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     ParallaxPass,
     BumpPass,
     DisplacementPass,
+    ReliefTexturePass,
     OctahedralPass,
     BillboardPass,
     MeshPass,

@@ -93,9 +93,6 @@ class ShadowsPass(Pass[ShadowParams]):
         texture = self._of_sun.fit(len(maps), params.resolution)
         requested = dict(enumerate(maps))
         stale = self._of_sun.stale(requested)
-        if frame.shadows.hurried:
-            kept = self._of_sun.provisional(stale)
-            stale = {tile: map_ for tile, map_ in stale.items() if tile not in kept}
         last = len(maps) - 1 if frame.shadows.hurried else None
         waiting = self._of_sun.waiting(stale, last) if frame.shadows.may_wait else {}
         due = {tile: map_ for tile, map_ in stale.items() if tile not in waiting}
@@ -143,10 +140,16 @@ class ShadowsPass(Pass[ShadowParams]):
         self._begun = None
 
     def _begin_portions(self, waiting: Mapping[int, ShadowMap]) -> "_Begun | None":
-        """Begin with the first of the maps that may wait, by tile; None where there is none."""
+        """Begin with the first of the maps that may wait, by tile; None where there is none.
+
+        Those come first that stand for provisional ones, and of these those that are drawn soonest: a few frames are
+        enough for the far maps of a scene whose near ones take dozens.
+        """
         if not waiting:
             return None
-        tile, shadow_map = next(iter(waiting.items()))
+        provisional = self._of_sun.provisional(waiting)
+        tile = min(provisional, key=lambda tile: waiting[tile].triangles, default=next(iter(waiting)))
+        shadow_map = waiting[tile]
         self._beside.fit(1, shadow_map.view.resolution).compare_func = ""  # it is copied, not compared with
         self._beside.begin(0, shadow_map)
         return _Begun(tile=tile, map=shadow_map, rest=list(shadow_map.grids.parts(PART_TRIANGLES)))

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from depthwalk.bake.images import BakedObject
-from depthwalk.render.resources.height_field import relative_depth
+from depthwalk.render.resources.relative_depth import relative_depth
 
 _MAX_FINE_SLICES = 256  # of the volume in which distances are measured: a second or two for 256 × 256 texels
 

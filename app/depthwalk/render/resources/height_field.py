@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject
 from depthwalk.gpu.device import Scope
-
-EMPTY = 1e20
-"""Depth of a texel without a surface. Blended with others, however little of it, it lies behind the box."""
+from depthwalk.render.resources.relative_depth import relative_depth
+from depthwalk.types import Array
 
 
 @dataclass(kw_only=True)
@@ -26,19 +25,22 @@ class HeightField:
     Attributes
     ----------
     depth
-        The depths, filtered linearly, 0 to 1, `EMPTY` where there is no surface.
+        The depths, filtered linearly, 0 to 1, `relative_depth.EMPTY` where there is no surface.
     uniforms
         The uniforms of shaders/common/height_field.vert and .glsl and of field_frame.glsl, by name.
     distances
         The volume of distances to the surface, metres; None until somebody needs it.
     triangles
         The indices of the triangles between all texels, numbered row by row; None until somebody needs them.
+    relative
+        The depths once more, (H, W) float32, in the memory of the processor; None until somebody needs them.
     """
 
     depth: moderngl.Texture
     uniforms: dict[str, Any]
     distances: moderngl.Texture3D | None = None
     triangles: moderngl.Buffer | None = None
+    relative: NDArray[np.float32] | None = None
 
     @property
     def owned(self) -> tuple[moderngl.Texture | moderngl.Texture3D | moderngl.Buffer, ...]:
@@ -51,6 +53,15 @@ class HeightField:
         volume = 0 if self.distances is None else 2 * int(np.prod(self.distances.size))
         triangles = 0 if self.triangles is None else self.triangles.size
         return 4 * self.depth.width * self.depth.height + volume + triangles
+
+    def from_object(self, points: Array) -> Array:
+        """Return points (n, 3), metres in the object frame, in the field's own coordinates (n, 3).
+
+        Twin of `field_from_object` in shaders/common/field_frame.glsl.
+        """
+        width, height, deep = self.uniforms["field_size"]
+        x, y, z = points.T
+        return np.stack([x / width + 0.5, z / height + 0.5, (self.uniforms["field_top"] - y) / deep], -1)
 
 
 class HeightFields:
@@ -117,6 +128,13 @@ class HeightFields:
             field.triangles = self._gl.buffer(texel_triangles(np.isfinite(self._baked(number).images[0].depth)))
         return field.triangles
 
+    def relative(self, number: int) -> NDArray[np.float32]:
+        """Return the depths (H, W) of the depth object numbered `number`, see `relative_depth`."""
+        field = self.field(number)
+        if field.relative is None:
+            field.relative = np.ascontiguousarray(relative_depth(self._baked(number)))
+        return field.relative
+
     def free(self, number: int) -> None:
         """Free what was made of the depth object numbered `number`, if anything was."""
         if (field := self._fields.pop(number, None)) is not None:
@@ -125,12 +143,6 @@ class HeightFields:
     def forget(self) -> None:
         """Forget all fields, because their scope has been released."""
         self._fields.clear()
-
-
-def relative_depth(baked: BakedObject) -> NDArray[np.float32]:
-    """Return the depths (H, W) of one planar depth image as parts of the object's depth, `EMPTY` where none is."""
-    depth = baked.images[0].depth
-    return np.where(np.isfinite(depth), depth / np.float32(baked.cylinder.height), np.float32(EMPTY))
 
 
 def upload_height_field(gl: Scope, baked: BakedObject) -> HeightField:

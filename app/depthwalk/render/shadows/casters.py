@@ -114,7 +114,7 @@ class Shadows:
         About how many triangles of a map that may wait are drawn in a frame, so that frames take equally long; None:
         one map is drawn whole in each.
     hurried
-        Whether somebody moves, so that maps which are provisional where they are stay so.
+        Whether somebody moves, so that maps which have moved far may wait, too, except the last.
     lamps
         The maps of lamps, by the tile of the atlas that each lies in.
     tiles

@@ -1,0 +1,74 @@
+"""Warp height fields within their pictures' planes, row by row and then column by column.
+
+The reference is `render.relief_prewarp`.
+"""
+
+import math
+
+import numpy as np
+
+from depthwalk.render.kernels.compilation import compiled
+from depthwalk.types import Array
+
+
+@compiled()
+def _segment(numbers: int, epipole: float, k: int) -> int:
+    """Return which of the segments between `numbers` texels is drawn as the one numbered `k`, see `segment_order`."""
+    before = min(max(math.floor(epipole), 0), numbers - 1)
+    after = min(max(math.ceil(epipole), 0), numbers - 1)
+    if k < before:
+        return k
+    return numbers - 2 - (k - before) if k < before + numbers - 1 - after else before
+
+
+@compiled()
+def _columns(ratio: Array, epipole: float, low: float, step: float, warped: Array) -> None:
+    """Move each row of `ratio` (h, w) along itself into `warped` (h, columns), see `warped_lines`."""
+    rows, numbers = ratio.shape
+    for row in range(rows):
+        for k in range(numbers - 1):
+            j = _segment(numbers, epipole, k)
+            here, there = np.float64(ratio[row, j]), np.float64(ratio[row, j + 1])
+            if here <= 0 or there <= 0:
+                continue
+            start, end = epipole + (j - epipole) * here, epipole + (j + 1 - epipole) * there
+            first = max(math.ceil((start - low) / step), 0)
+            for column in range(first, min(math.floor((end - low) / step), warped.shape[1] - 1) + 1):
+                part = min(max((low + step * column - start) / max(end - start, 1e-300), 0.0), 1.0)
+                warped[row, column] = here + part * (there - here)
+
+
+@compiled()
+def _rows(ratio: Array, epipole: float, low: float, step: float, warped: Array) -> None:
+    """Move each column of `ratio` (h, w) along itself into `warped` (rows, w), see `warped_lines`.
+
+    All columns are moved side by side, as they lie in memory.
+    """
+    numbers, columns = ratio.shape
+    for k in range(numbers - 1):
+        j = _segment(numbers, epipole, k)
+        for column in range(columns):
+            here, there = np.float64(ratio[j, column]), np.float64(ratio[j + 1, column])
+            if here <= 0 or there <= 0:
+                continue
+            start, end = epipole + (j - epipole) * here, epipole + (j + 1 - epipole) * there
+            first = max(math.ceil((start - low) / step), 0)
+            for row in range(first, min(math.floor((end - low) / step), warped.shape[0] - 1) + 1):
+                part = min(max((low + step * row - start) / max(end - start, 1e-300), 0.0), 1.0)
+                warped[row, column] = here + part * (there - here)
+
+
+@compiled("P2 D2 D1 D2 D2 i i")
+def prewarp(depth: Array, epipole: Array, distance: Array, low: Array, step: Array, rows: int, columns: int) -> Array:
+    """Return the pre-warped images (n, rows, columns) of a height field; see `relief_prewarp.prewarp`."""
+    warped = np.zeros((len(distance), rows, columns), np.float32)
+    ratio, moved = np.empty(depth.shape, np.float32), np.empty((depth.shape[0], columns), np.float32)
+    for k in range(len(distance)):
+        for row in range(depth.shape[0]):
+            for column in range(depth.shape[1]):
+                behind = depth[row, column]
+                ratio[row, column] = distance[k] / (distance[k] + behind) if behind <= 1 else 0.0
+        moved[:] = 0
+        _columns(ratio, epipole[k, 0], low[k, 0], step[k, 0], moved)
+        _rows(moved, epipole[k, 1], low[k, 1], step[k, 1], warped[k])
+    return warped
