@@ -21,6 +21,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from numpy.typing import NDArray
+from scipy.stats import theilslopes
 
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.commands.program import FAILURE, as_program, guarded
@@ -141,13 +142,14 @@ class Soak:
 def growth(samples: Samples) -> tuple[float, Samples]:
     """Return what was added to `samples` after the warm-up.
 
-    That is kB allocated for each 1,000 frames, by the straight line that fits best, and of each column how much more
-    the middle one of the last third of the samples is than that of the first.
+    That is kB allocated for each 1,000 frames, by the middle one of the slopes between any two samples (Theil and Sen),
+    and of each column how much more the middle one of the last third of the samples is than that of the first.
     """
     judged = samples[int(len(samples) * _WARM_UP) :]
     third = -(-len(judged) // 3)
     first, last = (np.median(part, axis=0).astype(np.int64) for part in (judged[:third], judged[-third:]))
-    return float(np.polyfit(judged[:, 0], judged[:, 1], 1)[0]), last - first
+    slope = theilslopes(judged[:, 1], judged[:, 0]).slope  # what is held only now and then does not count
+    return float(slope), last - first
 
 
 @guarded
