@@ -18,4 +18,4 @@ def main(scene_file: str, node: str, folder: str, count: str = "10", width: str 
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(*sys.argv[1:]) if len(sys.argv) > 3 else sys.exit(__doc__)

@@ -13,4 +13,4 @@ def main(scene_file: str, picture: str, width: str = "1280", height: str = "720"
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(*sys.argv[1:]) if len(sys.argv) > 2 else sys.exit(__doc__)

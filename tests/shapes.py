@@ -217,6 +217,9 @@ class ShapeLibrary:
     def has_baked(self, asset: int) -> bool:
         return self._baked[asset] is not None
 
+    def is_shipped_cooked(self, asset: int) -> bool:
+        return False
+
     def has_height_field(self, asset: int) -> bool:
         model = self._baked[asset]
         images = () if model is None else model.parts[0].images

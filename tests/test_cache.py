@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 import shapes
 from depthwalk import cache
-from depthwalk.assets.batch_bake import Baked, Job, Kept, Outcome, bake_all
+from depthwalk.assets.bake_job import Baked, Job, Kept
+from depthwalk.assets.batch_bake import Outcome, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.images import BakedObject

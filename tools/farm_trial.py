@@ -2,8 +2,12 @@
 
     python -m tools.farm_trial --models 200 --frames 1000 --workers 2 --kill-every 5
 
-starts a scheduler and workers on the loopback device, with TLS, kills a worker every few seconds, and the scheduler
-once. What is killed is started again, as a service manager would. Prints a table in Markdown.
+starts a scheduler and workers on the loopback device, with TLS, and does the same work by one process, by the cluster,
+and by the cluster while a worker is killed every few seconds, and the scheduler once. Workers that are killed are
+started again by their nanny, and what ends besides by what a service manager would do. Prints a table in Markdown.
+
+Where other work keeps the machine busy, `--busy` counts seconds by the processor time that the cluster has used,
+divided by the number of its workers: about what a clock shows where every worker has a core.
 """
 
 import argparse
@@ -20,16 +24,18 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from depthwalk.resources import scene_root
 
 PROGRAM = [sys.executable, "-c", "from depthwalk.commands.cli import main; main()"]
 SMALL = ["--resolution", "128,96"]
 SEGMENTS, RINGS = 24, 12  # of a model
-RESTART_SECONDS = 0.5
+RESTART_SECONDS = 0.5  # before a service that ended is started again
 
 
 def write_models(folder: Path, count: int) -> list[Path]:
@@ -77,7 +83,7 @@ def certificates(folder: Path) -> dict[str, str]:
         f"{prefix}TLS__{key.upper().replace('.', '__').replace('-', '_')}": str(folder / name)
         for key, name in names.items()
     }
-    return variables | {f"{prefix}REQUIRE_ENCRYPTION": "true", "DASK_DISTRIBUTED__WORKER__DAEMON": "false"}
+    return variables | {f"{prefix}REQUIRE_ENCRYPTION": "true"}
 
 
 class Service:
@@ -100,10 +106,18 @@ class Service:
             if not self._stopped.wait(RESTART_SECONDS):
                 self._process = self._start()
 
-    @property
-    def process(self) -> int:
-        """Return the number of the process that runs now."""
-        return self._process.pid
+    def processes(self) -> "list[psutil.Process]":
+        """Return the process that runs now, and all those that it has started."""
+        with contextlib.suppress(psutil.NoSuchProcess):
+            process = psutil.Process(self._process.pid)
+            return [process, *process.children(recursive=True)]
+        return []
+
+    def workers(self) -> "list[psutil.Process]":
+        """Return the processes that a nanny's fork server has forked."""
+        with contextlib.suppress(psutil.NoSuchProcess):
+            return [worker for own in psutil.Process(self._process.pid).children() for worker in own.children()]
+        return []
 
     def kill(self) -> None:
         """Kill the program, which cannot clean up."""
@@ -117,9 +131,46 @@ class Service:
         self._thread.join()
 
 
+@dataclass
+class Farm:
+    """Hold a scheduler and workers.
+
+    Attributes
+    ----------
+    address
+        The scheduler's.
+    environment
+        The variables for clients.
+    scheduler, nanny
+        The services; the nanny keeps all workers.
+    count
+        Number of workers.
+    """
+
+    address: str
+    environment: dict[str, str]
+    scheduler: Service
+    nanny: Service
+    count: int
+    _gone: float = 0.0
+    _last: float = 0.0
+
+    def cpu(self) -> float:
+        """Return the seconds of a processor that all have used, to be asked for often: what ends is lost with it."""
+        now = 0.0
+        for process in [*self.scheduler.processes(), *self.nanny.processes()]:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                times = process.cpu_times()
+                now += times.user + times.system + times.children_user + times.children_system
+        if now < self._last:  # a service has ended
+            self._gone += self._last - now
+        self._last = now
+        return self._gone + now
+
+
 @contextlib.contextmanager
-def farm(folder: Path, workers: int) -> Iterator[tuple[str, dict[str, str], Service, list[Service]]]:
-    """Start a scheduler and workers; yield the address, the variables for clients, and the services."""
+def farm(folder: Path, workers: int) -> Iterator[Farm]:
+    """Start a scheduler and workers for a `with` block."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -128,31 +179,43 @@ def farm(folder: Path, workers: int) -> Iterator[tuple[str, dict[str, str], Serv
     dask = [sys.executable, "-m", "distributed.cli.dask_{}"]
     common = ["--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0"]
     scheduler = [dask[0], dask[1], dask[2].format("scheduler"), *common, "--port", str(port), "--protocol", "tls"]
-    worker = [dask[0], dask[1], dask[2].format("worker"), address, *common, "--nthreads", "1", "--no-nanny"]
-    worker += ["--local-directory", str(folder / "dask"), "--preload", "depthwalk.cluster.worker"]
+    nanny = [dask[0], dask[1], dask[2].format("worker"), address, *common, "--nthreads", "1"]
+    nanny += ["--nworkers", str(workers), "--local-directory", str(folder / "dask"), "--memory-limit", "0"]
+    nanny += ["--preload", "depthwalk.cluster.worker", "--preload-nanny", "depthwalk.cluster.nanny"]
     with contextlib.ExitStack() as stack:
-        services = [Service(scheduler, environment)]
-        stack.callback(services[0].stop)
-        for _ in range(workers):
-            services.append(Service(worker, environment))
+        services = []
+        for command in (scheduler, nanny):
+            services.append(Service(command, environment))
             stack.callback(services[-1].stop)
-        yield address, environment, services[0], services[1:]
+        yield Farm(address, environment, services[0], services[1], workers)
 
 
 @contextlib.contextmanager
-def trouble(scheduler: Service, workers: list[Service], every: float, after: float) -> Iterator[list[str]]:
-    """Kill a worker every so often, and the scheduler once, until the block ends; yield what was killed so far."""
+def trouble(farm: Farm, every: float, after: float, busy: bool) -> Iterator[list[str]]:
+    """Kill a worker every so often, and the scheduler once, until the block ends; yield what was killed so far.
+
+    `every` and `after` are seconds, of the workers' processors where `busy` is set; 0 kills nothing.
+    """
     killed: list[str] = []
     ended = threading.Event()
 
+    def clock() -> float:
+        used = farm.cpu()
+        return used / farm.count if busy else time.monotonic()
+
     def work() -> None:
-        began, choose = time.monotonic(), random.Random(1)
-        while every and not ended.wait(every):
-            choose.choice(workers).kill()
-            killed.append("worker")
-            if "scheduler" not in killed and time.monotonic() - began > after:
-                scheduler.kill()
+        choose, began, last = random.Random(1), clock(), clock()
+        while not ended.wait(0.1):
+            now = clock()
+            if not every or now - last < every or not (workers := farm.nanny.workers()):
+                continue
+            with contextlib.suppress(psutil.NoSuchProcess):
+                choose.choice(workers).kill()
+                killed.append("worker")
+            if "scheduler" not in killed and now - began > after:
+                farm.scheduler.kill()
                 killed.append("scheduler")
+            last += every
 
     thread = threading.Thread(target=work)
     thread.start()
@@ -172,11 +235,13 @@ def run(*arguments: object, environment: dict[str, str] | None = None) -> tuple[
     return time.monotonic() - began, cpu
 
 
-def listening(services: Sequence[Service]) -> str:
-    """Return the addresses on which services listen, as `ss` tells them, without their ports."""
-    lines = subprocess.run(["ss", "-ltnpH"], capture_output=True, text=True, check=True).stdout.splitlines()
-    ours = [f"pid={service.process}," for service in services]
-    hosts = {line.split()[3].rpartition(":")[0] for line in lines if any(process in line for process in ours)}
+def listening(farm: Farm) -> str:
+    """Return the addresses on which services listen, as the system tells them, without their ports."""
+    hosts = set()
+    for process in [*farm.scheduler.processes(), *farm.nanny.processes()]:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            sockets = process.net_connections("inet")
+            hosts |= {socket.laddr.ip for socket in sockets if socket.status == psutil.CONN_LISTEN}
     return ", ".join(sorted(hosts))
 
 
@@ -187,24 +252,46 @@ def differences(first: Path, second: Path) -> int:
     return len(names) - len(same)
 
 
+def on_farm(
+    options: argparse.Namespace, folder: Path, after: float, kills: bool, command: Sequence[object]
+) -> tuple[float, float, list[str], str]:
+    """Run a command on a new cluster; return its seconds, those of a processor, what was killed, and who listens."""
+    every = options.kill_every if kills else 0.0
+    with farm(folder, options.workers) as cluster:
+        while len(cluster.nanny.workers()) < options.workers:
+            time.sleep(0.1)
+        time.sleep(options.settle)
+        before = cluster.cpu()
+        with trouble(cluster, every, after, options.busy) as killed:
+            took, own = run(*command, "--cluster", cluster.address, environment=cluster.environment | cache(folder))
+        return took, own + cluster.cpu() - before, killed, listening(cluster)
+
+
+def cache(folder: Path) -> dict[str, str]:
+    """Return the variables by which all runs share a cache of their own."""
+    return {"XDG_CACHE_HOME": str(folder / "cache")}
+
+
 def tried(
     what: str, count: int, options: argparse.Namespace, folder: Path, command: Callable[[Path], list[object]]
 ) -> str:
-    """Do the same work by one process and by a cluster in trouble; return a row of the table."""
-    one, many = folder / f"{what}-one", folder / f"{what}-many"
-    one.mkdir()
-    many.mkdir()
-    cache = {"XDG_CACHE_HOME": str(folder / "cache")}
-    alone, _ = run(*command(one), environment=os.environ | cache)
-    with farm(folder, options.workers) as (address, environment, scheduler, workers):
-        time.sleep(options.settle)
-        with trouble(scheduler, workers, options.kill_every, alone / 2) as killed:
-            took, _ = run(*command(many), "--cluster", address, environment=environment | cache)
-        hosts = listening([scheduler, *workers])
+    """Do the same work by one process, by a cluster, and by one in trouble; return a row of the table."""
+    places = [folder / f"{what}-{name}" for name in ("one", "whole", "killed")]
+    for place in places:
+        place.mkdir()
+    alone = run(*command(places[0]), environment=os.environ | cache(folder))
+    print(f"{what}, one process: {alone[0]:.0f} s, processor {alone[1]:.0f} s", file=sys.stderr, flush=True)
+    whole = on_farm(options, folder, 0.0, False, command(places[1]))
+    print(f"{what}, cluster: {whole[0]:.0f} s, processor {whole[1]:.0f} s", file=sys.stderr, flush=True)
+    half = (whole[1] / options.workers if options.busy else whole[0]) / 2
+    took, cpu, killed, hosts = on_farm(options, folder, half, True, command(places[2]))
     losses = killed.count("worker") + options.workers * killed.count("scheduler")
+    differ = max(differences(places[0], place) for place in places[1:])
     return (
-        f"| {what} | {count} | {alone:.0f} s | {took:.0f} s | {killed.count('worker')} and "
-        f"{killed.count('scheduler')} | {100 * losses / count:.1f} % | {differences(one, many)} | {hosts} |"
+        f"| {what} | {count} | {alone[0]:.0f} ({alone[1]:.0f}) | {whole[0]:.0f} ({whole[1]:.0f}) | "
+        f"{took:.0f} ({cpu:.0f}) | {killed.count('worker')}, {killed.count('scheduler')} | "
+        f"{100 * losses / count:.1f} % | {100 * (took / whole[0] - 1):.1f} % ({100 * (cpu / whole[1] - 1):.1f} %) | "
+        f"{differ} | {hosts} |"
     )
 
 
@@ -214,11 +301,13 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--kill-every", type=float, default=5.0, metavar="SECONDS", help="0 kills nothing")
-    parser.add_argument("--settle", type=float, default=8.0, metavar="SECONDS", help="for the workers to start")
+    parser.add_argument("--busy", action="store_true", help="count seconds by the processor time of the workers")
+    parser.add_argument("--settle", type=float, default=2.0, metavar="SECONDS", help="before the first task")
     options = parser.parse_args()
-    columns = "what", "how many", "one process", "cluster", "workers and schedulers killed", "redone at most"
-    print("|", " | ".join([*columns, "files that differ", "listens on"]), "|")
-    print("|---" * (len(columns) + 2) + "|", flush=True)
+    columns = ["what", "how many", "one process", "cluster", "with kills", "killed: workers, schedulers"]
+    columns += ["redone at most", "slower", "files that differ", "listens on"]
+    print("|", " | ".join(columns), "|")
+    print("|---" * len(columns) + "|", flush=True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "models").mkdir()

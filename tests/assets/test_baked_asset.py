@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from depthwalk.api.mesh import bake_mesh
+from depthwalk.api.renderer import Renderer
+from depthwalk.api.scene import load_scene as load_public
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.cache import read_arrays, write_arrays
 from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
+from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import BakedAsset
 
@@ -94,9 +97,25 @@ def test_grids_by_step_need_depth_images(folder: Path, caplog: pytest.LogCapture
         assert library.cooked(0, CookOptions(stepped=True))[0].error == pytest.approx(
             library.cooked(0, CookOptions())[0].error
         )
-    assert caplog.text.count("ball.dpci.npz: holds cooked depth images, drawn as they are; lod.mode") == 1
+    assert (
+        caplog.text.count("ball.dpci.npz: holds cooked depth images, drawn as they are, like all such; lod.mode") == 1
+    )
     with pytest.raises(InputError, match=r"ball.dpci.npz: holds cooked depth images; lod.mode"):
         library.baked(0)
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+@pytest.mark.parametrize("setting", ["lod.cases=paper", "lod.cases=side", "warp.order=epipole"])
+def test_what_is_there_cooked_only_is_drawn_as_it_is(folder: Path, setting: str) -> None:
+    key, _, value = setting.partition("=")
+    pictures = []
+    for overrides in ({}, {f"render.{key}": value}):
+        scene = load_public(folder / "ball.dpci.npz", overrides=overrides)
+        with Renderer(scene, size=(64, 48), representation="dpci") as renderer:
+            pictures.append(renderer.render(Camera((0, 1, 5), (0, 0, 0), 0.8)).rgba)
+    assert len(np.unique(pictures[0])) > 20
+    np.testing.assert_array_equal(pictures[0], pictures[1])
 
 
 @pytest.mark.parametrize("place", [0.02, 0.5, 0.97])

@@ -15,7 +15,8 @@ import pytest
 
 import shapes
 from depthwalk.assets.asset_files import mesh_key
-from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
+from depthwalk.assets.bake_job import Baked, Job, Kept, bake_whole
+from depthwalk.assets.batch_bake import bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.file import SUFFIX, read_baked
@@ -73,6 +74,31 @@ def test_what_the_cache_holds_is_copied(tiny_scene: Path, tmp_path: Path, monkey
     out = tmp_path / ("copy" + SUFFIX)
     assert dict(bake_all([Job(spec=spec, params=PARAMS, out=out)], 1, ignore)) == {0: Kept(out, cached=True)}
     assert read_baked(out).key == mesh_key(spec, PARAMS)
+
+
+@pytest.mark.slow
+def test_a_url_takes_the_place_of_a_file(meshes: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is stored there is left while it is right, and baked again where it is damaged; it is the same file."""
+    store = tmp_path / "store"
+    store.mkdir()
+    monkeypatch.chdir(tmp_path)
+    before = sorted(path.name for path in tmp_path.iterdir())
+    (local,) = jobs_of(meshes[:1])
+    job = replace(local, out=Path(local.out.name), url=f"file://{store}/{local.out.name}")
+    stored = store / local.out.name
+    (first,) = dict(bake_all([job], 1, ignore)).values()
+    assert isinstance(first, Baked) and first.out == job.url and list(first.seconds)[-1] == "write"
+    whole = stored.read_bytes()
+    assert dict(bake_all([job], 1, ignore)) == {0: Kept(job.url, cached=False)}
+    stored.write_bytes(whole[:-9] + bytes(9))
+    assert bake_whole(job) != Kept(job.url, cached=False)
+    assert stored.read_bytes() == whole and [path.name for path in store.iterdir()] == [stored.name]
+    nowhere = replace(job, url=f"file://{tmp_path}/none/a{SUFFIX}")
+    (failed,) = dict(bake_all([nowhere], 1, ignore)).values()
+    assert str(failed) == f"{nowhere.url}: cannot be written: No such file or directory"
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    bake_whole(local)
+    assert local.out.read_bytes() == whole
 
 
 @pytest.mark.slow
@@ -180,7 +206,7 @@ def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(
     assert read_baked(job.out).key == mesh_key(job.spec, PARAMS)
 
 
-@pytest.mark.parametrize("place", ["depthwalk.assets.batch_bake.write_baked", "os.replace"])
+@pytest.mark.parametrize("place", ["depthwalk.assets.bake_job.write_baked", "os.replace"])
 def test_a_file_that_cannot_be_written_fails_its_own_job_only(
     meshes: list[Path], monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:

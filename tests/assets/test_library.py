@@ -14,7 +14,8 @@ import depthwalk.assets.asset_files
 import depthwalk.assets.batch_bake
 import shapes
 from depthwalk.assets.asset_files import mesh_key
-from depthwalk.assets.batch_bake import Job, bake_all
+from depthwalk.assets.bake_job import Job
+from depthwalk.assets.batch_bake import bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import find_cached
 from depthwalk.bake.file import read_baked

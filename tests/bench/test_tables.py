@@ -64,7 +64,7 @@ def test_the_table_of_edges(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert result.exit_code == 0, result.stderr
     (table,) = json.loads(files[0].read_text())["tables"]
     assert [row[0].split(",")[0] for row in table["rows"]] == ["cube", "wheel cover", "wing", "canopy"]
-    assert [row[1].split(" → ")[0] for row in table["rows"]] == ["18", "24", "126", "300"]
+    assert [row[1].split(" → ")[0] for row in table["rows"]] == ["18", "24", "125", "300"]
     assert [row[-1] for row in table["rows"]] == [0.76, 0.88, 0.75, 0.71]
     assert all(0 < row[7] < 1 for row in table["rows"])  # 64 objects: chosen ÷ all
     assert "| canopy, 102 | 300 → " in files[1].read_text()

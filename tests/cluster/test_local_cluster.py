@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -14,7 +15,8 @@ import pytest
 from typer.testing import CliRunner
 
 import shapes
-from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
+from depthwalk.assets.bake_job import Baked, Job, Kept
+from depthwalk.assets.batch_bake import bake_all
 from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.params import ModelParams
 from depthwalk.cluster.address import ClusterAddress
@@ -49,6 +51,24 @@ def test_only_the_loopback_device_listens(cluster: Cluster) -> None:
         sockets = psutil.Process(pid).net_connections("inet")
         hosts = {socket.laddr.ip for socket in sockets if socket.status == psutil.CONN_LISTEN}
         assert hosts == {"127.0.0.1"}
+
+
+@pytest.mark.skipif(not hasattr(os, "fork") or sys.platform == "darwin", reason="workers are not forked here")
+def test_workers_are_forked_from_a_process_that_has_imported_what_they_need(cluster: Cluster) -> None:
+    """One without threads, since a lock that a thread holds would never be released in what is forked."""
+    (worker,) = (psutil.Process(pid) for pid in pids(cluster))
+    parent = worker.parent()
+    assert parent is not None and "multiprocessing.forkserver" in " ".join(parent.cmdline())
+    assert parent.num_threads() == 1 and parent.parent() == psutil.Process()
+    assert all(cluster._client.run(_imported).values())
+
+
+def _imported() -> bool:
+    import sys
+
+    from depthwalk.cluster.nanny import PRELOADED
+
+    return sys.modules.keys() >= set(PRELOADED)
 
 
 def test_strangers_of_this_machine_are_refused(cluster: Cluster) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from fsspec.implementations.memory import MemoryFileSystem
 
-from depthwalk.cluster.store import check_url, is_url, read_head, write_url
+from depthwalk.cluster.store import check_url, fetch_file, is_url, read_head, send_file, write_url
 from depthwalk.errors import InputError
 
 
@@ -40,9 +40,25 @@ def test_what_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.Monk
     url = f"file://{tmp_path}/f.bin"
     write_url(url, b"old")
     monkeypatch.setattr(LocalFileSystem, "mv", fail)
-    with pytest.raises(OSError, match="no space"):
+    with pytest.raises(OSError, match=r"^file://.*f\.bin: cannot be written: no space$"):
         write_url(url, b"new")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"f.bin": b"old"}
+
+
+@pytest.mark.parametrize("base", ["file://{d}", "memory://store"])
+def test_files_are_sent_and_fetched(base: str, tmp_path: Path) -> None:
+    url, file = base.format(d=tmp_path) + "/stored.bin", tmp_path / "own.bin"
+    assert not fetch_file(url, file) and not file.exists()
+    for data in (b"first", b"then"):
+        file.write_bytes(data)
+        send_file(file, url)
+        file.unlink()
+        assert fetch_file(url, file) and file.read_bytes() == data
+
+
+def test_a_folder_that_is_missing_is_the_users_to_make(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none/f\.bin: cannot be written: No such file or directory$"):
+        send_file(Path(__file__), f"file://{tmp_path}/none/f.bin")
 
 
 def test_a_protocol_without_driver_is_refused() -> None:

@@ -14,9 +14,9 @@ from depthwalk.errors import InputError
 class Here(Cluster):
     """A cluster that does tasks at once, and loses its scheduler when told so."""
 
-    def __init__(self, lost_at: tuple[int, ...] = (), closed_at: int = -1) -> None:
+    def __init__(self, lost_at: tuple[int, ...] = (), closed_at: int = -1, mute_at: int = -1) -> None:
         self.keys: list[str] = []
-        self.lost_at, self.closed_at, self.returned = lost_at, closed_at, 0
+        self.lost_at, self.closed_at, self.mute_at, self.returned = lost_at, closed_at, mute_at, 0
         self.most = 0
 
     def submit(self, key: str, function: Callable[..., object], *arguments: object) -> "Future[object]":
@@ -29,6 +29,8 @@ class Here(Cluster):
             future.cancel()
             future.set_running_or_notify_cancel()
             return future
+        if len(self.keys) - 1 == self.mute_at:
+            return future
         try:
             future.set_result(function(*arguments))
         except Exception as error:
@@ -40,6 +42,9 @@ class Here(Cluster):
 
     def room(self) -> int:
         return 3
+
+    def is_connected(self) -> bool:
+        return self.mute_at < 0 or self.returned > 0
 
     def reconnect(self, heed: Callable[[], None]) -> None:
         self.returned += 1
@@ -102,7 +107,7 @@ def test_what_fails_for_good_is_told_of_and_the_rest_is_done() -> None:
     assert str(outcomes[2]) == f"failed {MAX_ATTEMPTS} times, last: ValueError: two lines"
 
 
-@pytest.mark.parametrize("lost", [{"lost_at": (1, 2)}, {"closed_at": 4}])
+@pytest.mark.parametrize("lost", [{"lost_at": (1, 2)}, {"closed_at": 4}, {"mute_at": 7}])
 def test_what_a_lost_scheduler_had_is_handed_over_again(lost: dict[str, object]) -> None:
     cluster = Here(**lost)  # type: ignore[arg-type]
     assert all_of(cluster, some(8)) == {number: 2 * number for number in range(8)}
@@ -114,6 +119,7 @@ def test_a_scheduler_that_stays_away_ends_the_command(monkeypatch: pytest.Monkey
 
     class Client:
         scheduler = None
+        scheduler_comm = None
         dashboard_link = ""
 
         def get_executor(self, pure: bool) -> None:

@@ -33,3 +33,22 @@ def test_every_option_says_what_it_is_for(run: Callable[..., Any], name: str) ->
             (declared,) = annotation.__metadata__
             assert (declared.help and declared.help[0].isupper()) or option == "out", option
             assert declared.help.endswith((".", "stdout.")), option
+
+
+@pytest.mark.parametrize("arguments", [["-h"], ["render", "-h"]])
+def test_the_short_option_for_help(run: Callable[..., Any], arguments: list[str]) -> None:
+    result = run(*arguments)
+    assert (result.exit_code, result.stderr) == (0, "") and result.stdout.startswith("Usage: ")
+
+
+def test_arguments_are_called_by_their_names_alone(run: Callable[..., Any]) -> None:
+    lines = run("render", "--help").stdout.splitlines()
+    assert lines[0].endswith(" render [OPTIONS] SCENE")
+    assert lines[lines.index("Arguments:") + 1].split()[:3] == ["SCENE", "Scene", "file"]
+
+
+def test_a_file_in_the_place_of_a_command(run: Callable[..., Any]) -> None:
+    """As other viewers take it."""
+    result = run("bust.glb", "--fullscreen")
+    assert result.exit_code == 2
+    assert "; to open a file: depthwalk view bust.glb (" in result.stderr and result.stderr.count("\n") == 1

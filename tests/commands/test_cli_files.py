@@ -22,14 +22,14 @@ def test_check_counts_what_good_files_hold(run: Callable[..., Any], tiny_scene: 
     walk = tiny_scene.with_name("walk.yaml")
     result = run("check", tiny_scene, walk)
     assert result.exit_code == 0
-    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n{walk}: ok, 3 keyframes, 3 frames\n"
+    assert result.stdout == f"{tiny_scene}: ok, 1 object, 1 asset\n{walk}: ok, 3 keyframes, 3 frames\n"
     assert result.stderr == ""
 
 
 @pytest.mark.gl
 def test_a_mesh_is_a_scene_of_its_own(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     ball, out = tiny_scene.with_name("ball.ply"), tmp_path / "ball.png"
-    assert run("check", ball).stdout == f"{ball}: ok, 1 objects, 1 assets\n"
+    assert run("check", ball).stdout == f"{ball}: ok, 1 object, 1 asset\n"
     coarse = "assets.model.dpci={resolution: 64, layers: 1}"
     result = run("render", ball, "-o", out, "--resolution", "96,64", "--no-background", "--set", coarse)
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"{out}\n", "")
@@ -72,7 +72,7 @@ def test_check_lists_every_error_of_every_file(run: Callable[..., Any], tiny_sce
     walk.write_text("version: 1\nkeyframes: [{time: 0, position: [0, 0], target: [0, 0, 0]}]\n")
     result = run("check", bad, tiny_scene, walk, tmp_path / "none.yaml")
     assert result.exit_code == 2
-    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n"
+    assert result.stdout == f"{tiny_scene}: ok, 1 object, 1 asset\n"
     assert result.stderr.splitlines() == [
         f"{bad}:4:10: render.lood: unknown key; did you mean 'lod'?",
         f"{walk}:2:33: keyframes[0].position: must be [x, y, z]",
@@ -187,6 +187,20 @@ def test_bake_writes_where_it_is_told(run: Callable[..., Any], meshes: tuple[Pat
     assert baked.key == read_header(out / "ball.dpci.exr")["depthwalk.key"]
 
 
+@pytest.mark.slow
+def test_bake_writes_to_urls(run: Callable[..., Any], meshes: tuple[Path, Path]) -> None:
+    """Of a folder and of a file, in the memory of this process."""
+    from fsspec.implementations.memory import MemoryFileSystem
+
+    arguments = ("bake", meshes[0], "--dpci-resolution", 16, "--layers", 1, "-o")
+    for url, file in (("memory://baked/", "/baked/ball.dpci.exr"), ("memory://baked/a.dpci.npz", "/baked/a.dpci.npz")):
+        result = run(*arguments, url)
+        assert result.exit_code == 0 and result.stdout.startswith(f"memory:/{file}: 960 triangles"), result.stderr
+        size = MemoryFileSystem().size(file)
+        assert run(*arguments, url).stdout == f"memory:/{file}: is up to date; --force bakes it again\n"
+        assert MemoryFileSystem().size(file) == size > 1000
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -195,6 +209,13 @@ def test_bake_writes_where_it_is_told(run: Callable[..., Any], meshes: tuple[Pat
             ["{d}/ball.ply", "-o", "{d}/x.png"],
             "{d}/x.png: must be an existing folder, or a file that ends in .dpci.exr or .dpci.npz",
         ),
+        (["{d}/ball.ply", "-o", "file://{d}/x.png"], "file://{d}/x.png: must end in / or in .dpci.exr or .dpci.npz"),
+        (
+            ["{d}/ball.ply", "{d}/bad.ply", "-o", "file://{d}/x.exr"],
+            "file://{d}/x.exr: several meshes need a folder, whose URL ends in /",
+        ),
+        (["{d}/ball.ply", "-o", "nowhere://x/"], "nowhere://x/: Protocol not known: nowhere"),
+        (["{d}/ball.ply", "-o", "file://{d}/", "--verify"], "--verify compares files of this machine; -o names a URL"),
         (["{d}/ball.ply", "-o", "{d}/no/x.exr"], "{d}/no/x.exr: the folder '{d}/no' does not exist"),
         (["{d}/ball.ply", "--height", "0"], "--height 0: must be above 0 and at most 1000000 metres"),
         (["{d}/ball.ply", "--height", "nan"], "--height nan: must be above 0 and at most 1000000 metres"),

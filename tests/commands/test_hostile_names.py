@@ -25,7 +25,7 @@ def test_an_extension_forges_no_line(run: Callable[..., Any], tmp_path: Path) ->
 def test_names_of_files_forge_no_line(run: Callable[..., Any], tiny_scene: Path) -> None:
     forged = tiny_scene.rename(tiny_scene.with_name("a\x1b[2J\nb.yaml: ok.yaml"))
     shown = f"{forged.parent}/a\\x1b[2J\\nb.yaml: ok.yaml"
-    assert run("check", forged).stdout == f"{shown}: ok, 1 objects, 1 assets\n"
+    assert run("check", forged).stdout == f"{shown}: ok, 1 object, 1 asset\n"
     assert run("info", forged).stdout.splitlines()[0] == f"file                     {shown}"
     forged.write_text("version: 1\nversion: 1\n")
     done = run("check", forged)

@@ -10,8 +10,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import depthwalk
+from depthwalk.commands import examination
 from depthwalk.commands.cli import app
-from depthwalk.commands.examination import PARTS, parse_parts, shipped_scenes
+from depthwalk.commands.examination import PARTS, Piece, examine_alone, parse_parts, run_quality, shipped_scenes
+from depthwalk.commands.scene_file import SceneFile
 from depthwalk.gpu.device import Device
 from depthwalk.quality import dof, edges, shadows
 from depthwalk.quality.overview import Overview, to_html, to_json, to_text
@@ -66,12 +68,57 @@ def test_the_scenes_that_ship_are_examined_by_default() -> None:
     assert [load_scene(file).camera is not None for file in shipped_scenes()] == [True, True]
 
 
+def test_an_asset_that_scenes_share_is_examined_once(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The values are in the order of the parts, then of the scenes, though pieces are examined one by one."""
+    second = tiny_scene.with_name("second.yaml")
+    more = "  tall: {mesh: ball.ply, height: 3, dpci: {resolution: 32, layers: 2}}\nobjects:"
+    second.write_text(tiny_scene.read_text().replace("objects:", more))
+    seen: list[tuple[str, Path | None, list[str]]] = []
+
+    def note(piece: Piece, size: tuple[int, int], report: object) -> tuple[list[Row], str]:
+        scene = piece.scene.open() if piece.scene else None
+        names = [scene.assets[number].name for number in piece.assets or ()] if scene else []
+        seen.append((piece.part, scene.path if scene else None, names))
+        return [Row(subject=piece.part, name=str(len(seen)), measured=1.0)], "a driver"
+
+    monkeypatch.setattr(examination, "_examine", note)
+    files = [SceneFile(path=tiny_scene), SceneFile(path=second)]
+    with run_quality(files, [file.open() for file in files], ["dof", "shadows", "edges"], (64, 64)) as overview:
+        shown = {part: [int(row.name) for row in rows] for part, rows in overview.parts.items()}
+    assert seen == [
+        ("dof", tiny_scene, []),
+        ("dof", second, []),
+        ("shadows", tiny_scene, ["ball"]),
+        ("shadows", second, ["tall"]),
+        ("edges of solids", None, []),
+        ("edges", tiny_scene, ["ball"]),
+    ]
+    assert shown == {"dof": [1, 2], "shadows": [3, 4], "edges": [5, 6]} and overview.renderer == "a driver"
+
+
+def test_a_worker_finds_what_this_process_does(
+    gl_device: Device, tiny_scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From another folder, by absolute names; and it says nothing."""
+    monkeypatch.chdir(tiny_scene.parent)
+    piece = Piece(part="shadows", scene=SceneFile(path=Path(tiny_scene.name)), assets=(0,))
+    here, driver = examination._examine(piece, (64, 48), quietly)
+    monkeypatch.chdir("/")
+    assert piece.scene is not None
+    there = examine_alone(replace(piece, scene=replace(piece.scene, path=tiny_scene).absolute()), (64, 48))
+    assert there == (here, driver) and len(here) == 2
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         (["none.yaml"], "none.yaml: no such file"),
         (["--only", "edges,blur"], "--only blur: must be one of antialiasing, dof, shadows, edges"),
         (["--resolution", "32,400"], "--resolution 32,400: each side must be 64 to 1024 pixels"),
+        (
+            ["--cluster", "tcp://a"],
+            "--cluster tcp://a: is not encrypted, and anybody may use it; only tls://HOST:PORT is taken",
+        ),
         (["--json", "nowhere/a.json"], "nowhere/a.json: the folder 'nowhere' does not exist"),
         (["--json", "a", "--html", "a"], "a: would overwrite what is examined, or the other report"),
     ],
@@ -140,7 +187,8 @@ def test_few_edges_of_closed_meshes_are_drawn(tiny_scene: Path, monkeypatch: pyt
     monkeypatch.setattr(edges, "REPEATS", 2)
     ball = sphere(1.0, 64, 32)
     write_ply(tiny_scene.with_name("ball.ply"), replace(ball, positions=np.round(ball.positions, 5)))  # no seam
-    rows = list(edges.examine([load_scene(tiny_scene)], (512, 384), quietly))
+    size = 512, 384
+    rows = [*edges.examine_solids(size, quietly), *edges.examine([load_scene(tiny_scene)], size, quietly)]
     assert [row.subject for row in rows] == [*np.repeat(list(edges.SHAPES), 2), "ball"]
     drawn = [row for row in rows if row.name.startswith("lines")]
     assert all(row.reached for row in drawn)

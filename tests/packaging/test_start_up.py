@@ -14,7 +14,7 @@ HEAVY = {
     "moderngl", "moderngl_window", "networkx", "rich", "scipy", "skimage", "trimesh",
 }  # fmt: skip
 BAKING = {  # and what else no first picture of finished assets needs
-    "depthwalk.assets.batch_bake", "depthwalk.bake.axis", "depthwalk.bake.baker", "depthwalk.bake.levels",
+    "depthwalk.assets.bake_job", "depthwalk.bake.axis", "depthwalk.bake.baker", "depthwalk.bake.levels",
     "depthwalk.bake.meso_file", "depthwalk.bake.panorama", "depthwalk.bake.parts", "depthwalk.bake.planar",
     "depthwalk.bake.raycast", "depthwalk.cook.edge_collapse", "depthwalk.cook.grid_lods",
     "depthwalk.ingest.range_image", "numpy.random",

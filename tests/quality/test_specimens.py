@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tools.make_models import specimens
-from tools.make_models.__main__ import generate
+from tools.make_models.generate import generate
 from tools.make_models.model import Model
 
 import shapes

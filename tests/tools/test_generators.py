@@ -1,5 +1,8 @@
 """The tools the generators are made of."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,8 +11,8 @@ import numpy as np
 import pytest
 import trimesh
 from tools.make_models import leaves, props, relief, stone, surfaces
-from tools.make_models.__main__ import generate
 from tools.make_models.decimate import unpinched, with_exact_count, without_flaps
+from tools.make_models.generate import generate
 from tools.make_models.meshing import ambient_occlusion, interpolated_occlusion, largest_part, polygonise
 from tools.make_models.model import Model, write_ply
 from tools.make_models.noise import fractal
@@ -23,6 +26,8 @@ from depthwalk.ingest.solid import is_solid
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.types import Array
+
+ROOT = Path(__file__).parents[2]
 
 
 def signed_volume(model: Model) -> float:
@@ -243,6 +248,19 @@ def test_generate_writes_what_is_asked(tmp_path: Path) -> None:
     assert [f.name for f in (tmp_path / "out").iterdir()] == ["teapot.ply"]
     with pytest.raises(InputError, match="no demo file is called 'pedestel'; did you mean 'pedestal'"):
         generate(tmp_path, ["pedestel"])
+
+
+def test_the_command_makes_several_in_processes(tmp_path: Path) -> None:
+    folders = [str(ROOT / "app"), str(ROOT)]
+    done = subprocess.run(
+        [sys.executable, "-m", "tools.make_models", tmp_path, "torus", "cup"],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(folders)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cup.ply", "torus.ply"]
 
 
 def test_the_market_is_a_scene_of_different_assets(tmp_path: Path) -> None:

@@ -1,13 +1,18 @@
 """Texts of the HUD and of the help."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
-from depthwalk.walk.hud import count_rows, draw_help, pass_rows
+from depthwalk.assets.background import Progress
+from depthwalk.walk.hud import count_rows, draw_background, draw_help, draw_hud, draw_toast, pass_rows
 from depthwalk.walk.overlay import set_up_look
+from depthwalk.walk.times import FrameTimes
+from depthwalk.walk.viewer import Mode
 
 
 def test_passes_that_do_next_to_nothing_share_a_row() -> None:
@@ -50,7 +55,7 @@ def test_counts_are_told_in_the_fields_words() -> None:
 def test_rows_without_anything_to_tell_are_left_out() -> None:
     counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
     rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
-    assert rows["drawn as"] == "\u2013" and not {"case", "Iter_step", "LOD level"} & set(rows)
+    assert rows["drawn as"] == "\u2013" and set(rows) == {"objects", "occluded", "drawn as", "on the GPU"}
 
 
 @pytest.fixture
@@ -75,3 +80,58 @@ def test_the_help_fits_a_small_window(overlay_io: IO, width: int, left: float) -
     window = imgui.internal.find_window_by_name("help")
     assert window.pos.x >= 0 and window.pos.x + window.size.x <= width
     assert window.pos.y >= 0 and window.pos.y + window.size.y <= 480
+
+
+def slow_walk() -> Any:
+    """What the HUD reads of a walk through a large scene on a slow machine, where every row has much to say."""
+    times, scene_times = FrameTimes(), FrameTimes()
+    for _ in range(120):
+        times.add(0.2)
+        scene_times.add(12.345)
+    passes = ["upload", "plan", "warp", "composite", "mesh", "occlusion", "ground", "shadows", "material_resolve"]
+    passes += ["sun + light + fog + output"]
+    counts = dict.fromkeys(["objects", "occluded", "dpci", "mesh", "warped", "warped_triangles"], 12345)
+    counts |= {f"case_{name}": 1234 for name in ("side", "side_and_top", "side_and_bottom", "all")}
+    counts |= {f"step_{2**k}": 123 for k in range(6)} | {f"level_{k}": 123 for k in range(12)}
+    counts |= {"assets": 123, "gpu_mb": 1234, "atlas_used": 1, "tile_resolution": 1}
+    return SimpleNamespace(
+        times=times,
+        scene_times=scene_times,
+        scene_scale=0.75,
+        renderer=SimpleNamespace(
+            timers=SimpleNamespace(kind="cpu", milliseconds=dict.fromkeys(passes, 99.9)),
+            plan=SimpleNamespace(counts=counts),
+            device=SimpleNamespace(renderer="llvmpipe (LLVM 15.0.6, 256 bits)"),
+        ),
+        shares=SimpleNamespace(latest={"share_dpci": 0.5, "share_mesh": 0.5}),
+        walker=SimpleNamespace(position=(-123.45, 12.34, 123.45), yaw=-3.0, pitch=-1.0, speed=3.0),
+        playback=SimpleNamespace(playing=True, time=123.4),
+        recorder=None,
+        turned=None,
+        mode=Mode.FLY,
+    )
+
+
+def test_the_hud_fits_the_default_window_and_leaves_most_of_it_free(overlay_io: IO) -> None:
+    overlay_io.display_size = imgui.ImVec2(1024, 768)
+    for _ in range(3):
+        imgui.new_frame()
+        right = draw_hud(slow_walk())
+        imgui.render()
+    window = imgui.internal.find_window_by_name("hud")
+    assert right <= 0.31 * 1024 and window.pos.y + window.size.y <= 768
+
+
+def test_bar_and_messages_keep_clear_of_the_panel_and_of_each_other(overlay_io: IO) -> None:
+    overlay_io.display_size = imgui.ImVec2(1024, 768)
+    progress = Progress(done=1, total=3, name="bust", stage="side", fraction=0.4, seconds_left=8.0)
+    for _ in range(3):
+        imgui.new_frame()
+        top = draw_background(progress, 674)
+        draw_toast("Saved picture.png", top)
+        vertices = imgui.get_foreground_draw_list().vtx_buffer
+        lowest = max(vertices[k].pos.y for k in range(vertices.size()))
+        imgui.render()
+    bar = imgui.internal.find_window_by_name("background")
+    assert bar.pos.x >= 0 and bar.pos.x + bar.size.x <= 674
+    assert lowest <= top == bar.pos.y

@@ -61,7 +61,7 @@ MODELS: dict[str, Entry] = {
     "rock_slab": Entry(stone.slab_rock, "low mossy rock", Images(144, 2, 0.5), closed=True),
     "urn": Entry(stone.urn, "garden urn with garland and two handles", Images(192), closed=True),
     "column": Entry(stone.column, "fluted column with leafy capital and ivy", Images(192, 2, 0.85)),
-    "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(192, 3), closed=True),
+    "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(180, 5), closed=True),
     "sundial": Entry(stone.sundial, "sundial on a baluster", Images(144)),
     "path_tile": Entry(props.path_tile, "2 m of flagged path along z", Images(192, 1, 2.0), closed=True),
     "bench": Entry(props.bench, "garden bench, faces +z", Images(160), closed=True),

@@ -13,10 +13,11 @@ from typing import Annotated
 import numpy as np
 import typer
 from PIL import Image
-from tools.make_models.__main__ import OUT, generate, make_folder
 from tools.make_models.catalogue import MODELS, TEXTURES, Images
+from tools.make_models.generate import OUT, generate, make_folder
 
-from depthwalk.assets.batch_bake import Baked, Job, bake_all
+from depthwalk.assets.bake_job import Baked, Job
+from depthwalk.assets.batch_bake import bake_all
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.params import ModelParams
 from depthwalk.commands.options import Verbose

@@ -9,7 +9,8 @@ from typing import Literal
 
 from depthwalk.api.scene import PathLike
 from depthwalk.assets.asset_files import read_body
-from depthwalk.assets.batch_bake import Job, bake_all
+from depthwalk.assets.bake_job import Job
+from depthwalk.assets.batch_bake import bake_all
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.params import Axis, ModelParams

@@ -3,7 +3,8 @@
 import hashlib
 from collections.abc import Callable, Sequence
 
-from depthwalk.assets.batch_bake import Job, Outcomes, bake_whole
+from depthwalk.assets.bake_job import Job, bake_whole
+from depthwalk.assets.batch_bake import Outcomes
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, run_tasks
 from depthwalk.files import remove_leftovers
@@ -31,7 +32,7 @@ def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Cal
     ClusterError
         Where the cluster is lost for good.
     """
-    folders = {job.out.parent for job in jobs}
+    folders = {job.folder for job in jobs if job.folder}
     for folder in folders:  # once, not for each of the files in it
         remove_leftovers(folder)
     tasks = [

@@ -107,7 +107,7 @@ class SceneLibrary:
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._clusters: dict[int, MeshClusters | None] = {}
-        self._warned: set[int] = set()
+        self._warned = False  # of cooked files, which cannot follow some settings
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
         """Return a library of other `assets`, which bakes as many at a time as this one."""
@@ -189,9 +189,11 @@ class SceneLibrary:
             begin = partial(self.report, spec.name, "cooking")
             key, baked = partial(self.key, asset), partial(self._baked_to_cook, asset, options)
             return cooked_objects(key, baked, options, again=again, begin=begin)
-        if options != CookOptions() and asset not in self._warned:
-            self._warned.add(asset)
-            log.warning("%s: holds cooked depth images, drawn as they are; %s", spec.baked, _NEEDS_IMAGES)
+        if options != CookOptions() and not self._warned:
+            self._warned = True
+            log.warning(
+                "%s: holds cooked depth images, drawn as they are, like all such; %s", spec.baked, _NEEDS_IMAGES
+            )
         self.report(spec.name, "depth images")
         return read_cooked(spec.baked)
 
@@ -226,7 +228,8 @@ class SceneLibrary:
         unbaked = self._unbaked_meshes(assets) if self._processes != 1 else {}
         if len(unbaked) < 2:
             return
-        from depthwalk.assets.batch_bake import Job, bake_all
+        from depthwalk.assets.bake_job import Job
+        from depthwalk.assets.batch_bake import bake_all
 
         missing = [Job(spec=spec, params=params, out=BAKED.file(key)) for key, (spec, params) in unbaked.items()]
         names, done = [job.spec.name for job in missing], 0

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import depthwalk
 from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.nanny import preload, worker_config
 from depthwalk.cluster.worker import call, close
 from depthwalk.errors import InputError
 from depthwalk.files import remove_unfinished
@@ -29,13 +30,6 @@ _CLOSE_SECONDS = 5.0
 _WORKERS_SECONDS = 5.0  # between two looks at how many workers there are
 _PER_THREAD = 3  # tasks handed over for each thread of the workers: one is done, the others wait beside it
 
-# What watches a worker costs one core in fifty, and nobody looks at it here.
-_LOCAL_CONFIG = {
-    "distributed.worker.profile.enabled": False,
-    "distributed.admin.system-monitor.gil.enabled": False,
-    "distributed.scheduler.active-memory-manager.start": False,
-    "distributed.worker.daemon": False,  # FLIP and measured bakes start processes of their own
-}
 _CERTIFICATES = ("ca-file", "client.cert", "client.key")  # below distributed.comm.tls
 
 
@@ -71,7 +65,7 @@ class Cluster:
         self._begin(connect())
 
     def _begin(self, client: "Client") -> None:
-        self._client = client
+        self._client, self._comm = client, client.scheduler_comm
         self._executor: Any = client.get_executor(pure=False)
         self.name = str(client.scheduler.address) if client.scheduler else ""
         self.dashboard = client.dashboard_link if find_spec("bokeh") else ""
@@ -118,6 +112,10 @@ class Cluster:
         """
         self._count()
         return max(_PER_THREAD * self._threads, 1)
+
+    def is_connected(self) -> bool:
+        """Return whether the connection still is the one by which tasks were handed over; see `reconnect`."""
+        return self._client.scheduler_comm is self._comm
 
     def _count(self) -> None:
         if time.monotonic() - self._asked < (_WORKERS_SECONDS if self._workers else 0.2):
@@ -243,7 +241,8 @@ def _local(workers: int, stack: ExitStack) -> Callable[[], "Client"]:
     import dask
     from distributed import Client, LocalCluster, Security
 
-    stack.enter_context(dask.config.set(_LOCAL_CONFIG))
+    stack.enter_context(dask.config.set(worker_config()))
+    preload()
     _silence()
     cluster = LocalCluster(
         n_workers=workers,
@@ -292,5 +291,6 @@ def _silence() -> None:
     """Keep Dask's own messages for --verbose: a lost worker is none of the user's business, since others go on."""
     level = logging.INFO if log.isEnabledFor(logging.DEBUG) else logging.CRITICAL
     ours = ("distributed", "tornado", "asyncio")
-    for name in [*ours, *(name for name in logging.root.manager.loggerDict if name.startswith("distributed."))]:
+    # Dask has set levels of some loggers below these, which hide that of the one above.
+    for name in [*ours, *(name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ours)]:
         logging.getLogger(name).setLevel(level)

@@ -3,7 +3,9 @@
 import os
 import re
 import secrets
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 from depthwalk.errors import InputError
@@ -35,20 +37,78 @@ def write_url(url: str, data: bytes) -> None:
     Raises
     ------
     InputError
-        Where there is no driver for the URL.
+        Where there is no driver for the URL, its folder does not exist, or nobody may write there.
     OSError
-        Where the file cannot be written.
+        Where the file cannot be written for another reason.
     """
+    with _replacing(url) as (files, temporary):
+        files.pipe_file(temporary, data)
+
+
+def send_file(file: Path, url: str) -> None:
+    """Copy the file `file` of this machine to `url`, where it appears whole or not at all; see `write_url`."""
+    with _replacing(url) as (files, temporary):
+        files.put_file(str(file), temporary)
+
+
+@contextmanager
+def _replacing(url: str) -> Iterator[tuple[Any, str]]:
+    """Provide a file system and a name in it to write to; the new file takes the place of `url` at the end."""
     files, path = _split(url)
     folder, _, name = path.rpartition("/")
     temporary = f"{folder}/.{os.getpid()}-{secrets.token_hex(6)}-{name}"
     try:
-        files.pipe_file(temporary, data)
+        yield files, temporary
         files.mv(temporary, path)
-    except BaseException:
+    except BaseException as error:
         with suppress(Exception):  # what went wrong is told already
             files.rm_file(temporary)
-        raise
+        if not isinstance(error, Exception):
+            raise
+        reason = f"{url}: cannot be written: {_reason(error)}"
+        # What no later attempt can mend is the user's to mend.
+        kind = InputError if isinstance(error, FileNotFoundError | NotADirectoryError | PermissionError) else OSError
+        raise kind(reason) from error
+
+
+def _reason(error: Exception) -> str:
+    text = (error.strerror if isinstance(error, OSError) else "") or str(error) or type(error).__name__
+    return " ".join(text.split())[:200]
+
+
+def fetch_file(url: str, file: Path) -> bool:
+    """Copy the file at `url` to the file `file` of this machine.
+
+    Parameters
+    ----------
+    url
+        The file to copy.
+    file
+        Where to; what is there is replaced.
+
+    Returns
+    -------
+    bool
+        Whether there is a file at `url`.
+
+    Raises
+    ------
+    InputError
+        Where there is no driver for the URL, or nobody may read there.
+    OSError
+        Where the file cannot be copied for another reason.
+    """
+    files, path = _split(url)
+    try:
+        if not files.isfile(path):
+            return False
+        files.get_file(path, str(file))
+    except FileNotFoundError:  # removed meanwhile
+        return False
+    except Exception as error:
+        kind = InputError if isinstance(error, PermissionError) else OSError
+        raise kind(f"{url}: cannot be read: {_reason(error)}") from error
+    return True
 
 
 def read_head(url: str, size: int) -> bytes:

@@ -125,6 +125,7 @@ def run_tasks(
         is_lost = not _hand_over(cluster, tasks, queue)
         ended = wait(queue.running, _POLL_SECONDS, FIRST_COMPLETED)[0] if queue.running else set()
         if not ended:
+            is_lost |= bool(queue.running) and not cluster.is_connected()  # some futures never learn of it
             time.sleep(0 if queue.running else _POLL_SECONDS)
         for future in ended:
             if future.cancelled():

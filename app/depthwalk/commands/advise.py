@@ -38,7 +38,7 @@ def main(
         Path | None,
         typer.Option(metavar="FILE", help="Write the advice to this file; left out: SCENE.advice.json, beside SCENE."),
     ] = None,
-    resolution: Resolution = "640x480",
+    resolution: Resolution = "640,480",
     asset_root: AssetRoots = None,
     settings: Settings = None,
     verbose: Verbose = False,

@@ -32,12 +32,13 @@ from depthwalk.limits import MAX_DPCI_RESOLUTION, MAX_JOBS, MIN_DPCI_RESOLUTION
 def main(
     meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
     out: Annotated[
-        Path | None,
+        str | None,
         typer.Option(
             "-o",
             "--output",
             metavar="FILE_OR_DIR",
-            help="File or existing folder to write to; a file .dpci.npz holds cooked depth images, which open at once.",
+            help="File or existing folder to write to, or their URL; a file .dpci.npz holds cooked depth images, which "
+            "open at once.",
             show_default="beside each mesh",
         ),
     ] = None,
@@ -90,7 +91,10 @@ def main(
         raise InputError("--jobs: is for the pool of this process; --cluster local:N says how many processes to start")
     files = output_files(meshes, out)
     specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
-    if verify and any(is_cooked_file(file) for file in files):
+    paths = [file for file in files if isinstance(file, Path)]
+    if verify and len(paths) < len(files):
+        raise InputError("--verify compares files of this machine; -o names a URL")
+    if verify and any(is_cooked_file(file) for file in paths):
         raise InputError("--verify compares depth images, .dpci.exr; cooked ones, .dpci.npz, are drawn from them")
     chosen = parse_layers(layers), parse_parts(parts), parse_axis(axis)
     try:
@@ -108,6 +112,6 @@ def main(
     if verify:
         from depthwalk.commands.comparison import verify as verify_files  # the only use of a GPU
 
-        verify_files(specs, params, files)
+        verify_files(specs, params, paths)
     if failures:
         raise typer.Exit(BAD_INPUT if all(isinstance(failure, InputError) for failure in failures) else FAILURE)

@@ -6,13 +6,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from depthwalk.assets.batch_bake import Baked, Job, Kept, Outcomes, Stage, bake_all
+from depthwalk.assets.bake_job import Baked, Job, Kept
+from depthwalk.assets.batch_bake import Outcomes, Stage, bake_all
 from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
 from depthwalk.bake.params import ModelParams
 from depthwalk.cluster.address import ClusterAddress
 from depthwalk.cluster.connection import open_cluster
+from depthwalk.cluster.store import check_url, is_url
 from depthwalk.cluster.tasks import TaskError
 from depthwalk.commands.cluster_progress import cluster_progress
 from depthwalk.commands.progress import live_options, log, show_progress
@@ -23,44 +25,62 @@ from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 
 
-def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
-    """Return the file to which each mesh is baked.
+def output_files(meshes: Sequence[Path], out: str | None) -> list[Path | str]:
+    """Return where the depth images of each mesh are stored.
 
     Parameters
     ----------
     meshes
         The mesh files.
     out
-        The folder to write to, or the file; None writes beside each mesh.
+        The folder to write to, or the file; a URL is a folder where it ends in a slash. None writes beside each mesh.
 
     Returns
     -------
-    list[Path]
-        One file for each mesh.
+    list[Path | str]
+        One file or URL for each mesh.
 
     Raises
     ------
     InputError
         Where two meshes would share a file, `out` has a wrong suffix, or a file cannot be written.
     """
+    files: list[Path | str]
     if out is None:
         files = [sidecar(mesh) for mesh in meshes]
-    elif out.is_dir():
-        files = [out / sidecar(mesh).name for mesh in meshes]
-    elif len(meshes) > 1:
-        raise InputError(f"{out}: several meshes need an existing folder")
-    elif not out.name.endswith((".exr", COOKED_SUFFIX)):
-        raise InputError(f"{out}: must be an existing folder, or a file that ends in {SUFFIX} or {COOKED_SUFFIX}")
+    elif is_url(out):
+        files = list(_urls(meshes, out))
     else:
-        files = [out]
-    firsts: dict[Path, Path] = {}
+        files = list(_files(meshes, Path(out)))
+    firsts: dict[Path | str, Path] = {}
     for mesh, file in zip(meshes, files, strict=True):
         if file in firsts:
             raise InputError(f"{file}: {firsts[file]} and {mesh} would both be baked to it")
         firsts[file] = mesh
-        if out is not None:
+        if out is not None and isinstance(file, Path):
             check_folder(file)
     return files
+
+
+def _files(meshes: Sequence[Path], out: Path) -> list[Path]:
+    if out.is_dir():
+        return [out / sidecar(mesh).name for mesh in meshes]
+    if len(meshes) > 1:
+        raise InputError(f"{out}: several meshes need an existing folder")
+    if not out.name.endswith((".exr", COOKED_SUFFIX)):
+        raise InputError(f"{out}: must be an existing folder, or a file that ends in {SUFFIX} or {COOKED_SUFFIX}")
+    return [out]
+
+
+def _urls(meshes: Sequence[Path], out: str) -> list[str]:
+    check_url(out)
+    if out.endswith("/"):
+        return [out + sidecar(mesh).name for mesh in meshes]
+    if len(meshes) > 1:
+        raise InputError(f"{out}: several meshes need a folder, whose URL ends in /")
+    if not out.endswith((".exr", COOKED_SUFFIX)):
+        raise InputError(f"{out}: must end in / or in {SUFFIX} or {COOKED_SUFFIX}")
+    return [out]
 
 
 def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: float | None) -> MeshAsset:
@@ -95,7 +115,7 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
 def bake_meshes(
     specs: Sequence[MeshAsset],
     params: ModelParams,
-    files: Sequence[Path],
+    files: Sequence[Path | str],
     processes: int | None,
     force: bool,
     cluster: ClusterAddress | None = None,
@@ -105,7 +125,7 @@ def bake_meshes(
     Parameters
     ----------
     specs, files
-        The meshes, and the file to which each is baked.
+        The meshes, and the file or URL to which each is baked.
     params
         How to bake all of them.
     processes
@@ -126,7 +146,7 @@ def bake_meshes(
         Where the cluster cannot be had, or is lost for good.
     """
     failures: list[InputError | TaskError] = []
-    jobs = [Job(spec=spec, params=params, out=file, force=force) for spec, file in zip(specs, files, strict=True)]
+    jobs = [_job(spec, params, file, force) for spec, file in zip(specs, files, strict=True)]
     run = _here(jobs, processes) if cluster is None else _on_cluster(jobs, cluster)
     with contextlib.closing(run):
         for number, outcome in run:
@@ -138,6 +158,12 @@ def bake_meshes(
             else:
                 print(printable(describe(outcome, params.resolution)), flush=True)
     return failures
+
+
+def _job(spec: MeshAsset, params: ModelParams, file: Path | str, force: bool) -> Job:
+    if isinstance(file, Path):
+        return Job(spec=spec, params=params, out=file, force=force)
+    return Job(spec=spec, params=params, out=Path(file.rpartition("/")[2]), url=file, force=force)
 
 
 def _here(jobs: Sequence[Job], processes: int | None) -> Outcomes:
@@ -157,7 +183,7 @@ def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
             spec=replace(
                 job.spec, mesh=job.spec.mesh.absolute(), texture=job.spec.texture and job.spec.texture.absolute()
             ),
-            out=job.out.absolute(),
+            out=job.out if job.url else job.out.absolute(),
         )
         for job in jobs
     ]
@@ -165,7 +191,7 @@ def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
         for number, outcome in bake_on(cluster, absolute, display.progress, display.show):
             display.done(1)
             if isinstance(outcome, Baked | Kept):
-                outcome = replace(outcome, out=jobs[number].out)
+                outcome = replace(outcome, out=jobs[number].target)
             yield number, outcome
 
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -12,17 +13,16 @@ from depthwalk.commands.options import (
     CameraAngle,
     CameraPosition,
     CameraTarget,
+    ClusterOption,
     Frames,
     HtmlReport,
     JsonReport,
     PathOption,
     Quiet,
     Resolution,
-    SceneArgument,
     Settings,
     Verbose,
     check_camera_source,
-    open_scene,
     parse_camera,
     parse_resolution,
 )
@@ -32,7 +32,14 @@ from depthwalk.limits import MAX_FRAMES
 
 @guarded
 def main(
-    scene: SceneArgument,
+    scenes: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SCENE",
+            help="Scene files or meshes. Where there are several, names of reports hold {scene}, as in {scene}.json.",
+            show_default=False,
+        ),
+    ],
     path: PathOption = None,
     frames: Frames = None,
     warmup: Annotated[
@@ -70,55 +77,65 @@ def main(
     camera_view_angle: CameraAngle = None,
     asset_root: AssetRoots = None,
     settings: Settings = None,
+    cluster: ClusterOption = None,
     cache_limit: CacheLimit = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure how long the frames of a scene and their passes take.
+    """Measure how long the frames of scenes and their passes take.
 
     The camera stands still, or follows the camera path of --path. Several representations take turns, frame by frame.
+    After Ctrl-C, the same command continues with the scenes that it has not measured.
     """
+    where = parse_cluster(cluster)
     size = parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle)
     check_camera_source(path, camera)
-    from depthwalk.bench.baseline import change_lines, changes, check_comparable, read_report
-    from depthwalk.bench.page import pictured_frames, to_html
-    from depthwalk.bench.report import to_csv, to_json, to_text
-    from depthwalk.commands.benchmark import Plan, parse_representations, run_bench
-    from depthwalk.commands.reports import check_report_files, input_files, write_report
+    from depthwalk.bench.baseline import check_comparable, read_report
+    from depthwalk.bench.page import pictured_frames
+    from depthwalk.commands.bench_reports import ReportFiles, report_files, write_reports
+    from depthwalk.commands.benchmark import Plan, parse_representations, run_benches
+    from depthwalk.commands.reports import check_report_files, input_files
+    from depthwalk.commands.scene_file import SceneFile
     from depthwalk.scene.path import load_path
 
     names = parse_representations(representations)
-    before = read_report(baseline) if baseline else None
-    plan = Plan(
-        scene=open_scene(scene, asset_root, settings),
-        path_file=path,
-        path=load_path(path) if path else None,
-        camera=camera,
-        frames=frames,
-        warmup=warmup,
-        size=size,
-        representations=names,
-        pictured=pictured_frames if html else None,
-    )
-    read = [*input_files(plan.scene, path), *([baseline] if baseline and baseline != json else [])]
-    check_report_files([json, html, table], read, "measured")
-    if baseline and before:
-        check_comparable(
-            baseline,
-            before,
-            scene=plan.scene.path,
-            path=path,
-            resolution=size,
-            frames=plan.frame_count,
+    files = report_files(scenes, ReportFiles(json=json, html=html, table=table, baseline=baseline))
+    befores = [read_report(each.baseline) if each.baseline else None for each in files]
+    walk = load_path(path) if path else None
+    plans = [
+        Plan(
+            file=SceneFile(path=scene, asset_roots=tuple(asset_root or ()), settings=tuple(settings or ())),
+            path_file=path,
+            path=walk,
+            camera=camera,
+            frames=frames,
+            warmup=warmup,
+            size=size,
             representations=names,
+            pictured=pictured_frames if html else None,
         )
-    report = run_bench(plan)
-    found = changes(before, report, tolerance / 100) if before else []
-    changed = change_lines(baseline, before, report, found) if baseline and before else []
-    write_report(json, to_json(report))
-    write_report(html, to_html(report, changed) if html else "")
-    write_report(table, to_csv(report))
-    print("\n".join([to_text(report), *(["", *changed] if changed else [])]))
-    if any(change.verdict == "slower" for change in found):
+        for scene in scenes
+    ]
+    inputs = [input_files(plan.file.open(), path) for plan in plans]
+    read = [file for own in inputs for file in own]
+    read += [each.baseline for each in files if each.baseline and each.baseline != each.json]
+    check_report_files([file for each in files for file in (each.json, each.html, each.table)], read, "measured")
+    for plan, each, before in zip(plans, files, befores, strict=True):
+        if each.baseline and before:
+            check_comparable(
+                each.baseline,
+                before,
+                scene=plan.file.path,
+                path=path,
+                resolution=size,
+                frames=plan.frame_count,
+                representations=names,
+            )
+    with run_benches(plans, inputs, where) as reports:
+        is_slower = [
+            write_reports(report, each, before, tolerance / 100)
+            for report, each, before in zip(reports, files, befores, strict=True)
+        ]
+    if any(is_slower):
         raise typer.Exit(FAILURE)

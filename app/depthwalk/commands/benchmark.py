@@ -1,36 +1,36 @@
 """Draw and time the frames of `depthwalk bench`, all representations in turn, by `bench.measure`."""
 
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, fields, replace
 from datetime import datetime
 from pathlib import Path
 
 import depthwalk
 from depthwalk.bench.measure import Report, measure, sample_path
-from depthwalk.commands.options import (
-    CameraOptions,
-    RepresentationName,
-    representation,
-)
+from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.tasks import Task
+from depthwalk.commands.journal import Journal, digest, file_states
+from depthwalk.commands.measuring import Measurements, measured
+from depthwalk.commands.options import CameraOptions, RepresentationName, representation
 from depthwalk.commands.output import open_headless
-from depthwalk.commands.progress import frame_progress
+from depthwalk.commands.progress import frame_progress, quiet
+from depthwalk.commands.scene_file import SceneFile
 from depthwalk.errors import InputError
 from depthwalk.provenance import commit, machine
 from depthwalk.render import kernels
 from depthwalk.scene.path import CameraPath
-from depthwalk.scene.scene import Scene
 
 DEFAULT_FRAMES = 60  # of a camera that stands still
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Say what to measure.
+    """Say what to measure of a scene.
 
     Attributes
     ----------
-    scene
+    file
         The scene to draw.
     path_file, path
         The camera path's file and the path; None for a camera that stands still.
@@ -48,7 +48,7 @@ class Plan:
         Returns the numbers of the frames whose pictures are kept, given how many there are; None keeps none.
     """
 
-    scene: Scene
+    file: SceneFile
     path_file: Path | None
     path: CameraPath | None
     camera: CameraOptions
@@ -91,6 +91,69 @@ def parse_representations(texts: Sequence[str] | None) -> list[RepresentationNam
     return [RepresentationName(name) for name in dict.fromkeys(names)]
 
 
+@contextmanager
+def run_benches(
+    plans: Sequence[Plan], inputs: Sequence[Sequence[Path]], cluster: ClusterAddress | None = None
+) -> Iterator[list[Report]]:
+    """Measure several plans, one after the other, but for those that an earlier run has measured that was ended.
+
+    Parameters
+    ----------
+    plans
+        What to measure.
+    inputs
+        For each plan the files that it reads.
+    cluster
+        Where to measure, a plan at a time for each worker; None for this process.
+
+    Yields
+    ------
+    list[Report]
+        The reports, in the order of the plans; they are kept until the `with` block ends.
+
+    Raises
+    ------
+    InputError
+        Where an asset cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be created.
+    TaskError, ClusterError
+        Where a plan cannot be measured on the cluster for another reason, or the cluster is lost for good.
+    """
+    keys = [digest(_told(plan), file_states(files)) for plan, files in zip(plans, inputs, strict=True)]
+
+    @contextmanager
+    def here() -> Iterator[Callable[[int], Report]]:
+        yield lambda number: run_bench(plans[number])
+
+    things = Measurements(
+        what="scenes",
+        names=[str(plan.file.path) for plan in plans],
+        tasks=[
+            Task(key=f"bench-{key}", function=bench_alone, arguments=(replace(plan, file=plan.file.absolute()),))
+            for plan, key in zip(plans, keys, strict=True)
+        ],
+        here=here,
+        named=lambda number, report: replace(report, scene=str(plans[number].file.path)),
+        kind=Report,
+        journal=Journal("bench", *map(_told, plans)),
+    )
+    with measured(things, cluster) as reports:
+        yield reports
+
+
+def _told(plan: Plan) -> tuple[object, ...]:
+    """Return values that tell by their `repr` what a plan measures: of the path, its file."""
+    told = (getattr(plan, member.name) for member in fields(plan) if member.name not in ("path", "pictured"))
+    return (*map(str, told), plan.pictured is not None)
+
+
+def bench_alone(plan: Plan) -> Report:
+    """Measure a plan in a worker process, which says nothing of its progress; see `run_bench`."""
+    with quiet():
+        return run_bench(plan)
+
+
 def run_bench(plan: Plan) -> Report:
     """Draw and time the frames of a plan in each of its representations.
 
@@ -107,14 +170,15 @@ def run_bench(plan: Plan) -> Report:
     Raises
     ------
     InputError
-        Where an asset cannot be used.
+        Where the scene or an asset cannot be used.
     GpuError
         Where no OpenGL 3.3 context can be created.
     """
     kernels.load()
+    scene = plan.file.open()
     with ExitStack() as opened:
         drawn = {
-            str(name): opened.enter_context(open_headless(plan.scene, plan.size, representation(name)))
+            str(name): opened.enter_context(open_headless(scene, plan.size, representation(name)))
             for name in plan.representations
         }
         first = next(iter(drawn.values()))
@@ -123,7 +187,7 @@ def run_bench(plan: Plan) -> Report:
         if plan.path is not None:
             cameras = sample_path(plan.path, plan.frames)
         else:
-            still = plan.camera.apply(plan.scene.camera or first.frame_all())
+            still = plan.camera.apply(scene.camera or first.frame_all())
             cameras = [still] * plan.frame_count
         pictured = plan.pictured(len(cameras)) if plan.pictured else ()
         with frame_progress(", ".join(drawn), len(cameras) * len(drawn)) as advance:
@@ -140,7 +204,7 @@ def run_bench(plan: Plan) -> Report:
         timer=timer,
         planning="compiled" if kernels.loaded() else "numpy",
         resolution=plan.size,
-        scene=str(plan.scene.path),
+        scene=str(scene.path),
         path=None if plan.path_file is None else str(plan.path_file),
         stride=None if plan.path is None else (len(plan.path.frames()) - 1) / max(len(cameras) - 1, 1),
         runs=tuple(runs),

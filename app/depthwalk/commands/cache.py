@@ -26,7 +26,7 @@ class Action(StrEnum):
 @guarded
 def main(
     action: Annotated[
-        Action, typer.Argument(help="Say what it holds (info), or remove all of it (clear).")
+        Action, typer.Argument(metavar="ACTION", help="Say what it holds (info), or remove all of it (clear).")
     ] = Action.INFO,
     cache_limit: CacheLimit = None,
     verbose: Verbose = False,
@@ -78,9 +78,10 @@ def _kinds() -> "dict[str, list[CachedFile]]":
     from depthwalk.bake.cache import BAKED
     from depthwalk.bake.level_file import LEVELS
     from depthwalk.cache import cached_files
+    from depthwalk.commands.journal import MEASURED
     from depthwalk.cook.cluster_file import CLUSTERS
     from depthwalk.cook.cooked_file import COOKED
 
-    kinds = {cache.content: cached_files(cache.suffix) for cache in (BAKED, LEVELS, CLUSTERS)}
+    kinds = {cache.content: cached_files(cache.suffix) for cache in (BAKED, LEVELS, CLUSTERS, MEASURED)}
     others = {file.path for files in kinds.values() for file in files}  # whose names end as those of cooked ones do
     return kinds | {COOKED.content: [file for file in cached_files(COOKED.suffix) if file.path not in others]}

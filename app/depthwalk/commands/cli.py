@@ -7,11 +7,13 @@ another command needs. A command that imports much does so once its options were
 import os
 from collections.abc import Iterator, Mapping
 from importlib import import_module
+from pathlib import PurePath
 from typing import Annotated, Any
 
 import typer
 
-from depthwalk.commands.program import OneLineGroup, as_program
+from depthwalk.commands.program import HELP_OPTIONS, OneLineGroup, UsageError, as_program
+from depthwalk.errors import printable
 
 # By name of the module that has the command as `main`; the text is the first line of its docstring.
 SUMMARIES = {
@@ -59,6 +61,17 @@ class _Commands(OneLineGroup):
         super().__init__(**options | {"commands": {}})
         self.commands: Any = _LazyCommands()
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command that `args` begins with; where that is a file, say how to open it."""
+        try:
+            return super().resolve_command(ctx, args)
+        except UsageError:
+            if PurePath(args[0]).suffix:
+                raise UsageError(
+                    f"no command is given; to open a file: depthwalk view {printable(args[0])}", ctx
+                ) from None
+            raise
+
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the section of `--help` that lists the commands."""
         with formatter.section("Commands"):
@@ -69,6 +82,7 @@ app = typer.Typer(
     name="depthwalk",
     cls=_Commands,
     help="Walk through scenes too heavy to draw: depth images replace meshes and are warped on the GPU.",
+    context_settings=HELP_OPTIONS,
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,  # errors are one plain line, not a box that breaks paths

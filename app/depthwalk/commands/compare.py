@@ -92,7 +92,7 @@ def main(
     """Measure how closely baked depth images resemble their mesh.
 
     Bakes each mesh, whatever the cache holds, and compares pictures of depth images and mesh, seen from all around and
-    from close by.
+    from close by. After Ctrl-C, the same command continues where it stopped.
     """
     refuse_reuse(settings)
     where = parse_cluster(cluster)
@@ -127,8 +127,8 @@ def main(
     scenes = [subject.scene for subject in subjects if subject.scene is not None]
     inputs = [file for subject in subjects for file in asset_files(subject.spec)]
     check_report_files([json, html], [*inputs, *scenes], "compared")
-    report, worst = run_compare(plan, where)
-    write_report(json, to_json(report))
-    if html is not None:
-        write_report(html, to_html(report, worst))
-    print(to_text(report))
+    with run_compare(plan, where) as (report, worst):
+        write_report(json, to_json(report))
+        if html is not None:
+            write_report(html, to_html(report, worst))
+        print(to_text(report))

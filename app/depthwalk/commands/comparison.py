@@ -1,13 +1,11 @@
 """Bake meshes, and compare pictures of their depth images with pictures of the meshes, for `depthwalk compare`."""
 
-import hashlib
-import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import cast
 
 from pydantic import Field
 
@@ -16,11 +14,12 @@ from depthwalk.assets.asset_files import mesh_key, read_body, read_mesh
 from depthwalk.bake.file import SUFFIX, read_baked, read_header
 from depthwalk.bake.params import ModelParams
 from depthwalk.cluster.address import ClusterAddress
-from depthwalk.cluster.connection import open_cluster
-from depthwalk.cluster.tasks import Task, TaskError, run_tasks
+from depthwalk.cluster.tasks import Task
 from depthwalk.commands.baking import absolute
-from depthwalk.commands.cluster_progress import cluster_progress
-from depthwalk.commands.progress import asset_progress, frame_progress, log
+from depthwalk.commands.journal import Journal, digest, file_states
+from depthwalk.commands.measuring import Measurements, measured
+from depthwalk.commands.progress import asset_progress, frame_progress, log, quiet
+from depthwalk.commands.reports import asset_files
 from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError, missing_file
 from depthwalk.files import temporary_folder
@@ -124,8 +123,11 @@ def check_plan(plan: Plan) -> None:
             raise missing_file(file)
 
 
-def run_compare(plan: Plan, cluster: ClusterAddress | None = None) -> tuple[CompareReport, list[list[WorstView]]]:
-    """Bake and measure each mesh of a plan.
+@contextmanager
+def run_compare(
+    plan: Plan, cluster: ClusterAddress | None = None
+) -> Iterator[tuple[CompareReport, list[list[WorstView]]]]:
+    """Bake and measure each mesh of a plan, but for those that an earlier run has measured that was ended.
 
     Parameters
     ----------
@@ -134,10 +136,11 @@ def run_compare(plan: Plan, cluster: ClusterAddress | None = None) -> tuple[Comp
     cluster
         Where to do so, a mesh at a time for each worker; None for this process.
 
-    Returns
-    -------
+    Yields
+    ------
     tuple[CompareReport, list[list[WorstView]]]
-        The report, and for each mesh its worst views; these are empty unless `plan.pictures` is set.
+        The report, and for each mesh its worst views; these are empty unless `plan.pictures` is set. What is measured
+        is kept until the `with` block ends.
 
     Raises
     ------
@@ -148,47 +151,47 @@ def run_compare(plan: Plan, cluster: ClusterAddress | None = None) -> tuple[Comp
     TaskError, ClusterError
         Where a mesh cannot be compared on the cluster for another reason, or the cluster is lost for good.
     """
-    found = list(_here(plan)) if cluster is None else _on_cluster(plan, cluster)
-    report = CompareReport(
-        version=depthwalk.__version__,
-        commit=commit(),
-        renderer=found[-1][2],
-        image_size=plan.size,
-        models=tuple(model for model, _, _ in found),
-    )
-    return report, [shown for _, shown, _ in found]
+    with measured(_measurements(plan), cluster) as found:
+        report = CompareReport(
+            version=depthwalk.__version__,
+            commit=commit(),
+            renderer=found[-1][2],
+            image_size=plan.size,
+            models=tuple(model for model, _, _ in found),
+        )
+        yield report, [shown for _, shown, _ in found]
 
 
-def _here(plan: Plan) -> Iterator[Compared]:
-    with flip_workers() as pool:
-        for subject in plan.subjects:
-            yield _compare(subject, plan, pool)
-
-
-def _on_cluster(plan: Plan, address: ClusterAddress) -> list[Compared]:
-    """Compare every mesh in a worker; return what was found, in the order of the plan."""
+def _measurements(plan: Plan) -> Measurements[Compared]:
+    """Return how each mesh of a plan is compared, here and by workers, whose folders are others."""
     subjects = [replace(subject, spec=absolute(subject.spec)) for subject in plan.subjects]
     rest = replace(plan, subjects=())
-    tasks = [
-        Task(key=f"compare-{_digest(subject, rest)}", function=compare_alone, arguments=(subject, rest))
-        for subject in subjects
-    ]
-    found: dict[int, Compared] = {}
-    with open_cluster(address) as cluster, cluster_progress("meshes", len(tasks), cluster) as display:
-        for number, outcome in run_tasks(cluster, tasks, display.progress, display.show):
-            spec = plan.subjects[number].spec
-            if isinstance(outcome, TaskError):
-                raise TaskError(f"{spec.mesh}: {outcome}")
-            if isinstance(outcome, InputError):
-                raise outcome
-            model, shown, driver = cast(Compared, outcome)
-            found[number] = replace(model, mesh=str(spec.mesh)), shown, driver
-            display.done(1)
-    return [found[number] for number in range(len(tasks))]
 
+    def named(number: int, outcome: Compared) -> Compared:
+        model, shown, driver = outcome
+        return replace(model, mesh=str(plan.subjects[number].spec.mesh)), shown, driver
 
-def _digest(*values: object) -> str:
-    return hashlib.sha256(repr(values).encode()).hexdigest()
+    @contextmanager
+    def here() -> Iterator[Callable[[int], Compared]]:
+        with flip_workers() as pool:
+            yield lambda number: _compare(plan.subjects[number], plan, pool)
+
+    return Measurements(
+        what="meshes",
+        names=[str(subject.spec.mesh) for subject in plan.subjects],
+        tasks=[
+            Task(
+                key=f"compare-{digest(subject, rest, file_states(asset_files(subject.spec)))}",
+                function=compare_alone,
+                arguments=(subject, rest),
+            )
+            for subject in subjects
+        ],
+        here=here,
+        named=named,
+        kind=Compared,
+        journal=Journal("compare", plan),
+    )
 
 
 def compare_alone(subject: Subject, plan: Plan) -> Compared:
@@ -213,13 +216,8 @@ def compare_alone(subject: Subject, plan: Plan) -> Compared:
     GpuError
         Where no OpenGL 3.3 context can be created.
     """
-    before = log.level
-    log.setLevel(logging.ERROR)
-    try:
-        with ThreadPoolExecutor(1, "flip") as pool:  # other workers have the other cores
-            return _compare(subject, plan, pool)
-    finally:
-        log.setLevel(before)
+    with quiet(), ThreadPoolExecutor(1, "flip") as pool:  # other workers have the other cores
+        return _compare(subject, plan, pool)
 
 
 def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> None:

@@ -1,12 +1,19 @@
-"""Run the parts of `depthwalk quality` one after the other: anti-aliasing, depth of field, shadows and edges."""
+"""Run the parts of `depthwalk quality`: anti-aliasing, depth of field, shadows and edges, a scene at a time."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import depthwalk
 from depthwalk.assets.library import Report
-from depthwalk.commands.progress import asset_progress
+from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.tasks import Task
+from depthwalk.commands.journal import Journal, digest, file_states
+from depthwalk.commands.measuring import Measurements, measured
+from depthwalk.commands.progress import asset_progress, quiet
+from depthwalk.commands.reports import input_files
+from depthwalk.commands.scene_file import SceneFile
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import headless_device
 from depthwalk.provenance import commit
@@ -14,7 +21,7 @@ from depthwalk.quality import antialiasing, dof, edges, shadows
 from depthwalk.quality.overview import Overview
 from depthwalk.quality.rows import Row
 from depthwalk.resources import scene_root
-from depthwalk.scene.scene import Scene
+from depthwalk.scene.scene import Asset, MeshAsset, Scene
 
 SHIPPED = "room.yaml", "garden.yaml"
 SMALLEST = 64  # pixels, each side of a picture
@@ -27,6 +34,33 @@ PARTS: dict[str, Examine] = {
     "shadows": shadows.examine,
     "edges": edges.examine,
 }
+SOLIDS = "edges of solids"  # what the part "edges" measures besides, of no scene
+_ONCE: dict[str, Callable[[MeshAsset], object]] = {  # an asset that several scenes have is examined once
+    "shadows": lambda asset: (asset.mesh, str(asset.dpci)),
+    "edges": lambda asset: asset.mesh,
+}
+
+Found = tuple[list[Row], str]
+"""The measured values, and the name of the GL driver."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """Say what one task examines.
+
+    Attributes
+    ----------
+    part
+        A key of `PARTS`, or `SOLIDS`.
+    scene
+        The scene; None for the solids.
+    assets
+        The numbers of the scene's assets to examine; None for the whole scene.
+    """
+
+    part: str
+    scene: SceneFile | None = None
+    assets: tuple[int, ...] | None = None
 
 
 def shipped_scenes() -> list[Path]:
@@ -66,22 +100,111 @@ def check_size(size: tuple[int, int]) -> None:
         raise InputError(f"--resolution {width},{height}: each side must be {SMALLEST} to {LARGEST} pixels")
 
 
-def run_quality(scenes: Sequence[Scene], parts: Sequence[str], size: tuple[int, int]) -> Overview:
-    """Examine scenes, one part after the other.
+@contextmanager
+def run_quality(
+    files: Sequence[SceneFile],
+    scenes: Sequence[Scene],
+    parts: Sequence[str],
+    size: tuple[int, int],
+    cluster: ClusterAddress | None = None,
+) -> Iterator[Overview]:
+    """Examine scenes, one part after the other, but for what an earlier run has examined that was ended.
 
     Parameters
     ----------
-    scenes
-        The scenes to draw. Every part gets copies of their settings, which it may change.
+    files, scenes
+        The scenes to draw, and from which files they were read.
     parts
         Names of the parts of the examination, keys of `PARTS`.
+    size
+        (width, height) of the pictures, pixels.
+    cluster
+        Where to do so, a part of one scene at a time for each worker; None for this process.
+
+    Yields
+    ------
+    Overview
+        The measured values of each part, which are kept until the `with` block ends.
+
+    Raises
+    ------
+    InputError
+        Where an asset cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be created.
+    TaskError, ClusterError
+        Where a scene cannot be examined on the cluster for another reason, or the cluster is lost for good.
+    """
+    pieces = [piece for part in parts for piece in _pieces(part, files, scenes)]
+    states = {file: file_states(input_files(scene, None)) for file, scene in zip(files, scenes, strict=True)}
+    with measured(_measurements(pieces, states, size), cluster) as found:
+        rows: dict[str, list[Row]] = {part: [] for part in parts}
+        for piece, (own, _) in zip(pieces, found, strict=True):
+            rows["edges" if piece.part == SOLIDS else piece.part] += own
+        drivers = "; ".join(dict.fromkeys(driver for _, driver in found))
+        yield Overview(version=depthwalk.__version__, commit=commit(), renderer=drivers, image_size=size, parts=rows)
+
+
+def _pieces(part: str, files: Sequence[SceneFile], scenes: Sequence[Scene]) -> Iterator[Piece]:
+    """Yield what a part examines, a scene at a time; each asset once, where scenes share it and it is drawn alone."""
+    if part == "edges":
+        yield Piece(part=SOLIDS)
+    seen: set[object] = set()
+    for file, scene in zip(files, scenes, strict=True):
+        if part not in _ONCE:
+            yield Piece(part=part, scene=file)
+        elif fresh := tuple(_fresh(scene.assets, _ONCE[part], seen)):
+            yield Piece(part=part, scene=file, assets=fresh)
+
+
+def _fresh(assets: Sequence[Asset], name: Callable[[MeshAsset], object], seen: set[object]) -> Iterator[int]:
+    for number, asset in enumerate(assets):
+        if isinstance(asset, MeshAsset) and name(asset) not in seen:
+            seen.add(name(asset))
+            yield number
+
+
+def _measurements(
+    pieces: Sequence[Piece], states: Mapping[SceneFile, object], size: tuple[int, int]
+) -> Measurements[Found]:
+    """Return how pieces are examined, here and by workers. states: what tells whether the files have changed."""
+
+    @contextmanager
+    def here() -> Iterator[Callable[[int], Found]]:
+        with asset_progress() as report:
+            yield lambda number: _examine(pieces[number], size, report)
+
+    tasks = []
+    for piece in pieces:
+        state = states[piece.scene] if piece.scene else None
+        piece = replace(piece, scene=piece.scene and piece.scene.absolute())
+        key = f"quality-{digest(piece, size, state)}"
+        tasks.append(Task(key=key, function=examine_alone, arguments=(piece, size)))
+    return Measurements(
+        what="examinations",
+        names=[f"{piece.scene.path}: {piece.part}" if piece.scene else piece.part for piece in pieces],
+        tasks=tasks,
+        here=here,
+        named=lambda number, outcome: outcome,
+        kind=Found,
+        journal=Journal("quality", pieces, size),
+    )
+
+
+def examine_alone(piece: Piece, size: tuple[int, int]) -> Found:
+    """Examine a part of a scene in a worker process, which says nothing of its progress.
+
+    Parameters
+    ----------
+    piece
+        What to examine.
     size
         (width, height) of the pictures, pixels.
 
     Returns
     -------
-    Overview
-        The measured values of each part.
+    Found
+        What was measured, by which driver.
 
     Raises
     ------
@@ -90,13 +213,17 @@ def run_quality(scenes: Sequence[Scene], parts: Sequence[str], size: tuple[int, 
     GpuError
         Where no OpenGL 3.3 context can be created.
     """
+    with quiet():
+        return _examine(piece, size, lambda name, stage: None)
+
+
+def _examine(piece: Piece, size: tuple[int, int], report: Report) -> Found:
     device = headless_device()
-    renderer = device.renderer
+    driver = device.renderer
     device.context.release()
-    with asset_progress() as report:
-        rows = {part: list(PARTS[part](list(map(_with_own_settings, scenes)), size, report)) for part in parts}
-    return Overview(version=depthwalk.__version__, commit=commit(), renderer=renderer, image_size=size, parts=rows)
-
-
-def _with_own_settings(scene: Scene) -> Scene:
-    return replace(scene, render=scene.render.model_copy(deep=True))
+    if piece.scene is None:
+        return list(edges.examine_solids(size, report)), driver
+    scene = piece.scene.open()  # anew: every part may change the settings
+    if piece.assets is not None:
+        scene = replace(scene, assets=tuple(scene.assets[number] for number in piece.assets))
+    return list(PARTS[piece.part]([scene], size, report)), driver

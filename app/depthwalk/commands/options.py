@@ -97,6 +97,7 @@ RepresentationOption = Annotated[
     RepresentationName,
     typer.Option(
         "--representation",
+        metavar="NAME",
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
         "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
         "look for their surface (relief, distance, parallax), flat (bump), as displaced vertices (displacement) or "

@@ -26,9 +26,11 @@ log = logging.getLogger("depthwalk")
 
 FAILURE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
+HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
+
 Command = TypeVar("Command", bound=Callable[..., None])
 
-_UsageError: Any = typer.BadParameter.__base__  # of the click that this typer brings along
+UsageError: Any = typer.BadParameter.__base__  # of the click that this typer brings along
 
 
 class _OneLineErrors:
@@ -38,7 +40,7 @@ class _OneLineErrors:
         """Run the command line; see `click.Command.main`."""
         try:
             code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # of the class it is mixed into
-        except _UsageError as error:
+        except UsageError as error:
             if not standalone_mode:
                 raise
             if type(error).__name__ == "NoArgsIsHelpError":  # called without any argument
@@ -58,7 +60,27 @@ class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
 
 
 class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
-    """Run a command, and tell a mistake in its options in one line."""
+    """Run a command, and tell a mistake in its options in one line.
+
+    Its help calls arguments by their names: `SCENE`, where typer would write `{SCENE}` and `SCENE <path>`.
+    """
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return the parts of the line "Usage:" after the command's name."""
+        return [piece.replace("{", "").replace("}", "") for piece in super().collect_usage_pieces(ctx)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the sections of `--help` that list arguments and options."""
+        records: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for param in self.get_params(ctx):
+            if record := param.get_help_record(ctx):
+                is_argument = param.param_type_name == "argument"
+                name = record[0].partition(" <")[0] if is_argument else record[0]
+                records["Arguments" if is_argument else "Options"].append((name, record[1]))
+        for title, rows in records.items():
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
 
 def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:
@@ -67,7 +89,7 @@ def as_program(main: Callable[..., None], name: str | None = None) -> typer.Type
     The program calls `main`, whose annotations declare the arguments and options.
     """
     program = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    program.command(name, cls=OneLineCommand)(main)
+    program.command(name, cls=OneLineCommand, context_settings=HELP_OPTIONS)(main)
     return program
 
 

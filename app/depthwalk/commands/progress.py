@@ -20,6 +20,17 @@ PLAIN_SECONDS = 5.0  # between lines about what is waited for, where stderr is n
 Report = Callable[[str, str], None]  # called with the name of an asset and the stage of its loading
 
 
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Log errors only as long as the `with` block lasts: a task in a worker process, whose output nobody reads."""
+    before = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
 def show_progress() -> bool:
     """Return whether to show live progress: stderr is a terminal and --quiet was not given."""
     return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR

@@ -41,7 +41,11 @@ def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, 
         return f"{path}: ok, {len(walk.times)} keyframes, {len(walk.frames())} frames"
     scene = load_scene(path, asset_roots, overrides)
     check_assets(scene)
-    return f"{path}: ok, {len(scene.objects)} objects, {len(scene.assets)} assets"
+    return f"{path}: ok, {_counted(len(scene.objects), 'object')}, {_counted(len(scene.assets), 'asset')}"
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
 def check_assets(scene: Scene) -> None:

@@ -97,30 +97,22 @@ SHAPES: dict[str, Callable[[], Solid]] = {
 """The models of the GPAA paper's table 1, with as many vertices."""
 
 
-def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Measure what it saves to draw chosen edges alone, in lines drawn and in time.
+def examine_solids(size: tuple[int, int], report: Report) -> Iterator[Row]:
+    """Measure what it saves to draw chosen edges alone, in lines drawn and in time, of the solids in `SHAPES`.
 
-    The solids in `SHAPES`, the models of the GPAA paper's table, are measured with `MANY` objects of
-    each at once. Meshes of the scenes are measured one by one, where they are closed and lines are drawn of them.
+    They are the models of the GPAA paper's table, and are measured with `MANY` objects of each at once.
 
     Parameters
     ----------
-    scenes
-        Scenes whose mesh assets are measured, each mesh file once.
     size
         Width and height of the picture that lines are drawn into, pixels.
     report
-        Called with the name of a mesh and what is being done.
+        Called with the name of a solid and what is being done.
 
     Yields
     ------
     Row
-        One measured value, as a part of what all edges take: the lines drawn, or, for `SHAPES` alone, the time.
-
-    Raises
-    ------
-    InputError
-        For meshes that cannot be read.
+        One measured value, as a part of what all edges take: the lines drawn, or the time.
     """
     for name, shape in SHAPES.items():
         report(name, "edges")
@@ -135,6 +127,32 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
             more_is_better=False,
             digits=2,
         )
+
+
+def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
+    """Measure how many lines it saves to draw chosen edges alone, of the meshes of scenes, one by one.
+
+    Meshes count where they are closed and lines are drawn of them.
+
+    Parameters
+    ----------
+    scenes
+        Scenes whose mesh assets are measured, each mesh file once.
+    size
+        Width and height of the picture that lines are drawn into, pixels.
+    report
+        Called with the name of a mesh and what is being done.
+
+    Yields
+    ------
+    Row
+        One measured value, the lines drawn as a part of all edges.
+
+    Raises
+    ------
+    InputError
+        For meshes that cannot be read.
+    """
     meshes = {asset.mesh: asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)}
     for asset in meshes.values():
         report(asset.name, "edges")

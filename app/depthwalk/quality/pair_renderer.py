@@ -140,6 +140,10 @@ class _OneObject:
     def has_baked(self, asset: int) -> bool:
         return True
 
+    def is_shipped_cooked(self, asset: int) -> bool:
+        """Return whether the asset is there cooked only: never."""
+        return False
+
     def has_height_field(self, asset: int) -> bool:
         return False
 

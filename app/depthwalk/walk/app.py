@@ -428,16 +428,17 @@ class _Walk:
         if state.atlas:
             picture = self._overlay.renderer.show(self._atlas_view.texture)
             areas.append(draw_atlas(picture, self._atlas_view.aspect, left))
-        right = self._overlay.io.display_size.x
+        size = self._overlay.io.display_size
+        right, floor = size.x, size.y
         if state.panel:
             areas.append(panel := draw_panel(state))
             right = panel[0]
         if state.help:
             hud.draw_help(left, right)
         if self._progress is not None and not self._screenshot_due:
-            hud.draw_background(self._progress)
+            floor = hud.draw_background(self._progress, right)
         if state.toast and not self._screenshot_due:
-            hud.draw_toast(state.toast)
+            hud.draw_toast(state.toast, floor)
         self._input.set_areas(areas)
 
     def _take_screenshot(self, camera: Camera) -> None:

@@ -16,6 +16,7 @@ _LABELS = 84.0  # width of the column of names
 _PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
 _PASS_CHARACTERS = 18  # that fit into it
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
+_CLOSE_ROWS = imgui.ImVec2(4, 0.5)  # cell padding: the help fits a window of 480 lines, the HUD one of 768
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
 _SLOWER = 1.3  # times as long as from picture to picture: frames that are drawn in slices
 _OVERLAY = (
@@ -67,10 +68,13 @@ def draw_hud(state: State) -> float:
     It shows frame times, what was drawn, and where the viewer is.
     """
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
+    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")  # first: a low window cuts the HUD off below
     _draw_rate(state)
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
     _draw_passes(state)
     _draw_counts(state)
     _draw_viewer(state)
+    imgui.pop_style_var()
     right = imgui.get_window_pos().x + imgui.get_window_size().x
     imgui.end()
     return right
@@ -120,35 +124,50 @@ def draw_help(left: float, right: float) -> None:
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
     middle = (left + right) / 2 if right - left > 2 * half else max(half, display.x - half)  # over the HUD, if need be
-    imgui.push_style_var(imgui.StyleVar_.cell_padding, imgui.ImVec2(4, 0.5))  # close rows fit a window of 480 lines
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
     _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92)
     _table("help", HELP)
     imgui.end()
     imgui.pop_style_var()
 
 
-def draw_toast(message: str) -> None:
-    """Draw the text `message` at the bottom of the window, over everything else."""
+def draw_toast(message: str, floor: float) -> None:
+    """Draw the text `message` near the bottom of the window, above the window coordinate `floor`."""
     display = imgui.get_io().display_size
     text = textwrap.fill(message, max(20, int(display.x / 9)))
     size = imgui.calc_text_size(text)
-    left, top = (display.x - size.x) / 2, display.y - size.y - 4 * _MARGIN
+    left, top = (display.x - size.x) / 2, floor - size.y - 2 * _MARGIN
     canvas = imgui.get_foreground_draw_list()
     box = (left - _MARGIN, top - _MARGIN), (left + size.x + _MARGIN, top + size.y + _MARGIN)
     canvas.add_rect_filled(*box, imgui.get_color_u32((0.14, 0.16, 0.20, 0.95)), 6.0)
     canvas.add_text((left, top), imgui.get_color_u32(_BRIGHT), text)
 
 
-def draw_background(progress: Progress) -> None:
-    """Draw a bar along the window's lower edge: the `progress` of assets that are baked beside the frames."""
+def draw_background(progress: Progress, right: float) -> float:
+    """Draw a bar along the window's lower edge: the `progress` of assets that are baked beside the frames.
+
+    Parameters
+    ----------
+    progress
+        How far the baking has come.
+    right
+        The left end of the panel, window coordinates.
+
+    Returns
+    -------
+    float
+        The upper end of the bar, window coordinates.
+    """
     display = imgui.get_io().display_size
-    imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
-    _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
+    imgui.set_next_window_size((min(520, right - 2 * _MARGIN), 0))
+    _begin("background", (right / 2, display.y - _MARGIN), (0.5, 1.0))
     imgui.progress_bar(progress.fraction, (-1, 0), background_text(progress))
     imgui.text_colored(_DIM, f"{progress.name}: {progress.stage}" if progress.name else "starting")
     imgui.same_line(imgui.get_window_size().x - imgui.calc_text_size(_STOP).x - _MARGIN)
     imgui.text_colored(_DIM, _STOP)
+    top = imgui.get_window_pos().y
     imgui.end()
+    return top
 
 
 def background_text(progress: Progress) -> str:
@@ -181,14 +200,20 @@ def _draw_rate(state: State) -> None:
         imgui.text_colored(_BRIGHT, f"{1 / seconds:5.1f} FPS")
         imgui.same_line()
         imgui.text(f"{seconds * 1e3:6.1f} ms")
+        imgui.same_line()
+        imgui.text_colored(_DIM, f"max {state.times.milliseconds.max():.0f} ms")
     if (scene := state.scene_times.smoothed) > _SLOWER * seconds > 0:
         pixels = f" at {100 * state.scene_scale:.0f} %" if state.scene_scale < 1 else ""
-        imgui.text_colored(_DIM, f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}; moved in between")
+        _dim_wrapped(f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}")
     times = state.times.milliseconds
     if len(times) > 1:
-        imgui.same_line()
-        imgui.text_colored(_DIM, f"max {times.max():.0f} ms")
         imgui.plot_lines("##frames", times, 0, None, 0.0, float(times.max()) * 1.15, (_WIDTH, 40))
+
+
+def _dim_wrapped(text: str) -> None:
+    imgui.push_text_wrap_pos(_WIDTH)
+    imgui.text_colored(_DIM, text)
+    imgui.pop_text_wrap_pos()
 
 
 def _draw_passes(state: State) -> None:
@@ -229,11 +254,14 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
         ("case", _lines(cases, 2)),
         ("Iter_step", _lines(_numbered(counts, "step_"))),
         ("LOD level", _lines(_numbered(counts, "level_"))),
-        ("warped", f"{counts['warped']:,} of {counts['dpci']:,} impostors"),
-        ("", f"{counts['warped_triangles']:,} triangles"),
-        ("tile cache", f"{counts['atlas_used']:.0%} full, scale {counts['tile_resolution']:.0%}"),
-        ("on the GPU", f"{counts['assets']:,} assets, {counts['gpu_mb']:,.0f} MB"),
     ]
+    if counts["dpci"]:
+        rows += [
+            ("warped", f"{counts['warped']:,} of {counts['dpci']:,} impostors"),
+            ("", f"{counts['warped_triangles']:,} triangles"),
+            ("tile cache", f"{counts['atlas_used']:.0%} full, scale {counts['tile_resolution']:.0%}"),
+        ]
+    rows.append(("on the GPU", f"{counts['assets']:,} assets, {counts['gpu_mb']:,.0f} MB"))
     return [(name, text) for name, text in rows if text != _NONE or name == "drawn as"]
 
 
@@ -259,10 +287,7 @@ def _draw_viewer(state: State) -> None:
         rows.append(("recording", f"{state.recorder.seconds:.1f} s, K saves it"))
     _table("viewer", rows)
     imgui.separator()
-    imgui.push_text_wrap_pos(_WIDTH)
-    imgui.text_colored(_DIM, state.renderer.device.renderer)
-    imgui.pop_text_wrap_pos()
-    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
+    _dim_wrapped(state.renderer.device.renderer)
 
 
 def _mode(state: State) -> str:
@@ -281,6 +306,8 @@ def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labe
     """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, aligned at their right end."""
     if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, labels)
+        if right:  # else a column is as wide as what the frame before showed, and cuts off the first numbers
+            imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, _NUMBERS + 8)
         for label, value in rows:
             imgui.table_next_row()
             imgui.table_next_column()

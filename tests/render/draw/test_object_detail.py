@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.cook.cases import ALL_PIECES, BOTTOM_PIECE, PAPER_PIECES, PIECES, TOP_PIECE, Case
+from depthwalk.cook.cases import ALL_PIECES, BOTTOM_PIECE, PAPER_PIECES, PAPER_SIDE, PIECES, TOP_PIECE, Case
 from depthwalk.gpu.device import Device
 from depthwalk.render.draw.object_detail import DetailSelector, choose_levels, choose_pieces, lasting_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
@@ -50,6 +51,13 @@ def level_and_pieces(selector: DetailSelector, view: View, arrays: SceneArrays, 
     return detail.level, detail.pieces
 
 
+def paper_table(arrays: SceneArrays) -> AssetTable:
+    """As of balls that were cooked for the paper's cases: nothing is in the pieces that only the renderer knows."""
+    count = arrays.table.index_count.copy()
+    count[:, :, PAPER_SIDE + 1 : BOTTOM_PIECE] = 0
+    return replace(arrays.table, index_count=count)
+
+
 def test_levels_grow_with_distance_and_with_what_is_allowed(arrays: SceneArrays) -> None:
     view, objects = view_of(), arrays.objects
     fine, coarse = (
@@ -69,9 +77,10 @@ def test_levels_grow_with_distance_and_with_what_is_allowed(arrays: SceneArrays)
 def test_the_papers_cases_follow_the_height_alone(arrays: SceneArrays) -> None:
     lod, asset = LodParams.model_validate({"cases": "paper"}), arrays.objects.asset[:3]
     viewer = np.array([[3.0, 0.5, 0], [3.0, 9.0, 0], [3.0, -9.0, 0]])
-    pieces = choose_pieces(asset, np.zeros(3, int), viewer, arrays.table, lod)
+    table = paper_table(arrays)
+    pieces = choose_pieces(asset, np.zeros(3, int), viewer, table, lod)
     assert pieces.tolist() == PAPER_PIECES[[Case.SIDE, Case.SIDE_AND_TOP, Case.SIDE_AND_BOTTOM]].tolist()
-    assert lasting_pieces(asset, np.zeros(3, int), viewer, arrays.table, lod).tolist() == pieces.tolist()
+    assert lasting_pieces(asset, np.zeros(3, int), viewer, table, lod).tolist() == pieces.tolist()
     assert (lasting_pieces(asset, np.zeros(3, int), viewer, arrays.table, LodParams()) == ALL_PIECES).all()
 
 
@@ -79,13 +88,23 @@ def test_side_and_cap_are_the_parts_of_a_case(arrays: SceneArrays) -> None:
     asset, none = arrays.objects.asset[:3], np.zeros(3, int)
     viewer = np.array([[3.0, 0.5, 0], [3.0, 9.0, 0], [3.0, -9.0, 0]])  # beside, above, below
     side, cap, both = (
-        choose_pieces(asset, none, viewer, arrays.table, LodParams(cases=cases)) for cases in ("side", "cap", "paper")
+        choose_pieces(asset, none, viewer, paper_table(arrays), LodParams(cases=cases))
+        for cases in ("side", "cap", "paper")
     )
     assert (side == PAPER_PIECES[Case.SIDE]).all()
     assert cap.tolist() == [0, 1 << TOP_PIECE, 1 << BOTTOM_PIECE]
     assert ((cap & both) == cap).all() and (side & cap == 0).all()
     of_images = sum(1 << piece for piece in range(PIECES))  # the rest is drawn where an image is missing
     assert (((side | cap) & of_images) == (both & of_images)).all()
+
+
+@pytest.mark.parametrize("cases", ["paper", "side", "cap"])
+def test_objects_that_were_not_cooked_for_cases_stay_whole(arrays: SceneArrays, cases: str) -> None:
+    """As those of scenes that name cooked depth images."""
+    viewer = np.array([[3.0, 0.5, 0], [3.0, 9.0, 0], [3.0, -9.0, 0]])
+    lod = LodParams.model_validate({"cases": cases})
+    pieces = choose_pieces(arrays.objects.asset[:3], np.zeros(3, int), viewer, arrays.table, lod)
+    assert (pieces == ALL_PIECES).all()
 
 
 def test_what_is_drawn_directly_keeps_all_pieces(arrays: SceneArrays) -> None:

@@ -317,7 +317,8 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
     """Choose the pieces of n objects that the viewer may see.
 
     Objects of few triangles keep all pieces of their sides: leaving some out would save less than it costs to draw
-    these objects apart from others of the same asset.
+    these objects apart from others of the same asset. With the paper's cases, objects that were not cooked for these
+    keep all pieces.
 
     Parameters
     ----------
@@ -333,7 +334,7 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
     """
     if lod.cases != "complete":
         case = paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])
-        return CASE_PIECES[lod.cases][case]
+        return np.where(table.has_paper_cases[asset], CASE_PIECES[lod.cases][case], ALL_PIECES)
     caps = table.horizon[asset[:, None], level[:, None], CAPS]
     pieces = seen_pieces(caps, viewer, CAPS) | SIDE_PIECES
     large = np.flatnonzero(table.triangles[asset, level] >= _WORTH)

@@ -155,6 +155,10 @@ class AssetStore:
             self._cooked.update(self._by_number(asset, self._library.cooked(asset, self.cook_options)))
         return self._cooked[number]
 
+    def is_shipped_cooked(self, number: int) -> bool:
+        """Return whether the depth object numbered `number` is there cooked only, without the images it was made of."""
+        return self._library.is_shipped_cooked(self.asset_of(number))
+
     def baked(self, number: int) -> BakedObject:
         """Read again the depth images that a depth object was cooked from.
 

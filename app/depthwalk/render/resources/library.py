@@ -35,6 +35,10 @@ class Library(MeshLibrary, Protocol):
         """Return whether the asset numbered `asset` has a mesh, without reading it."""
         ...
 
+    def is_shipped_cooked(self, asset: int) -> bool:
+        """Return whether the asset numbered `asset` is there cooked only, so that `baked` would raise InputError."""
+        ...
+
     def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake the depth images that assets with the numbers `assets` lack, several at a time if possible."""
         ...

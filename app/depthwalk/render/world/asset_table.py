@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, Face
-from depthwalk.cook.cases import PIECES, RANGES, piece_runs
+from depthwalk.cook.cases import BOTTOM_PIECE, PAPER_SIDE, PIECES, RANGES, piece_runs
 from depthwalk.cook.cook import CookedObject
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.geometry.support_function import DIRECTIONS
@@ -20,7 +20,7 @@ from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import outside
 from depthwalk.scene.arrays import SIMPLIFIED, Objects, Representation
-from depthwalk.types import Array, Ints, Rows
+from depthwalk.types import Array, Ints, Mask, Rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +68,14 @@ class AssetTable:
     def area(self) -> Array:
         """Return the areas (a,) of the cylinders of the depth objects, seen from the side, square metres."""
         return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
+
+    @cached_property
+    def has_paper_cases(self) -> Mask:
+        """Return which (a,) depth objects have their triangles in the ranges of the paper's cases, see `cook.cases`.
+
+        Cooked depth images that a scene names have them in the renderer's own pieces of the side.
+        """
+        return np.asarray(~self.index_count[:, :, PAPER_SIDE + 1 : BOTTOM_PIECE].any((1, 2)))
 
     @cached_property
     def _known_runs(self) -> dict[tuple[int, int, int], tuple[tuple[int, int], ...]]:

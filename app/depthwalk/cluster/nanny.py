@@ -1,0 +1,57 @@
+"""Start worker processes quickly: fork each from one process that has imported what tasks need.
+
+A worker that starts from nothing spends more than a second of a processor on imports, for each one that is lost. Dask's
+nannies start workers as `multiprocessing` does; by its method "forkserver" a process without threads imports once, and
+is forked for each worker. OpenGL contexts are created after the fork, by the tasks.
+
+The nannies of a cluster on other machines do the same where they are given `--preload-nanny depthwalk.cluster.nanny`.
+"""
+
+import multiprocessing
+import sys
+
+# By name, since most lie above this package: the process that is forked imports them, this one need not.
+PRELOADED = (
+    "distributed.nanny",
+    "distributed.comm.tcp",
+    "depthwalk.commands.cli",
+    "depthwalk.assets.batch_bake",
+    "depthwalk.commands.comparison",
+    "depthwalk.commands.frame_chunks",
+    "depthwalk.ingest.trimesh_reader",
+)
+
+
+# What watches a worker costs one core in fifty, and nobody looks at it here.
+_CONFIG = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.system-monitor.gil.enabled": False,
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.worker.daemon": False,  # FLIP and measured bakes start processes of their own
+}
+
+
+def worker_config() -> dict[str, object]:
+    """Return Dask's configuration for nannies and their workers, which are forked where the system bears it.
+
+    Windows cannot fork, and libraries of macOS may not be used in forked processes.
+    """
+    can_fork = sys.platform != "darwin" and "forkserver" in multiprocessing.get_all_start_methods()
+    return _CONFIG | ({"distributed.worker.multiprocessing-method": "forkserver"} if can_fork else {})
+
+
+def preload() -> None:
+    """Have the process that workers are forked from import what tasks need; `worker_config` must be in force."""
+    from distributed.utils import get_mp_context
+
+    context = get_mp_context()
+    if context.get_start_method() == "forkserver":
+        context.set_forkserver_preload(list(PRELOADED))  # in the place of Dask's list, which is made by the line above
+
+
+def dask_setup(nanny: object) -> None:
+    """Prepare a nanny; Dask calls this where it preloads the module, before the nanny has a worker."""
+    import dask
+
+    dask.config.set(worker_config())
+    preload()

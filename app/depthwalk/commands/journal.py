@@ -1,0 +1,88 @@
+"""Keep the finished parts of a report, so that the same command goes on where an earlier one was ended."""
+
+import contextlib
+import hashlib
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+import depthwalk
+from depthwalk.cache import Cache
+from depthwalk.commands.progress import log
+from depthwalk.provenance import commit
+
+MEASURED = Cache(suffix=".measured", content="unfinished reports")
+_KEEP_SECONDS = 7 * 86_400  # after its last entry: who asks again later wants to measure again
+
+
+class Journal:
+    """Append results to a file of the cache folder as they are found; the file is removed when all are there.
+
+    An entry is a line: the SHA-256 of the rest, the key of the result, and its JSON. What a killed process wrote by
+    half does not match its checksum, and is left out. A journal that cannot be written is told of in a warning, and
+    measuring goes on.
+
+    Attributes
+    ----------
+    path
+        The file, which need not exist.
+    """
+
+    def __init__(self, *run: object) -> None:
+        """Name a journal by the version of this program and by `run`, whose `repr` tells what is measured, and how."""
+        self.path: Path = MEASURED.file(digest(depthwalk.__version__, commit(), *run))
+        self._is_writable = True
+
+    def read(self) -> dict[str, bytes]:
+        """Return the results as JSON by their keys; none of them where the journal is old."""
+        found: dict[str, bytes] = {}
+        try:
+            if time.time() - self.path.stat().st_mtime > _KEEP_SECONDS:
+                self.remove()
+                return {}
+            with self.path.open("rb") as file:
+                for line in file:
+                    checksum, _, entry = line.rstrip(b"\n").partition(b" ")
+                    if hashlib.sha256(entry).hexdigest().encode() == checksum:
+                        key, _, result = entry.partition(b" ")
+                        found[key.decode()] = result
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            log.warning("%s: cannot be read: %s", self.path, error.strerror or error)
+        return found
+
+    def add(self, key: str, result: bytes) -> None:
+        """Append a result. key: a text without blanks; result: its JSON, in one line."""
+        if not self._is_writable:
+            return
+        entry = key.encode() + b" " + result
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("ab") as file:  # the line before may have been left half written
+                file.write(b"\n" + hashlib.sha256(entry).hexdigest().encode() + b" " + entry)
+        except OSError as error:
+            self._is_writable = False
+            log.warning("%s: cannot be written: %s; what is measured is not kept", self.path, error.strerror or error)
+
+    def remove(self) -> None:
+        """Remove the journal; one that cannot be removed stays."""
+        with contextlib.suppress(OSError):
+            self.path.unlink(missing_ok=True)
+
+
+def digest(*values: object) -> str:
+    """Return a hash of values whose `repr` says all, 64 hex digits."""
+    return hashlib.sha256(repr(values).encode()).hexdigest()
+
+
+def file_states(files: Iterable[Path]) -> list[tuple[str, int, int]]:
+    """Return what tells whether files have changed: the name of each, its size, bytes, and its time, nanoseconds."""
+    states = []
+    for file in files:
+        try:
+            status = file.stat()
+        except OSError:  # whoever reads it will complain
+            continue
+        states.append((str(file.absolute()), status.st_size, status.st_mtime_ns))
+    return sorted(states)

@@ -1,0 +1,118 @@
+"""Measure many things one after the other, or on a cluster, and go on where an earlier run of the command was ended."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from depthwalk.cluster.address import ClusterAddress
+from depthwalk.cluster.connection import open_cluster
+from depthwalk.cluster.tasks import Task, TaskError, run_tasks
+from depthwalk.commands.cluster_progress import cluster_progress
+from depthwalk.commands.journal import Journal
+from depthwalk.commands.progress import log
+from depthwalk.errors import InputError
+
+T = TypeVar("T")
+
+# Results are written so that what is read again is equal, numbers that are not finite included.
+_JSON = ConfigDict(ser_json_inf_nan="constants", ser_json_bytes="base64", val_json_bytes="base64")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurements(Generic[T]):
+    """Say what to measure.
+
+    Attributes
+    ----------
+    what
+        What the things are, such as "meshes".
+    names
+        What messages call each thing.
+    tasks
+        How a worker measures each. The keys must change with the files that are read.
+    here
+        Provides, for a `with` block, a function that measures a thing of a given number in this process.
+    named
+        Returns a worker's result with the names that the user gave, where workers know others; it gets the number.
+    kind
+        The type of the results, which pydantic can write and read.
+    journal
+        Where the results are kept until all are there.
+    """
+
+    what: str
+    names: Sequence[str]
+    tasks: Sequence[Task]
+    here: Callable[[], AbstractContextManager[Callable[[int], T]]]
+    named: Callable[[int, Any], T]
+    kind: Any
+    journal: Journal
+
+
+@contextmanager
+def measured(things: Measurements[T], cluster: ClusterAddress | None) -> Iterator[list[T]]:
+    """Measure what an earlier run, which was ended, has not measured; keep the results until a report is written.
+
+    Parameters
+    ----------
+    things
+        What to measure.
+    cluster
+        Where to do so, a thing at a time for each worker; None for this process, one after the other.
+
+    Yields
+    ------
+    list
+        What was found, in the order of the things. When the block ends without an error, the journal is removed.
+
+    Raises
+    ------
+    InputError, GpuError
+        Where a thing cannot be measured.
+    TaskError, ClusterError
+        Where it cannot be measured on the cluster for another reason, or the cluster is lost for good.
+    """
+    results: TypeAdapter[tuple[T]] = TypeAdapter(tuple[things.kind], config=_JSON)  # type: ignore[name-defined]
+    found = _known(things, results)
+    rest = [number for number in range(len(things.tasks)) if number not in found]
+    if found:
+        log.warning("%d of %d %s: taken from a run that was ended", len(found), len(things.tasks), things.what)
+    if rest:
+        for number, result in _here(things, rest) if cluster is None else _on_cluster(things, rest, cluster):
+            found[number] = result
+            things.journal.add(things.tasks[number].key, results.dump_json((result,)))
+    yield [found[number] for number in range(len(things.tasks))]
+    things.journal.remove()
+
+
+def _known(things: Measurements[T], results: "TypeAdapter[tuple[T]]") -> dict[int, T]:
+    """Return what an earlier run has found, by the number of the thing."""
+    entries, found = things.journal.read(), {}
+    for number, task in enumerate(things.tasks):
+        if task.key in entries:
+            try:
+                (found[number],) = results.validate_json(entries[task.key])
+            except ValidationError as error:  # its checksum is right: another program wrote it
+                log.warning("%s: %s: measured again: %s", things.journal.path, things.names[number], error.errors()[0])
+    return found
+
+
+def _here(things: Measurements[T], numbers: Sequence[int]) -> Iterator[tuple[int, T]]:
+    with things.here() as measure:
+        for number in numbers:
+            yield number, measure(number)
+
+
+def _on_cluster(things: Measurements[T], numbers: Sequence[int], address: ClusterAddress) -> Iterator[tuple[int, T]]:
+    tasks = [things.tasks[number] for number in numbers]
+    with open_cluster(address) as cluster, cluster_progress(things.what, len(tasks), cluster) as display:
+        for index, outcome in run_tasks(cluster, tasks, display.progress, display.show):
+            if isinstance(outcome, TaskError):
+                raise TaskError(f"{things.names[numbers[index]]}: {outcome}")
+            if isinstance(outcome, InputError):
+                raise outcome
+            display.done(1)
+            yield numbers[index], things.named(numbers[index], outcome)
