@@ -345,6 +345,8 @@ class Renderer:
             while unfinished:
                 with self.timers.measure(name):
                     unfinished = next(parts, _END) is not _END
+                if self.timers.may_be_long:  # each part by itself, lest a driver's watchdog end them all
+                    self.device.context.finish()
                 yield name
 
     def _enabled(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[DrawnPass]:
