@@ -101,6 +101,8 @@ class PassSequence:
             while unfinished:
                 with self._timers.measure(name):
                     unfinished = next(parts, _END) is not _END
+                if self._timers.may_be_long:  # each part by itself, lest a driver's watchdog end them all
+                    self._gl.device.context.finish()
                 yield name
 
     def _enabled(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[DrawnPass]:

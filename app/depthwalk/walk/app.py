@@ -36,10 +36,10 @@ from depthwalk.walk.state import State
 from depthwalk.walk.up_axis import ModelTurn
 from depthwalk.walk.window import (
     Window,
+    gl_address,
     on_files_dropped,
     on_refresh,
     opened_again,
-    reset_status_of,
     take_events,
     title_of,
     wait_for_event,
@@ -123,7 +123,7 @@ class _Walk:
 
     def _begin(self) -> None:
         """Make what loading shows its progress with, in the window's context."""
-        self._device = Device(self._window.ctx, reset_status_of(self._window))
+        self._device = Device(self._window.ctx, gl_address)
         self._overlay = Overlay(self._device)
         self._on_gpu.callback(self._overlay.release)
         self._loading = LoadingScreen(self._window, self._overlay, self._told)
