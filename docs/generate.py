@@ -12,7 +12,7 @@ from typing import Any
 from depthwalk import limits
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes import PASSES
-from depthwalk.render.targets import TARGETS
+from depthwalk.render.target_table import TARGETS
 from depthwalk.scene.path import PathFile
 from depthwalk.scene.schema import SceneFile
 
@@ -99,8 +99,8 @@ _FIGURE = """
 
 ## Targets
 
-What passes hand to each other (`render/targets.py`). A pass reaches only those that it reads or writes; a depth that it
-tests against counts as read.
+What passes hand to each other (`render/target_table.py`). A pass reaches only those that it reads or writes; a
+depth that it tests against counts as read.
 
 """
 _DECLARED = """

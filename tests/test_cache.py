@@ -118,9 +118,9 @@ def test_a_walk_goes_on_over_damaged_files(
     """Damaged between outline and pixels; or with each file that takes its place, too."""
     library = SceneLibrary(load_scene(tiny_scene).assets)
     store = AssetStore(gl_device, library)
-    (number,) = store.depth_numbers(0)
+    (number,) = store.parts.numbers(0)
     assert library.baked(0) is not None  # into the cache
-    before = store.cooked(number).load()
+    before = store.parts.cooked(number).load()
     (cooked,) = COOKED.file("").parent.glob(f"{library.key(0)}*.npz")
     flip_within(cooked, before[1].normals.tobytes())
     flip(BAKED.file(library.key(0)), -1000)

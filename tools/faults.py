@@ -193,10 +193,11 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 def kill(
     times: Annotated[int, typer.Option(metavar="N", min=1, help="Kills.")] = 500,
     only: Annotated[str, typer.Option(metavar="NAME", help=", ".join(COMMANDS))] = "",
+    seed: Annotated[int, typer.Option(metavar="N", help="Of the moments.")] = 0,
 ) -> None:
     """End commands by SIGKILL at random moments."""
     _load()
-    chance = random.Random(0)
+    chance = random.Random(seed)
     names = [only] if only else list(COMMANDS)
 
     def try_one(name: str, folder: Path) -> tuple[int, list[str]]:

@@ -1,9 +1,9 @@
-"""Let the GPU fail at many places of a walk in a window, and look whether the walk goes on as before.
+"""Let the GPU fail at many places of a walk in a window, or of pictures without one, and look whether they go on.
 
-`python -m tools.gpu_faults SCENE --places 200` needs a display. At each place the n-th creation of a GL object raises,
-as a driver does that has no memory or refuses a shader; at every tenth place the context counts as lost. After each
-failure the picture at rest, the living GL objects and the camera must be what they were. Exits with code 1 where they
-are not.
+`python -m tools.gpu_faults SCENE --places 200` needs a display, unless `--no-window` is given. At each place the n-th
+creation of a GL object raises, as a driver does that has no memory or refuses a shader; at every tenth place the
+context counts as lost. After each failure the picture at rest, the living GL objects and the camera must be what they
+were. Exits with code 1 where they are not.
 """
 
 import time
@@ -21,6 +21,8 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.commands.options import SceneArgument
 from depthwalk.commands.program import FAILURE, as_program, guarded
 from depthwalk.gpu.failures import GPU_FAILURES
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.walk import app
@@ -133,13 +135,54 @@ class Walk:
             self._walk._make_anew(error)
 
 
+class Pictures:
+    """Pictures of one camera without a window, as `render` draws them. Use it in a `with` block."""
+
+    def __init__(self, file: Path) -> None:
+        scene = load_scene(file)
+        self._headless = HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE)
+        self.camera = scene.camera or self._headless.frame_all()
+        self._must_make_anew = False
+
+    def __enter__(self) -> "Pictures":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._headless.release()
+
+    @property
+    def live(self) -> dict[str, int]:
+        """How many GL objects live, by kind."""
+        return dict(+self._headless.device.live)
+
+    def fail(self, lost: bool) -> None:
+        """Let the context be lost, or an object be refused, before the next picture."""
+        self._must_make_anew = not lost
+        if lost:
+            self._headless.device._status = lambda: _RESET
+
+    def at_rest(self) -> NDArray[np.uint8]:
+        """The picture (H, W, 4), drawn again until the GPU does not fail."""
+        while True:
+            try:
+                if self._must_make_anew:
+                    self._headless.make_anew()
+                self._must_make_anew = False
+                self._headless.draw(View(self.camera, SIZE))
+                return self._headless.pixels()
+            except GPU_FAILURES:
+                self._must_make_anew = True
+
+
 @guarded
 def main(
-    scene: SceneArgument, places: Annotated[int, typer.Option(metavar="N", min=1, help="Failures.")] = 200
+    scene: SceneArgument,
+    places: Annotated[int, typer.Option(metavar="N", min=1, help="Failures.")] = 200,
+    window: Annotated[bool, typer.Option("--window/--no-window", help="Whether to walk in a window.")] = True,
 ) -> None:
     """Let the GPU fail at many places of a walk, and report whether it went on as before."""
     wrong, slowest = 0, 0.0
-    with faulty_contexts() as fault, Walk(scene) as walk:
+    with faulty_contexts() as fault, (Walk if window else Pictures)(scene) as walk:
         before, live, camera = walk.at_rest(), walk.live, walk.camera
         fault.after(-1)
         walk.fail(lost=False)

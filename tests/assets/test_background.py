@@ -12,9 +12,10 @@ from typing import Any, cast
 import pytest
 
 from depthwalk.assets import worker
-from depthwalk.assets.background import BackgroundLibrary, Progress
+from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.cook.cook import CookOptions, ReadAhead
+from depthwalk.assets.progress import Progress
+from depthwalk.cook.cook import CookOptions, PrefetchedArrays
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.arrays import Representation
@@ -87,7 +88,7 @@ def test_an_asset_is_baked_beside_the_frames(
     assert library.progress is None and library.failures == []
     geometry, _ = library.cooked(0, OPTIONS)[0].load()
     assert geometry.count[0].sum() > 0
-    (spill,) = (folder.name for folder in [library._spill] if folder)
+    (spill,) = (folder.name for folder in [library._pool._spill] if folder)
     library.close()
     assert not Path(spill).exists()
 
@@ -111,8 +112,8 @@ def test_cancelling_ends_the_processes(
     empty_cache(monkeypatch, tmp_path / "cache")
     library.is_cooked(0, OPTIONS)
     wait_until(library, lambda: library.progress is not None)
-    assert isinstance(library._pool, ProcessPoolExecutor)
-    processes = list((library._pool._processes or {}).values())
+    assert isinstance(library._pool.executor, ProcessPoolExecutor)
+    processes = list((library._pool.executor._processes or {}).values())
     library.cancel()
     end = time.monotonic() + 60
     # The pool's own thread joins them, too: whoever comes second learns the exit code a moment later.
@@ -132,7 +133,7 @@ def test_what_the_first_picture_shows_is_read_before_there_is_a_window(
     library.foresee(scene, None)
     wait_until(library, lambda: library.is_cooked(0, OPTIONS))
     load = library.cooked(0, OPTIONS)[0].load
-    assert isinstance(load, ReadAhead) and load()[0].count[0].sum() > 0
+    assert isinstance(load, PrefetchedArrays) and load()[0].count[0].sum() > 0
     assert threads == []  # no mesh is needed
 
 
@@ -196,14 +197,17 @@ def test_the_process_that_will_bake_is_started_at_once_and_ends_with_the_library
     empty_cache(monkeypatch, tmp_path / "cache")
     library.baking_waits = True
     library.is_cooked(0, OPTIONS)
-    wait_until(library, lambda: isinstance(library._pool, ProcessPoolExecutor) and bool(library._pool._processes))
-    assert isinstance(library._pool, ProcessPoolExecutor)
-    (process,) = (library._pool._processes or {}).values()
+    wait_until(
+        library,
+        lambda: isinstance(library._pool.executor, ProcessPoolExecutor) and bool(library._pool.executor._processes),
+    )
+    assert isinstance(library._pool.executor, ProcessPoolExecutor)
+    (process,) = (library._pool.executor._processes or {}).values()
     library.close()
     # Not `join`: the pool's own thread waits for the process too, and only one of the two is told how it ended.
     assert multiprocessing.connection.wait([process.sentinel], 60)
-    library._begin_pool()  # as the thread that searches may do late
-    assert library._pool is None
+    library._pool.begin(1)  # as the thread that searches may do late
+    assert library._pool.executor is None
 
 
 @pytest.mark.parametrize("name", worker._IMPORTS)
@@ -214,7 +218,7 @@ def test_what_is_imported_ahead_exists(name: str) -> None:
 def test_what_was_read_ahead_is_handed_over_once() -> None:
     calls: list[str] = []
     with ThreadPoolExecutor(1, "ahead") as threads:
-        load = ReadAhead(lambda: cast(Any, calls.append(threading.current_thread().name)), threads)
+        load = PrefetchedArrays(lambda: cast(Any, calls.append(threading.current_thread().name)), threads)
     load()
     assert calls == ["ahead_0"]
     load()
@@ -226,7 +230,7 @@ def test_who_needs_what_no_thread_has_come_to_reads_it() -> None:
     begun, calls = threading.Event(), []
     with ThreadPoolExecutor(1) as threads:
         threads.submit(begun.wait)
-        load = ReadAhead(lambda: cast(Any, calls.append(threading.current_thread())), threads)
+        load = PrefetchedArrays(lambda: cast(Any, calls.append(threading.current_thread())), threads)
         load()
         begun.set()
     assert calls == [threading.current_thread()]
@@ -237,6 +241,6 @@ def test_what_goes_wrong_in_a_thread_is_raised_where_it_is_needed() -> None:
         raise InputError("bust.dpci.npz: damaged")
 
     with ThreadPoolExecutor(1) as threads:
-        load = ReadAhead(damaged, threads)
+        load = PrefetchedArrays(damaged, threads)
     with pytest.raises(InputError, match=r"^bust\.dpci\.npz: damaged$"):
         load()

@@ -92,6 +92,6 @@ def test_a_full_disk_costs_nothing_but_time(
         raise OSError("no space left")
 
     monkeypatch.setattr("depthwalk.cook.cluster_builder.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
-    monkeypatch.setattr("depthwalk.assets.library.keep_clusters", full)
+    monkeypatch.setattr("depthwalk.assets.derived_data.keep_clusters", full)
     assert SceneLibrary(load_scene(tiny_scene).assets).mesh_clusters(0) is not None
     assert "cannot keep the mesh clusters of ball: no space left" in caplog.text

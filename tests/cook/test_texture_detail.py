@@ -13,7 +13,7 @@ from depthwalk.cook.texture_detail import Detail, at_detail, can_leave_out, deta
 from depthwalk.cook.virtual_texture import VirtualTexture, build_virtual_texture
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
-from depthwalk.render.resources.depth_image_object import upload_texture
+from depthwalk.render.resources.surface_texture import upload_texture
 from shapes import bake, box, joined, sphere
 
 LOOK_UP = """

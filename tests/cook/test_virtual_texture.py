@@ -277,8 +277,8 @@ def test_the_shader_reads_two_components_and_a_tint(
 
 def match_shader(gl_device: Device, baked: BakedObject, pages: VirtualTexture) -> None:
     store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked], kept=False)), gl_device.scope("test")
-    store.cook_options = CookOptions(stepped=True)  # as the pages to compare with
-    drawn = store.depth_object(store.depth_numbers(0)[0])
+    store.parts.options = CookOptions(stepped=True)  # as the pages to compare with
+    drawn = store.depth_object(store.parts.numbers(0)[0])
     preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
     text = Source("common/virtual_texture.glsl", preamble).text + LOOK_UP
     program = gl_device.context.program(vertex_shader=text, varyings=("normal", "colour", "magnified", "misplaced"))

@@ -11,6 +11,7 @@ from tools.gpu_faults import faulty_contexts
 
 from depthwalk.commands.output import Output, draw_frames
 from depthwalk.gpu.device import Device
+from depthwalk.gpu.egl import RobustContext
 from depthwalk.gpu.failures import ContextLostError, GpuError, check_reset, never_reset, reset_status
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.scene.arrays import Camera
@@ -55,6 +56,21 @@ def test_a_picture_of_a_lost_context_is_drawn_again(tmp_path: Path, suffix: str)
         lost._status = lambda: 0x8253
         assert drawn(renderer, tmp_path / "after", suffix) == before
         assert renderer.device is not lost
+
+
+@pytest.mark.gl
+def test_a_context_that_egl_calls_lost_gives_way_to_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def enter(context: RobustContext) -> RobustContext:
+        if context is lost:
+            raise ContextLostError("the GL context is lost: EGL says so")
+        return whole(context)
+
+    with headless() as renderer:
+        before, device = drawn(renderer, tmp_path / "before"), renderer.device
+        lost, whole = device.context.mglo._context, RobustContext.__enter__
+        monkeypatch.setattr(RobustContext, "__enter__", enter)
+        assert drawn(renderer, tmp_path / "after") == before
+        assert renderer.device is not device
 
 
 @pytest.mark.gl

@@ -6,7 +6,7 @@ from typing import cast
 import pytest
 
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.timers import PassTimers
+from depthwalk.gpu.timers import LONGEST_SUBMISSION, PassTimers
 
 
 class Clocked:
@@ -66,3 +66,21 @@ def test_queries_are_read_some_frames_later(context: Clocked) -> None:
     assert [draw(timers) for _ in range(7)] == [-1] * 4 + [0, 1, 2]
     assert timers.awaited(6) and not timers.awaited(2) and context.drained == 0
     assert timers.milliseconds["warp"] == 7 + 9 and context.queries == 3 * 5  # the third frame's; used again
+
+
+def test_frames_are_taken_for_long_until_their_times_are_known(context: Clocked) -> None:
+    timers = PassTimers(cast(Device, SimpleNamespace(context=context, software=False)))
+    expected = []
+    for _ in range(5):
+        expected.append(timers.may_be_long)
+        draw(timers)
+    assert all(expected) and not timers.may_be_long
+    timers.milliseconds |= {"warp": LONGEST_SUBMISSION / 2, "light": LONGEST_SUBMISSION / 2}
+    assert timers.may_be_long
+
+
+def test_no_watchdog_ends_what_the_cpu_draws(context: Clocked) -> None:
+    timers = PassTimers(cast(Device, SimpleNamespace(context=context, software=True)))
+    assert not timers.may_be_long
+    timers.milliseconds["warp"] = 2 * LONGEST_SUBMISSION
+    assert not timers.may_be_long

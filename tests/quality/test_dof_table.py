@@ -6,7 +6,7 @@ import pytest
 
 from depthwalk.gpu.device import Device
 from depthwalk.quality import dof
-from depthwalk.quality.dof import Shot
+from depthwalk.quality.dof import TimedPicture
 from depthwalk.quality.rows import Row
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -56,7 +56,7 @@ def test_all_is_compared_with_one_anti_aliasing_but_pixels_in_focus_without(
 ) -> None:
     drawn, draw = [], dof._draw
 
-    def noted(headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, *rest: Any) -> Shot:
+    def noted(headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, *rest: Any) -> TimedPicture:
         drawn.append((mode, headless.renderer.settings.aa))
         return draw(headless, view, lens, mode, *rest)
 

@@ -20,7 +20,7 @@ from depthwalk.quality.advise import recommend
 from depthwalk.quality.candidate import Candidate, count_parts, examine, warnings
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
-from depthwalk.quality.pair_renderer import Pair, PairRenderer, Shot
+from depthwalk.quality.pair_renderer import Pair, PairRenderer, RgbdPicture
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
@@ -58,10 +58,10 @@ def quality(psnr: float, viewpoint: Viewpoint = LEVEL, **values: float) -> ViewQ
     )
 
 
-def shot(covered: Mask, colour: int, distance: float = 3.0) -> Shot:
+def shot(covered: Mask, colour: int, distance: float = 3.0) -> RgbdPicture:
     pixels = np.full((*covered.shape, 3), 128, np.uint8)
     pixels[covered] = colour
-    return Shot(pixels, np.where(covered, np.float32(distance), np.float32(np.inf)))
+    return RgbdPicture(pixels, np.where(covered, np.float32(distance), np.float32(np.inf)))
 
 
 def test_a_pair_with_a_hole_is_measured() -> None:

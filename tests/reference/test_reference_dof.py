@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from depthwalk.reference.dof import gather, paper, ranges
+from depthwalk.reference.dof import gather
+from depthwalk.reference.dof_paper import paper
+from depthwalk.reference.dof_tiles import ranges
 from depthwalk.types import Array
 
 RNG = np.random.default_rng(8)

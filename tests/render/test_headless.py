@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
 
@@ -11,6 +12,7 @@ import depthwalk.render.headless
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.gpu.device import Device, Scope, headless_device
 from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
@@ -71,6 +73,20 @@ def test_a_picture_does_not_depend_on_those_before_it(make: Callable[..., Any]) 
         for view in steps:
             walked.draw(view)
         assert walked.renderer.plan.counts["warped"] < walked.renderer.plan.counts["dpci"]
+
+
+def test_the_parts_of_long_frames_are_submitted_one_by_one(
+    make: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with make() as headless:
+        expected, finished = shot(headless, NEAR), list[str]()
+        monkeypatch.setattr(moderngl.Context, "finish", lambda context: finished.append("waited"))
+        for is_long in (False, True):
+            monkeypatch.setattr(PassTimers, "may_be_long", is_long)
+            with headless.device.context:
+                steps = list(headless.renderer.steps(NEAR, headless._screen))
+            assert len(finished) == is_long * len(steps) and len(steps) > 2
+            assert np.array_equal(headless.pixels(), expected)
 
 
 @pytest.mark.parametrize(("owner", "step"), [(Scope, "framebuffer"), (Renderer, "__init__"), (RenderWorld, "table")])

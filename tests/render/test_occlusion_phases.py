@@ -1,6 +1,6 @@
 """Pictures of objects that hide one another, which must be those that drawing all objects gives."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 
 from depthwalk.gpu.device import Device
 from depthwalk.render import occlusion_phases
+from depthwalk.render.culling.object_occlusion import Occluders
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.occlusion_phases import OcclusionPhases
 from depthwalk.render.renderer import Renderer, read_pixels
@@ -146,10 +147,10 @@ def test_hidden_cells_are_left_out_whole(
     asked = []
     drop = occlusion_phases.OcclusionPhases._drop_cells
 
-    def count(self: OcclusionPhases, pending: Any, behind: Callable[..., Any]) -> int:
+    def count(self: OcclusionPhases, pending: Any, drawn: Occluders) -> int:
         for cells in pending.batches:
-            asked.append(behind(self._world.cells().cylinders(cells)))
-        return drop(self, pending, behind)
+            asked.append(drawn.hide_cylinders(self._world.cells().cylinders(cells)))
+        return drop(self, pending, drawn)
 
     monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_drop_cells", count)
     places, rng = crowd(1, 400)

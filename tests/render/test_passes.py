@@ -22,7 +22,8 @@ from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes import PASSES, default_passes
 from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.targets import TARGETS, Targets
+from depthwalk.render.target_table import TARGETS
+from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import CAPTURED, HEIGHT_FIELDS, Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings

@@ -9,7 +9,9 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GpuError
 from depthwalk.render.declared_targets import declared
 from depthwalk.render.passes import PASSES
-from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, TileAtlas, atlas_size
+from depthwalk.render.target_table import DEPTH24, FRAMEBUFFERS, TARGETS
+from depthwalk.render.targets import Targets
+from depthwalk.render.tile_atlas import TileAtlas, atlas_size
 
 SIZE = (20, 12)
 MADE = ("visibility", "albedo", "surface", "depth", "material_depth", "shadow")

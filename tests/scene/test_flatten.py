@@ -7,7 +7,7 @@ import pytest
 from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.document import Document, parse_document
-from depthwalk.scene.flatten import Flat, flatten, list_rows, reference_errors
+from depthwalk.scene.flatten import Flat, flatten, list_items, reference_errors
 from depthwalk.scene.schema import SceneFile
 from depthwalk.scene.similarity import identities
 from depthwalk.scene.validate import check_model
@@ -24,13 +24,13 @@ def parts(text: str) -> tuple[SceneFile, Any]:
 
 def flat(text: str) -> Flat:
     file, source = parts(text)
-    return flatten(list_rows(file.objects, source), file.assets, {}, source)
+    return flatten(list_items(file.objects, source), file.assets, {}, source)
 
 
 def test_rows_come_in_the_order_of_the_file_groups_first() -> None:
     text = "objects: [{asset: plain}, {group: {objects: [{asset: baked}, {group: {objects: []}}]}}, {asset: relief}]"
     file, source = parts(text)
-    rows = list_rows(file.objects, source)
+    rows = list_items(file.objects, source)
     assert [(row.parent, row.depth) for row in rows] == [(-1, 0), (-1, 0), (1, 1), (1, 1), (-1, 0)]
     assert rows[2].loc == ("objects", 1, "group", "objects", 0)
 
@@ -63,7 +63,7 @@ def test_rows_come_in_the_order_of_the_file_groups_first() -> None:
 )
 def test_references(item: str, errors: list[str]) -> None:
     file, source = parts(f"objects: [{item}]")
-    found = reference_errors(list_rows(file.objects, source), file.assets, source)
+    found = reference_errors(list_items(file.objects, source), file.assets, source)
     assert [str(error).split(": ", 2)[2] for error in found] == errors
 
 
@@ -82,7 +82,7 @@ def test_a_subtree_is_one_run_of_nodes_and_of_objects() -> None:
 
 def test_lists_of_places_are_scaled() -> None:
     file, source = parts("objects: [{places: {asset: plain, file: a.csv, scale: 3}}]")
-    rows = list_rows(file.objects, source)
+    rows = list_items(file.objects, source)
     placed = flatten(rows, file.assets, {rows[0].loc: identities(4)}, source).objects
     assert len(placed) == 4 and (placed.scale == 3).all()
 

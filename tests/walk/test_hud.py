@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
-from depthwalk.assets.background import Progress
+from depthwalk.assets.progress import Progress
 from depthwalk.walk.hud import count_rows, draw_background, draw_help, draw_hud, draw_toast, pass_rows
 from depthwalk.walk.overlay import set_up_look
 from depthwalk.walk.times import FrameTimes

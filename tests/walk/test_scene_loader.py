@@ -115,7 +115,7 @@ def test_nothing_is_baked_while_there_is_something_else_to_wait_for(searching: b
         world.is_whole = len(waited) == 2
 
     world = SimpleNamespace(is_whole=False, take_arrivals=take_arrivals, objects=lambda: [0])
-    meshes = SimpleNamespace(failures=[], is_reading=reading)
+    meshes = SimpleNamespace(reader=SimpleNamespace(failures=[], is_reading=reading))
     renderer = SimpleNamespace(world=world, assets=SimpleNamespace(meshes=meshes))
     library = SimpleNamespace(failures=[], is_searching=searching, baking_waits=True)
     loader_of(window, screen)._wait(cast(Any, renderer), cast(Any, library), cast(Any, SimpleNamespace(camera=None)))
@@ -137,7 +137,7 @@ def test_shaders_are_compiled_while_no_object_is_there(shown: int, rehearsals: i
     renderer = SimpleNamespace(
         world=world,
         settings=SimpleNamespace(aa="none"),
-        assets=SimpleNamespace(meshes=SimpleNamespace(failures=[], is_reading=True)),
+        assets=SimpleNamespace(meshes=SimpleNamespace(reader=SimpleNamespace(failures=[], is_reading=True))),
         frame_all=lambda aspect: Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 1.0),
         rehearse=lambda view, screen: rehearsed.append(view),
     )

@@ -65,10 +65,10 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
 
 def _scene_objects(renderer: Renderer) -> Rows:
     """Return the scene's object (n,) of each of the n objects that are drawn: one has a row for each of its parts."""
-    number, assets = renderer.world.objects().asset, renderer.assets
-    shown = np.unique(number[number >= assets.first_depth]).tolist()
-    first_parts = {assets.depth_numbers(assets.asset_of(part)).start for part in shown}
-    begins = (number < assets.first_depth) | np.isin(number, list(first_parts))
+    number, parts = renderer.world.objects().asset, renderer.assets.parts
+    shown = np.unique(number[number >= parts.first]).tolist()
+    first_parts = {parts.numbers(parts.asset_of(part)).start for part in shown}
+    begins = (number < parts.first) | np.isin(number, list(first_parts))
     return np.asarray(np.cumsum(begins) - 1, np.int64)
 
 

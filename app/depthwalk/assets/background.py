@@ -5,81 +5,32 @@ processes, into the cache. The program that draws asks `is_cooked` for what it n
 `poll` once a frame. `foresee` asks before there is a window, so that files are read while the window is made.
 """
 
-import contextlib
 import logging
-import multiprocessing
-import os
-import queue
 import threading
-import time
 from collections import defaultdict
-from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
-from functools import partial
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
+from depthwalk.assets.bake_pool import BakePool
 from depthwalk.assets.demand import asked_for, cook_options, nearest_first
 from depthwalk.assets.library import Report, SceneLibrary
-from depthwalk.assets.worker import report_stage, set_up_ahead, terminate
-from depthwalk.cook.cook import AheadReader, CookedObject, CookOptions, Preloaded
-from depthwalk.cook.cooked_file import find_cooked, read_cooked, write_cooked
+from depthwalk.assets.progress import Batch, Progress
+from depthwalk.cook.cook import CookedObject, CookOptions, HeldArrays, Prefetcher
+from depthwalk.cook.cooked_file import find_cooked, read_cooked
 from depthwalk.errors import InputError
-from depthwalk.files import temporary_folder
-from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.arrays import OF_MESH, Representation
 from depthwalk.scene.scene import Asset, Scene
 
 log = logging.getLogger(__name__)
 
-_NICENESS = 2  # of the processes that bake: frames come first, but not by so much that it never ends
-_MOST_HANDED_OVER = 64e6  # bytes of a mesh: copying more would make a frame wait, and such files are read quickly
 _MOST_HELD = 16  # preloaded objects, of some 10 MB each
-# What part of an asset's time has passed where a stage begins, measured on busts of 100,000 triangles.
-_PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
 
 Objects = tuple[CookedObject, ...]
 _Request = tuple[int, CookOptions]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Progress:
-    """Tell how far the preparation of a scene's assets has come.
-
-    Attributes
-    ----------
-    done, total
-        How many assets were baked and cooked, and how many had to be since the preparation began.
-    name, stage
-        The name of the asset that is being worked on, and what is being done; "" before the first report.
-    fraction
-        The part of the work that is done, 0 to 1.
-    seconds_left
-        How long the rest will take, judged by what is done; None before that can be said.
-    """
-
-    done: int
-    total: int
-    name: str
-    stage: str
-    fraction: float
-    seconds_left: float | None
-
-
-@dataclass
-class _Batch:
-    """Count the assets that are prepared together: from the first request until none is left."""
-
-    began: float = field(default_factory=time.perf_counter)
-    total: int = 0
-    done: int = 0
-    stages: dict[int, tuple[str, float]] = field(default_factory=dict)  # of running assets: stage, part of their time
-    latest: int | None = None
 
 
 class BackgroundLibrary(SceneLibrary):
@@ -123,16 +74,12 @@ class BackgroundLibrary(SceneLibrary):
         self.baking_waits = False
         self._failed: set[_Request] = set()
         self._finder: ThreadPoolExecutor | None = None
-        self._pool: Executor | None = None
-        self._pool_lock = threading.Lock()
-        self._closed = False
+        self._pool = BakePool()
         self._pools_broken = 0
-        self._reports: Any = None
-        self._spill: TemporaryDirectory[str] | None = None  # a folder for what the cache cannot keep
-        self._held: list[Preloaded] = []
+        self._held: list[HeldArrays] = []
         self._is_mesh_read = False  # whether a mesh was, or is being
         self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
-        self._batch = _Batch()
+        self._batch = Batch()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "BackgroundLibrary":
         """Return a library of other `assets`, which bakes as many at a time as this one."""
@@ -226,7 +173,8 @@ class BackgroundLibrary(SceneLibrary):
         before = len(self._ready)
         for request in [request for request, future in self._finding.items() if future.done()]:
             self._take_found(request, self._finding.pop(request))
-        self._take_reports()
+        for asset, stage in self._pool.reports():
+            self._batch.note(asset, stage)
         if not self.baking_waits:
             for request in self._unbaked:
                 self._submit(request)
@@ -234,7 +182,7 @@ class BackgroundLibrary(SceneLibrary):
         for request in [request for request, future in self._making.items() if future.done()]:
             self._take_made(request, self._making.pop(request))
         if not self._making and not self._finding and not self._unbaked:
-            self._batch = _Batch()
+            self._batch = Batch()
         return len(self._ready) > before
 
     @property
@@ -250,22 +198,7 @@ class BackgroundLibrary(SceneLibrary):
     @property
     def progress(self) -> Progress | None:
         """Return how far baking and cooking have come; None where nothing is being baked or cooked."""
-        if not self._making:
-            return None
-        batch, elapsed = self._batch, time.perf_counter() - self._batch.began
-        share = sum(passed for _, passed in batch.stages.values())
-        fraction = min((batch.done + share) / max(batch.total, 1), 1.0)
-        name, stage = (
-            ("", "") if batch.latest is None else (self._assets[batch.latest].name, batch.stages[batch.latest][0])
-        )
-        return Progress(
-            done=batch.done,
-            total=batch.total,
-            name=name,
-            stage=stage,
-            fraction=fraction,
-            seconds_left=elapsed * (1 - fraction) / fraction if fraction > 0.1 else None,
-        )
+        return self._batch.progress(self._assets) if self._making else None
 
     def cancel(self) -> None:
         """Stop baking and cooking. Assets that are not ready stay so, and are not prepared again."""
@@ -275,21 +208,16 @@ class BackgroundLibrary(SceneLibrary):
         self._finding.clear()
         self._unbaked.clear()
         self._making.clear()
-        self._end_pool()
-        self._batch = _Batch()
+        self._pool.end()
+        self._batch = Batch()
 
     def close(self) -> None:
         """Stop all work, and remove the files that were written outside the cache."""
-        with self._pool_lock:
-            self._closed = True  # a thread may be about to start a process
         self.cancel()
         if self._finder is not None:
             self._finder.shutdown(wait=False, cancel_futures=True)
             self._finder = self._ahead = None
-        if self._spill is not None:
-            with contextlib.suppress(OSError):
-                self._spill.cleanup()
-            self._spill = None
+        self._pool.close()
 
     # What the thread does --------------------------------------------------------------------------------------------
 
@@ -297,7 +225,7 @@ class BackgroundLibrary(SceneLibrary):
     def _threads(self) -> ThreadPoolExecutor:
         if self._finder is None:
             self._finder = ThreadPoolExecutor(1, "depth-images")
-            self._ahead = AheadReader(self._finder)
+            self._ahead = Prefetcher(self._finder)
         return self._finder
 
     def _find(self, asset: int, options: CookOptions, threads: Executor) -> Objects | None:
@@ -315,7 +243,7 @@ class BackgroundLibrary(SceneLibrary):
         found = find_cooked(key, options)
         if found is not None:
             return self._read_ahead(found)
-        self._begin_pool()
+        self._pool.begin(self._processes)
         self._read_mesh_ahead(threads, asset)
         return None
 
@@ -332,7 +260,7 @@ class BackgroundLibrary(SceneLibrary):
         if objects is None:
             raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images")
         try:
-            return tuple(replace(cooked, load=Preloaded(cooked.load)) for cooked in objects)
+            return tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
         except OSError as error:
             raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images: {error}") from None
 
@@ -351,7 +279,7 @@ class BackgroundLibrary(SceneLibrary):
 
     def _hold(self, objects: Objects) -> None:
         """Remember preloaded objects; of too many, those that were loaded first are dropped until they are needed."""
-        self._held += [cooked.load for cooked in objects if isinstance(cooked.load, Preloaded)]
+        self._held += [cooked.load for cooked in objects if isinstance(cooked.load, HeldArrays)]
         self._held = [load for load in self._held if load.is_held]
         while len(self._held) > _MOST_HELD:
             self._held.pop(0).drop()
@@ -360,39 +288,8 @@ class BackgroundLibrary(SceneLibrary):
 
     def _submit(self, request: _Request) -> None:
         asset, options = request
-        self._begin_pool()
-        assert self._pool is not None
-        if self._spill is None:
-            self._spill = temporary_folder()
-        out = str(Path(self._spill.name) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{COOKED_SUFFIX}")
-        in_process = isinstance(self._pool, ProcessPoolExecutor)
-        report = partial(report_stage, asset) if in_process else partial(_put, self._reports, asset)
-        read = self._meshes.get(asset)
-        if read is not None and read[0].nbytes > _MOST_HANDED_OVER:
-            read = None
-        self._making[request] = self._pool.submit(_make, self._assets[asset], read, options, out, report)
-
-    def _begin_pool(self) -> None:
-        """Start what bakes, unless it is there; a process begins to import. Threads may call this, too."""
-        with self._pool_lock:
-            if self._pool is not None or self._closed:
-                return
-            if self._processes == 0:
-                self._reports, self._pool = queue.Queue(), ThreadPoolExecutor(1, "bake")
-                return
-            context = multiprocessing.get_context("spawn")
-            self._reports = context.Queue()
-            set_up = set_up_ahead, (self._reports, _NICENESS)
-            self._pool = ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, *set_up)
-            self._pool.submit(os.getpid)  # processes are started when there is something to do
-
-    def _take_reports(self) -> None:
-        with contextlib.suppress(queue.Empty, OSError, EOFError):
-            while self._reports is not None:
-                asset, stage = self._reports.get_nowait()
-                known = self._batch.stages.get(asset, ("", 0.0))[1]
-                self._batch.stages[asset] = stage, max(known, _PASSED.get(stage, 0.0))
-                self._batch.latest = asset
+        self._pool.begin(self._processes)
+        self._making[request] = self._pool.submit(asset, self._assets[asset], options, self._meshes.get(asset))
 
     def _take_made(self, request: _Request, future: "Future[str | None]") -> None:
         asset, options = request
@@ -405,16 +302,13 @@ class BackgroundLibrary(SceneLibrary):
             return
         else:
             self._finding[request] = self._threads.submit(self._load_made, asset, options, spilled)
-        self._batch.done += 1
-        self._batch.stages.pop(asset, None)
-        if self._batch.latest == asset:
-            self._batch.latest = next(iter(self._batch.stages), None)
+        self._batch.finish(asset)
 
     def _retry(self, request: _Request) -> None:
         """Begin again after a process was killed, for want of memory say: then one asset at a time, and only once."""
         outstanding = [request, *self._making]
         self._making.clear()
-        self._end_pool()
+        self._pool.end()
         self._pools_broken += 1
         if self._pools_broken > 1:
             for lost in outstanding:
@@ -429,46 +323,3 @@ class BackgroundLibrary(SceneLibrary):
         self._failed.add(request)
         self.failures.append(complaint)
         log.warning("%s", complaint)
-
-    def _end_pool(self) -> None:
-        with self._pool_lock:
-            if self._pool is None:
-                return
-            if isinstance(self._pool, ProcessPoolExecutor):
-                terminate(self._pool)
-                self._reports.close()
-            self._pool.shutdown(wait=False, cancel_futures=True)  # a thread ends with what it is doing
-            self._pool = self._reports = None
-
-
-def _put(reports: "queue.Queue[tuple[int, str]]", asset: int, stage: str) -> None:
-    """Tell of a stage from a thread of the program that draws."""
-    reports.put((asset, stage))
-
-
-def _make(
-    spec: Asset, read: tuple[Mesh, str] | None, options: CookOptions, out: str, report: Callable[[str], None]
-) -> str | None:
-    """Bake and cook an asset into the cache; where that cannot keep it, into the file `out`, which is returned.
-
-    Parameters
-    ----------
-    spec
-        The asset.
-    read
-        Its mesh, and the hash of the bytes that it was read from; None where it is still to be read.
-    options
-        How it is cooked.
-    out
-        The file to write where the cache keeps nothing.
-    report
-        Called with the name of each stage.
-    """
-    library = SceneLibrary((spec,), lambda name, stage: report(stage))
-    if read is not None:
-        library.take_mesh(0, *read)
-    objects = library.cooked(0, options)
-    if find_cooked(library.key(0), options) is not None:
-        return None
-    write_cooked(Path(out), library.key(0), objects)
-    return out

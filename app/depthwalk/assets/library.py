@@ -1,15 +1,12 @@
 """Provide the assets of a scene to the renderer, as arrays, when they are first asked for.
 
-Depth images are found beside the mesh or in the cache; what is found nowhere is baked, and the cache keeps it. The same
-holds for the simplified levels of meshes. What bakes is imported when something has to be baked: the first picture of
-most scenes needs nothing of it.
+Depth images are found beside the mesh or in the cache; what is found nowhere is baked, and the cache keeps it. What
+bakes is imported when something has to be baked: the first picture of most scenes needs nothing of it.
 """
 
 import logging
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import BrokenExecutor
-from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,10 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.assets import derived_data
 from depthwalk.assets.asset_files import (
-    clusters_key,
     complaints_about,
-    levels_key,
     mesh_key,
     model_params,
     range_key,
@@ -28,19 +24,15 @@ from depthwalk.assets.asset_files import (
     read_keyed,
     read_meso,
     read_relief,
-    views_key,
 )
 from depthwalk.assets.cooked import cooked_objects
-from depthwalk.bake.cache import BAKED, find_baked, has_key, keep_baked, sidecar
-from depthwalk.bake.capture_file import find_views, keep_views
+from depthwalk.assets.missing_images import bake_missing
+from depthwalk.bake.cache import find_baked, keep_baked
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.file import read_baked, read_header
-from depthwalk.bake.level_file import find_levels, keep_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
-from depthwalk.cache import make_room
-from depthwalk.cook.cluster_file import find_clusters, keep_clusters
-from depthwalk.cook.cook import GRID_TEXELS, AheadReader, CookedObject, CookOptions
+from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, Prefetcher
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
@@ -48,7 +40,6 @@ from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_height
 from depthwalk.ingest.mesh import Mesh, MeshLevel
-from depthwalk.parallel import thread_map
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset
 
 log = logging.getLogger(__name__)
@@ -56,6 +47,7 @@ log = logging.getLogger(__name__)
 _NEEDS_IMAGES = (
     "lod.mode `paper`, lod.cases other than `complete`, and warp.order `epipole` need the depth images (.dpci.exr)"
 )
+
 
 Report = Callable[[str, str], None]
 """Called with the name of an asset, and what is being done for it."""
@@ -82,7 +74,7 @@ class SceneLibrary:
         assets: tuple[Asset, ...],
         report: Report = lambda name, stage: None,
         processes: int | None = 1,
-        ahead: AheadReader | None = None,
+        ahead: Prefetcher | None = None,
     ) -> None:
         """Make a library of a scene's assets; nothing is read yet.
 
@@ -225,40 +217,8 @@ class SceneLibrary:
         assets
             Numbers of the assets to look for.
         """
-        unbaked = self._unbaked_meshes(assets) if self._processes != 1 else {}
-        if len(unbaked) < 2:
-            return
-        from depthwalk.assets.bake_job import Job
-        from depthwalk.assets.batch_bake import bake_all
-
-        missing = [Job(spec=spec, params=params, out=BAKED.file(key)) for key, (spec, params) in unbaked.items()]
-        names, done = [job.spec.name for job in missing], 0
-
-        def stage(number: int, name: str) -> None:
-            self.report(names[number], f"{name} ({done} of {len(missing)} baked)")
-
-        try:
-            missing[0].out.parent.mkdir(parents=True, exist_ok=True)
-            with closing(bake_all(missing, self._processes, stage)) as outcomes:
-                for number, outcome in outcomes:
-                    done += 1
-                    if not isinstance(outcome, InputError):
-                        make_room(missing[number].out)
-        except OSError as error:
-            log.warning("cannot keep depth images: %s", error)
-        except BrokenExecutor:  # the system ended a process, for lack of memory say: one at a time needs less
-            log.warning("the system ended a process that baked; the depth images that are missing are baked singly")
-
-    def _unbaked_meshes(self, assets: Sequence[int]) -> dict[str, tuple[MeshAsset, ModelParams]]:
-        """Return the meshes, by key, whose depth images `assets` need and are found nowhere, and how to bake them."""
-        found: dict[str, tuple[MeshAsset, ModelParams]] = {}  # assets may share one
-        for spec in (self._assets[asset] for asset in assets):
-            if isinstance(spec, MeshAsset) and spec.dpci is not None:
-                params = model_params(spec.dpci)
-                key = mesh_key(spec, params)
-                if not (has_key(sidecar(spec.mesh), key) or has_key(BAKED.file(key), key)):
-                    found[key] = spec, params
-        return found
+        if self._processes != 1:
+            bake_missing((self._assets[asset] for asset in assets), self._processes, self.report)
 
     def _mesh_model(self, asset: int, spec: MeshAsset, max_stepped: int | None = None) -> BakedModel:
         """Return the depth images of a mesh, with the relief that the scene lays over them.
@@ -354,7 +314,9 @@ class SceneLibrary:
         if asset not in self._levels:
             spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
             if spec is not None and mesh is not None:
-                self._levels[asset] = self._found_or_made_levels(spec, *self._meshes[asset])
+                self._levels[asset] = derived_data.simplified_levels(
+                    spec, *self._meshes[asset], partial(self.report, spec.name)
+                )
             else:
                 self._levels[asset] = ()
         return self._levels[asset]
@@ -364,7 +326,9 @@ class SceneLibrary:
         if asset not in self._clusters:
             spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
             if spec is not None and mesh is not None:
-                self._clusters[asset] = self._found_or_made_clusters(spec, *self._meshes[asset])
+                self._clusters[asset] = derived_data.clusters(
+                    spec, *self._meshes[asset], partial(self.report, spec.name)
+                )
             else:
                 self._clusters[asset] = None
         return self._clusters[asset]
@@ -377,20 +341,7 @@ class SceneLibrary:
         spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
         if spec is None or mesh is None:
             return None
-        key = views_key(spec, self._meshes[asset][1], params)
-        found = find_views(params, key)
-        if found is not None:
-            return found
-        self.report(spec.name, "capturing views")
-        from depthwalk.bake.capture import capture_views
-
-        with thread_map() as parallel_map:
-            views = capture_views(mesh, params, parallel_map)
-        try:
-            keep_views(views, key)
-        except OSError as error:
-            log.warning("cannot keep the captured views of %s: %s", spec.name, error)
-        return views
+        return derived_data.captured_views(spec, *self._meshes[asset], params, partial(self.report, spec.name))
 
     def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:
         """Keep `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""
@@ -406,38 +357,6 @@ class SceneLibrary:
         """Read the mesh of an asset, and say so."""
         self.report(spec.name, "reading")
         return read_hashed(spec)
-
-    def _found_or_made_levels(self, spec: MeshAsset, mesh: Mesh, source: str) -> tuple[MeshLevel, ...]:
-        """Find the levels of a mesh in the cache; else simplify it, and let the cache keep them."""
-        key = levels_key(spec, source)
-        found = find_levels(mesh, key)
-        if found is not None:
-            return found
-        from depthwalk.bake.levels import mesh_levels
-
-        self.report(spec.name, "simplifying")
-        levels = mesh_levels(mesh)
-        try:
-            keep_levels(levels, key)
-        except OSError as error:
-            log.warning("cannot keep the simplified meshes of %s: %s", spec.name, error)
-        return levels
-
-    def _found_or_made_clusters(self, spec: MeshAsset, mesh: Mesh, source: str) -> MeshClusters:
-        """Find the clusters of a mesh in the cache; else build them, and let the cache keep them."""
-        key = clusters_key(spec, source)
-        found = find_clusters(mesh, key)
-        if found is not None:
-            return found
-        self.report(spec.name, "dividing into clusters")
-        from depthwalk.cook.cluster_builder import build_clusters
-
-        clusters = build_clusters(mesh)
-        try:
-            keep_clusters(clusters, key)
-        except OSError as error:
-            log.warning("cannot keep the mesh clusters of %s: %s", spec.name, error)
-        return clusters
 
 
 def _mesh_spec(spec: Asset) -> MeshAsset | None:

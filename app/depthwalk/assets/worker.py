@@ -14,7 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 _IMPORTS = (  # of baking and cooking, with what their functions import when they are called
-    "depthwalk.assets.background",
+    "depthwalk.assets.bake_pool",
     "depthwalk.bake.parts",
     "embreex.mesh_construction",
     "embreex.rtcore_scene",

@@ -77,24 +77,10 @@ def trace_boundary_strip(
     BoundaryStrip
         The strip of `grid.face` at `level`; it may be empty.
     """
-    layers, height, width = samples.depth.shape
-    corners = grid_cells(grid.shape, grid.face, 1 << level)
-    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(grid.face, *corners))  # (triangles, 3)
-    texels = rows * width + columns
-    free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
-    begins = (free & followed.reshape(layers, -1).take(texels, 1)).any(0)
-    selected = np.unique(np.flatnonzero(begins) // 3)
-    free, columns, rows, texels = (
-        free.take(selected, 1),
-        columns.take(selected, 0),
-        rows.take(selected, 0),
-        texels.take(selected, 0),
-    )
-    # Unwrapped, so that an edge across the seam is a short one.
-    unwrapped = np.where(columns < np.tile(corners[0], 2)[selected, None], columns + width, columns)
+    _, height, width = samples.depth.shape
+    free, texels, position = _open_triangles(grid, samples, level, codes, followed)
     layer, triangle, corner = free.nonzero()
     start = layer * height * width + texels[triangle, corner]  # sample numbers
-    position = np.stack([(unwrapped + 0.5) / width, (rows + 0.5) / height], -1)  # (triangles, 3, 2) u, v
 
     # The two edges of each free corner, most of them shared by two triangles: each is followed once.
     turns = np.stack([(corner + 1) % 3, (corner + 2) % 3])
@@ -103,7 +89,7 @@ def trace_boundary_strip(
     from_sample = np.tile(start, 2)[once]
     begin, end = position[triangle, corner], position[triangle, turns].reshape(-1, 2)
     cell = (1 << level) * grid.longest_texel
-    begin, end = np.tile(begin, (2, 1)).take(once, 0), end.take(once, 0)
+    begin, end = (np.asarray(points.take(once, 0)) for points in (np.tile(begin, (2, 1)), end))
     along, depth = _follow(caster, grid, samples, from_sample, begin, end, cell)
 
     edge = edge.reshape(2, -1)
@@ -138,6 +124,32 @@ def _rounded(values: Array, step: float) -> Array:
     """Round to multiples of the power of two up to `step`: what is no more than noise does not compress."""
     unit = 2.0 ** np.floor(np.log2(step))
     return np.asarray(np.round(values / unit) * unit)
+
+
+def _open_triangles(
+    grid: FaceGrid,
+    samples: Samples,
+    level: int,
+    codes: list[NDArray[np.uint16]],
+    followed: NDArray[np.bool_],
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], Array]:
+    """Return the grid's triangles that lack a sample, and have one at a corner that is `followed`.
+
+    Returns which samples (L, triangles, 3) are free, see `_free_corners`, the texels (triangles, 3) at the corners, and
+    where these are, (triangles, 3, 2) u, v, beyond 1 where a triangle crosses the seam.
+    """
+    layers, height, width = samples.depth.shape
+    corners = grid_cells(grid.shape, grid.face, 1 << level)
+    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(grid.face, *corners))  # (triangles, 3)
+    texels = rows * width + columns
+    free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
+    begins = (free & followed.reshape(layers, -1).take(texels, 1)).any(0)
+    selected = np.unique(np.flatnonzero(begins) // 3)
+    columns, rows = columns.take(selected, 0), rows.take(selected, 0)
+    # Unwrapped, so that an edge across the seam is a short one.
+    unwrapped = np.where(columns < np.tile(corners[0], 2)[selected, None], columns + width, columns)
+    position = np.stack([(unwrapped + 0.5) / width, (rows + 0.5) / height], -1)
+    return free.take(selected, 1), texels.take(selected, 0), position
 
 
 def _free_corners(

@@ -7,6 +7,7 @@ triangle, as they do from a ray's hit. The views' texels, connected to triangles
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -112,11 +113,12 @@ def _sample(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples
         device = headless_device()
     except GpuError as error:
         raise GpuError(f"method six-view draws with OpenGL, method raycast does not: {error}") from error
-    scope = device.scope("six-view")
     try:
-        return _sample_on(scope, mesh, cylinder, size)
+        with device.context, ExitStack() as objects:
+            scope = device.scope("six-view")
+            objects.callback(scope.release)
+            return _sample_on(scope, mesh, cylinder, size)
     finally:
-        scope.release()
         device.context.release()
 
 

@@ -111,10 +111,11 @@ def _opengl() -> Iterator[Row]:
         return
     try:
         yield "OpenGL renderer", device.renderer + (" (software)" if device.software else "")
-        yield "OpenGL version", device.context.info["GL_VERSION"]
+        yield "OpenGL version", device.driver
         yield "largest texture", f"{device.max_texture_size} texels a side, {device.max_layers} layers"
         conservative = "GL_ARB_conservative_depth" in device.context.extensions
         yield "conservative depth", "yes" if conservative else "no"
+        yield "tells of a lost context", "yes" if device.notices_loss else "no"
     finally:
         device.context.release()
 

@@ -13,7 +13,7 @@ from typing import Any
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.cluster.store import check_url, is_url, read_head, write_url
 from depthwalk.commands.progress import asset_progress, frame_progress, log
-from depthwalk.cook.cook import AheadReader
+from depthwalk.cook.cook import Prefetcher
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, temporary_folder, write_bytes
 from depthwalk.gpu.failures import GPU_FAILURES, GpuError
@@ -225,7 +225,7 @@ def open_headless(
     try:
         with asset_progress() as report:
             if library is None:
-                library = SceneLibrary(scene.assets, processes=None, ahead=AheadReader(threads))
+                library = SceneLibrary(scene.assets, processes=None, ahead=Prefetcher(threads))
             library.report = report
             headless = HeadlessRenderer(scene, library, size, representation)
         with headless:

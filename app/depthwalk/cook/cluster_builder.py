@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cluster_error import Probes
-from depthwalk.cook.group_collapse import Places, Vertices, collapse_groups
+from depthwalk.cook.group_collapse import collapse_groups
 from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.cook.quadrics import clustered_surface
+from depthwalk.cook.seamed_mesh import Places, Vertices
 from depthwalk.geometry.indexed_triangles import vertex_directions
 from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.spatial_order import kd_tree_order

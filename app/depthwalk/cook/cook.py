@@ -98,10 +98,10 @@ class CookedObject:
     load: Callable[[], tuple[LodGeometry, VirtualTexture]]
 
 
-MOST_AHEAD = 128e6  # bytes of geometry and textures that are read before they are asked for
+MOST_PREFETCHED = 128e6  # bytes of geometry and textures that are read before they are asked for
 
 
-class Preloaded:
+class HeldArrays:
     """Load geometry and texture of an object before they are asked for; it takes the place of `CookedObject.load`.
 
     The first call hands over what was loaded, which is then forgotten; later calls load again.
@@ -127,7 +127,7 @@ class Preloaded:
         return self._load() if arrays is None else arrays
 
 
-class ReadAhead:
+class PrefetchedArrays:
     """Have a thread load geometry and texture of an object before they are asked for; a `CookedObject.load`.
 
     The first call hands over what was loaded, or raises what loading raised. Where the thread has not come to it, and
@@ -145,10 +145,10 @@ class ReadAhead:
         return self._load() if ahead is None or ahead.cancel() else ahead.result()
 
 
-class AheadReader:
+class Prefetcher:
     """Have a thread load the arrays of objects in the order in which these are found: a first picture needs most."""
 
-    def __init__(self, threads: Executor, most: float = MOST_AHEAD) -> None:
+    def __init__(self, threads: Executor, most: float = MOST_PREFETCHED) -> None:
         """Read with `threads`, but only so many bytes in all: `most`."""
         self._threads, self._left = threads, most
 
@@ -157,7 +157,7 @@ class AheadReader:
         self._left -= sum(cooked.bytes for cooked in objects)
         if self._left < 0:
             return objects
-        return tuple(replace(cooked, load=ReadAhead(cooked.load, self._threads)) for cooked in objects)
+        return tuple(replace(cooked, load=PrefetchedArrays(cooked.load, self._threads)) for cooked in objects)
 
 
 def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:

@@ -10,13 +10,15 @@ import logging
 from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from functools import partial
 from typing import Any, Unpack
 from weakref import WeakSet
 
 import moderngl
 import numpy as np
 
-from depthwalk.gpu.failures import GpuError, ResetStatus, check_reset, never_reset
+from depthwalk.gpu.egl import RobustContext
+from depthwalk.gpu.failures import AddressOf, GpuError, check_reset, never_reset, reset_status
 from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
 from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
 
@@ -52,13 +54,13 @@ class Device:
         Samples per pixel that textures of every kind may have; 1 where shaders cannot run per sample.
     """
 
-    def __init__(self, context: moderngl.Context, status: ResetStatus = never_reset) -> None:
+    def __init__(self, context: moderngl.Context, address_of: AddressOf | None = None) -> None:
         """Find out what `context`, moderngl's, can do; it must be the current one.
 
-        status: tells whether the context is lost, see `gpu.failures`.
+        address_of: returns the address of the GL function of a name; None where the context is not a robust one.
         """
         self.context = context
-        self._status = status
+        self._status = never_reset if address_of is None else reset_status(context, address_of)
         self._scopes: WeakSet[Scope] = WeakSet()
         self.live: Counter[str] = Counter()
         self.state = StateKeeper(context)
@@ -79,6 +81,11 @@ class Device:
         """Ask the driver whether the context still lives, once for each picture. Raises ContextLostError."""
         check_reset(self._status)
 
+    @property
+    def notices_loss(self) -> bool:
+        """Return whether the driver tells when the context is lost."""
+        return self._status is not never_reset
+
     def release(self) -> None:
         """Release everything in all scopes: after a failure, of which nobody knows how far it let their owners come."""
         for scope in list(self._scopes):
@@ -88,7 +95,8 @@ class Device:
 def headless_device() -> Device:
     """Return a device without a window: by EGL where there is one, else as the platform does it.
 
-    The caller releases its `context`.
+    Its context is robust where the driver offers that. It is current within `with device.context` only; the caller
+    releases it.
 
     Returns
     -------
@@ -100,14 +108,36 @@ def headless_device() -> Device:
     GpuError
         Where no OpenGL 3.3 context can be had; the message has the reasons of all attempts.
     """
-    reasons = []
-    attempts: list[dict[str, Any]] = [{"backend": "egl"}, {}]
-    for settings in attempts:
+    reasons: dict[str, None] = {}
+    for make in (_robust_device, partial(_ordinary_device, backend="egl"), _ordinary_device):
         try:
-            return Device(moderngl.create_context(require=330, standalone=True, **settings))
+            device = make()
         except Exception as error:  # glcontext raises bare Exception
-            reasons.append(str(error))
+            reasons[str(error)] = None
+            continue
+        if reasons:
+            log.info("the driver will not tell of a lost context: %s", "; ".join(reasons))
+        return device
     raise GpuError(f"no OpenGL 3.3 context: {'; '.join(reasons)}")
+
+
+def _robust_device() -> Device:
+    """Return a device that notices when its context is lost. Raises GpuError, and what moderngl raises."""
+    robust = RobustContext()
+    try:
+        with robust:
+            context = moderngl.create_context(require=330, standalone=True, context=robust)  # type: ignore[arg-type]
+            return Device(context, robust.load_opengl_function)
+    except BaseException:
+        robust.release()
+        raise
+
+
+def _ordinary_device(**settings: Any) -> Device:
+    """Return a device whose context moderngl makes, with these settings of it. Raises what it raises."""
+    context = moderngl.create_context(require=330, standalone=True, **settings)
+    with context:
+        return Device(context)
 
 
 def _max_samples(context: moderngl.Context) -> int:

@@ -28,8 +28,11 @@ _EXTENSIONS = {"GL_KHR_robustness": "glGetGraphicsResetStatus", "GL_ARB_robustne
 ResetStatus = Callable[[], int]
 """Returns a code of GL: 0 while the context is well, else why the GPU was reset."""
 
+AddressOf = Callable[[str], int | None]
+"""Returns the address of the GL function of a name; 0 or None where there is none."""
 
-def reset_status(context: moderngl.Context, address_of: Callable[[str], int | None]) -> ResetStatus:
+
+def reset_status(context: moderngl.Context, address_of: AddressOf) -> ResetStatus:
     """Return the function of GL that tells whether the GPU was reset.
 
     Parameters

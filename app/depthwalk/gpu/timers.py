@@ -14,6 +14,7 @@ import moderngl
 
 from depthwalk.gpu.device import Device
 
+LONGEST_SUBMISSION = 250.0  # ms; the watchdog of Windows ends what takes 2 s, and other programs wait meanwhile
 _FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, when its result no longer blocks
 _FIRST_DRAINED = 3  # those before compile shaders, which tells of no other frame; a window at rest draws few more
 _DRAINED_EVERY = 8  # frames, one of which is drained: its passes cannot share the cores, which makes it a tenth longer
@@ -83,6 +84,15 @@ class PassTimers:
     def _drains(self) -> bool:
         """Return whether this frame is one of those in which the pipeline is drained."""
         return self.kind == "finish" and self.frame >= self._next
+
+    @property
+    def may_be_long(self) -> bool:
+        """Return whether a frame must be expected to keep a GPU busy for longer than LONGEST_SUBMISSION.
+
+        That is so before the times of any frame are known, and never where the CPU does the drawing: nothing is killed
+        there.
+        """
+        return self.kind == "gpu" and (self.of_frame < 0 or sum(self.milliseconds.values()) > LONGEST_SUBMISSION)
 
     def awaited(self, frame: int) -> bool:
         """Return whether times of the frame with the number `frame`, or of an earlier one, are still to come."""

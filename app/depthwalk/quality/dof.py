@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
-from depthwalk.reference.dof import ranges
+from depthwalk.reference.dof_tiles import ranges
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.lens import SHARP_RADIUS, TILE, circle_radius, largest_radius
 from depthwalk.render.view.view import View
@@ -37,7 +37,7 @@ MOST_TIME = 1 / 20  # of the time of `TRUTH` frames
 
 
 @dataclass(frozen=True)
-class Shot:
+class TimedPicture:
     """Hold a picture, and how long its frame took.
 
     Attributes
@@ -104,7 +104,9 @@ def _focus(headless: HeadlessRenderer, view: View, lens: DofParams) -> NDArray[n
     return np.asarray((np.abs(circles) < SHARP_RADIUS) & (ranges(circles[::-1], TILE)[0, ::-1] > -SHARP_RADIUS))
 
 
-def _draw(headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, name: str, report: Report) -> Shot:
+def _draw(
+    headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, name: str, report: Report
+) -> TimedPicture:
     accumulates = mode == "accumulate"
     report(name, f"depth of field: {f'{TRUTH} points of the lens' if accumulates else mode}")
     few, lens.samples, lens.mode = lens.samples, TRUTH if accumulates else lens.samples, mode  # type: ignore[assignment]
@@ -116,7 +118,7 @@ def _draw(headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, na
         picture = np.ascontiguousarray(headless.pixels()[..., :3])
         times.append(clock() - start)
     lens.samples = few
-    return Shot(picture, median(times))
+    return TimedPicture(picture, median(times))
 
 
 def _changed(sharp: Picture, picture: Picture, still: NDArray[np.bool_]) -> float:
@@ -124,7 +126,7 @@ def _changed(sharp: Picture, picture: Picture, still: NDArray[np.bool_]) -> floa
     return float(np.abs(picture.astype(int) - sharp)[still].max(initial=0))
 
 
-def _rows(subject: str, shots: dict[str, Shot], changed: dict[str, float]) -> Iterator[Row]:
+def _rows(subject: str, shots: dict[str, TimedPicture], changed: dict[str, float]) -> Iterator[Row]:
     truth = shots["accumulate"]
     everywhere = np.ones(truth.picture.shape[:2], bool)
     for mode, shot in shots.items():

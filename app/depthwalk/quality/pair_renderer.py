@@ -28,7 +28,7 @@ BACKGROUND = (0.5, 0.5, 0.5)  # sRGB; neither bright nor dark surfaces gain by i
 
 
 @dataclass(frozen=True)
-class Shot:
+class RgbdPicture:
     """Hold one picture, row 0 at the top.
 
     Attributes
@@ -60,8 +60,8 @@ class Pair:
         Its depth images.
     """
 
-    mesh: Shot
-    dpci: Shot
+    mesh: RgbdPicture
+    dpci: RgbdPicture
 
 
 class PairRenderer:
@@ -119,13 +119,13 @@ class PairRenderer:
         """Return the most GPU memory that the depth images took in any picture, bytes: buffers, textures, mip-maps."""
         return self._most_bytes
 
-    def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
+    def _shot(self, viewpoint: Viewpoint, representation: Representation) -> RgbdPicture:
         self._headless.renderer.world.representation = representation
         view = view_of(self._sphere, viewpoint, self.size)
         self._headless.draw(view)
         if representation is Representation.DPCI:
             self._most_bytes = max(self._most_bytes, self._headless.renderer.assets.gpu_bytes)
-        return Shot(self._headless.pixels()[..., :3].copy(), self._headless.distances())
+        return RgbdPicture(self._headless.pixels()[..., :3].copy(), self._headless.distances())
 
 
 class _OneObject:

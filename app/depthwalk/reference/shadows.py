@@ -7,7 +7,7 @@ are moved along their normals first, so that the filter does not find the surfac
 
 import numpy as np
 
-from depthwalk.render.shadows.casters import MapView
+from depthwalk.render.shadows.casters import LightView
 from depthwalk.render.view.view import matrix_array
 from depthwalk.types import Array
 
@@ -43,7 +43,7 @@ def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filte
     return np.asarray(point + normal * np.atleast_1d(texel * (0.5 * filter_width * sine + 0.5 + error))[:, None])
 
 
-def light_share(depth: Array, view: MapView, point: Array, filter_width: int) -> Array:
+def light_share(depth: Array, view: LightView, point: Array, filter_width: int) -> Array:
     """Return what part of the light reaches points, by a filtered look-up in a shadow map.
 
     Parameters

@@ -2,7 +2,8 @@
 
 from typing import Any, cast
 
-from depthwalk.render.targets import FRAMEBUFFERS, TARGET_OF, TARGETS, Targets
+from depthwalk.render.target_table import FRAMEBUFFERS, TARGET_OF, TARGETS
+from depthwalk.render.targets import Targets
 
 _OPEN_TO_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # numbers, which need no declaration
 

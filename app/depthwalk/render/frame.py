@@ -1,8 +1,8 @@
 """Define what a pass is given, `Frame`, and what every pass must be, `Pass`.
 
 A frame is a list of passes that run one after the other. They know of each other by the targets alone that they read
-and write (`render.targets.TARGETS`); what they draw and through which camera comes with the `Frame`, and how they draw
-it with their own parameters.
+and write (`render.target_table.TARGETS`); what they draw and through which camera comes with the `Frame`, and how they
+draw it with their own parameters.
 """
 
 from abc import ABC, abstractmethod
@@ -137,8 +137,8 @@ class Pass(ABC, Generic[P]):
     per_sample : whether it runs for each sample of a pixel, where targets have several.
     representation : the one of `scene.arrays.HEIGHT_FIELDS` or `CAPTURED` that it draws. Such a pass is left out of
         phases without objects drawn so, before it is asked anything. None for all others.
-    reads : names of the targets (`render.targets.TARGETS`) that it reads. A depth that is only tested against counts as
-        read.
+    reads : names of the targets (`render.target_table.TARGETS`) that it reads. A depth that is only tested against
+        counts as read.
     writes : names of the targets that it draws into.
     Params : the class of its parameters: P of the base class `Pass[P]` that a subclass names.
     gl : creates and owns GL objects; set from `attach` to `release`.

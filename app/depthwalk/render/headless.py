@@ -175,7 +175,6 @@ class HeadlessRenderer:
             raise ValueError("no frame was drawn with linear=True")
         with self.device.context:
             lit = targets.lit_texture.read(alignment=1)
-            self.device.check()
         width, height = self.size
         samples = targets.size[0] // width
         colour = np.frombuffer(lit, np.float16).astype(np.float32).reshape(height, samples, width, samples, 4)
@@ -188,11 +187,17 @@ class HeadlessRenderer:
         -------
         (H, W) float32 metres along the view axis, row 0 at the top; +inf where nothing is. Each pixel has the least
         distance of its samples.
+
+        Raises
+        ------
+        ContextLostError
+            Where the picture is lost, see `make_anew`.
         """
         targets, fitted = self.renderer.targets, self.renderer.view
         assert targets is not None and fitted is not None  # `draw` made them
         with self.device.context:
             depth_bytes = targets.depth.read(alignment=1)
+            self.device.check()
         width, height = self.size
         samples = targets.size[0] // width
         depth = np.frombuffer(depth_bytes, np.float32).reshape(height, samples, width, samples)

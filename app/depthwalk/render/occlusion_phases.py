@@ -2,7 +2,7 @@
 
 A renderer that remembers draws first what the last frame showed, and tests all else against the depth of that, as in
 two-phase occlusion culling. Without memory, or after a jump, the first phase are the nearest objects, and each further
-phase draws several times as many of those that the test leaves over. The test is `render.culling.occlusion_test`.
+phase draws several times as many of those that the test leaves over. The test is `render.culling.object_occlusion`.
 Far clusters (`render.draw.far_cluster_planner`) come last.
 """
 
@@ -13,30 +13,21 @@ import numpy as np
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render import kernels
 from depthwalk.render.antialiasing.modes import tile_layout
-from depthwalk.render.culling.depth_readback import DepthReadback
-from depthwalk.render.culling.occlusion_test import (
-    FIRST_BATCH,
-    FIRST_PHASE,
-    IsHidden,
-    depth_test,
-    growth,
-)
+from depthwalk.render.culling.object_occlusion import ObjectOcclusion, Occluders
+from depthwalk.render.culling.occlusion_test import FIRST_BATCH, FIRST_PHASE, growth
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.bounds import Cylinders, box_cylinders, cylinders
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
-from depthwalk.render.world.spatial_cells import boxes_about, in_sight, nearest, nearest_first
+from depthwalk.render.world.spatial_cells import in_sight, nearest, nearest_first
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Mask, Rows
 
 _SAMPLED = 1024  # objects of far cells, which are tested for all of these
-_NEIGHBOURS = 16  # objects that are tested together first
 _CROWDED = 0.25  # where more of them are hidden, testing objects singly is quicker than drawing clusters
 
 
@@ -64,8 +55,18 @@ class InSight:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _FrameInputs:
-    """Hold what a frame is drawn with. remembers, warp_limit, tile_light: see `OcclusionPhases.plans`."""
+class PhaseInputs:
+    """Hold what the phases of a frame are drawn with.
+
+    Attributes
+    ----------
+    view : the view of the picture, near and far plane fitted.
+    targets : the textures that the phases are drawn into; their depth is read between the phases.
+    residency : brings to the GPU what the frame draws.
+    remembers : whether what earlier frames found may be used.
+    warp_limit : how many triangles may be warped, see `PlanSettings`.
+    tile_light : what the light in impostor tiles depends on, see `PlanSettings`.
+    """
 
     view: View
     targets: Targets
@@ -106,10 +107,10 @@ class OcclusionPhases:
     """
 
     def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld, timers: PassTimers) -> None:
-        self._device, self._settings, self._world, self._timers = device, settings, world, timers
+        self._settings, self._world, self._timers = settings, world, timers
         self._planner = Planner()
         self._cluster_planner = FarClusterPlanner(world, self._planner.tiles)
-        self._depth_readback: DepthReadback | None = None  # made when there is something to cull
+        self._occlusion = ObjectOcclusion(device, settings, world)
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
         self._ahead: Rows = np.zeros(0, np.int64)  # of the batches, those that this frame drew first, from memory
 
@@ -149,40 +150,18 @@ class OcclusionPhases:
                 bounding_radius=np.concatenate([reach, cells_reach]),
             )
 
-    def plans(
-        self,
-        view: View,
-        in_sight: InSight,
-        targets: Targets,
-        residency: FrameResidency,
-        remembers: bool,
-        warp_limit: int | None = None,
-        tile_light: Hashable = None,
-    ) -> Iterator[FrameDrawLists]:
-        """Yield the plan of each phase, which is to be drawn into `targets` before the next one is asked for.
+    def plans(self, frame: PhaseInputs, in_sight: InSight) -> Iterator[FrameDrawLists]:
+        """Yield the plan of each phase, which is to be drawn into the targets before the next one is asked for.
 
         Parameters
         ----------
-        view : the view of the picture, near and far plane fitted.
+        frame : what the phases are drawn with.
         in_sight : what the method `in_sight` has found.
-        targets : the textures that the phases are drawn into; their depth is read between the phases.
-        residency : brings to the GPU what the frame draws.
-        remembers : whether what earlier frames found may be used.
-        warp_limit : how many triangles may be warped, see `PlanSettings`.
-        tile_light : what the light in impostor tiles depends on, see `PlanSettings`.
 
         Yields
         ------
         What the passes draw in the next phase.
         """
-        frame = _FrameInputs(
-            view=view,
-            targets=targets,
-            residency=residency,
-            remembers=remembers,
-            warp_limit=warp_limit,
-            tile_light=tile_light,
-        )
         pending = _Pending(
             rows=in_sight.rows,
             distance=in_sight.distance,
@@ -193,7 +172,7 @@ class OcclusionPhases:
         size = max(len(rows), FIRST_PHASE)
         plan: FrameDrawLists | None = None
         while plan is None or len(rows):
-            from_memory = plan is None and remembers and len(rows) > FIRST_PHASE
+            from_memory = plan is None and frame.remembers and len(rows) > FIRST_PHASE
             plan = self._plan(frame, rows, plan)
             yield plan
             self._last_seen[rows] = True
@@ -205,7 +184,7 @@ class OcclusionPhases:
         if len(pending.far_cells):
             yield self._plan_clusters(frame, pending.far_cells, plan)
 
-    def _first_phase(self, frame: _FrameInputs, pending: _Pending) -> Rows:
+    def _first_phase(self, frame: PhaseInputs, pending: _Pending) -> Rows:
         """Return the objects (m,), nearest first, that are drawn before any is tested; the others stay `pending`.
 
         With memory they are what the last frame showed, near or far; where that is too little, as after a jump, the
@@ -242,7 +221,7 @@ class OcclusionPhases:
             rows = rows[in_batches[cells.cell_of_row[rows]]]
             return in_sight(view, self._world.bounds(), self._settings.culling.min_pixels, rows)
 
-    def _drop_hidden(self, frame: _FrameInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
+    def _drop_hidden(self, frame: PhaseInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
         """Drop from what is `pending` the objects that are hidden, and open batches where few are left.
 
         Parameters
@@ -255,46 +234,45 @@ class OcclusionPhases:
         How many times as many objects as this phase the next one draws at most.
         """
         with self._timers.measure_cpu("occlusion"):
-            is_hidden = self._hidden_by_depth(frame)
-            neighbours = pending.distance is not None
-            hidden = (self._hidden_neighbours if neighbours else self._hidden)(is_hidden, pending.rows)
-            self._last_seen[retested[self._hidden(is_hidden, retested)]] = False
-            occluded = int(hidden.sum()) + self._drop_cells(pending, is_hidden)
-            self._open_crowded(pending, is_hidden)
+            drawn = self._occlusion.drawn(frame.view, frame.targets)
+            hidden = (drawn.hide if pending.distance is None else drawn.hide_neighbours)(pending.rows)
+            self._last_seen[retested[drawn.hide(retested)]] = False
+            occluded = int(hidden.sum()) + self._drop_cells(pending, drawn)
+            self._open_crowded(pending, drawn)
             pending.rows = pending.rows[~hidden]
             if pending.distance is not None:
                 pending.rows, pending.distance = nearest_first(pending.rows, pending.distance[~hidden]), None
         if len(self._ahead) and pending.batches:  # most of what the batches show is drawn: the rest at once
             pending.batches = [np.concatenate(pending.batches)]
         while pending.batches and (len(pending.rows) < FIRST_PHASE or len(self._ahead)):
-            opened, distance, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
+            opened, distance, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), drawn)
             opened, distance = self._resident(frame, opened, distance)
             pending.rows = np.append(pending.rows, nearest_first(opened, distance))
             occluded += hidden_objects
         plan.note("occluded", occluded)
         return growth(hidden)
 
-    def _drop_cells(self, pending: _Pending, is_hidden: IsHidden) -> int:
+    def _drop_cells(self, pending: _Pending, drawn: Occluders) -> int:
         """Drop from the batches that are `pending` the cells that are hidden as a whole, and count their objects."""
         if not pending.batches:
             return 0
         cells, ends = self._world.cells(), np.cumsum([len(batch) for batch in pending.batches])
         every = np.concatenate(pending.batches)
-        hidden = is_hidden(cells.cylinders(every))
-        drawn = np.bincount(cells.cell_of_row[self._ahead], minlength=len(cells.low))[every[hidden]].sum()
+        hidden = drawn.hide_cylinders(cells.cylinders(every))
+        ahead = np.bincount(cells.cell_of_row[self._ahead], minlength=len(cells.low))[every[hidden]].sum()
         left = [batch[~gone] for batch, gone in zip(pending.batches, np.split(hidden, ends[:-1]), strict=True)]
         pending.batches = [batch for batch in left if len(batch)]
-        return cells.count_objects(every[hidden]) - int(drawn)
+        return cells.count_objects(every[hidden]) - int(ahead)
 
-    def _open_crowded(self, pending: _Pending, is_hidden: IsHidden) -> None:
+    def _open_crowded(self, pending: _Pending, drawn: Occluders) -> None:
         """Make a batch of the far cells, whose objects are then tested singly, if many of these are hidden."""
         if len(pending.far_cells):
             sample = self._world.cells().sample_objects(pending.far_cells, _SAMPLED)
-            if self._hidden(is_hidden, sample).mean() > _CROWDED:
+            if drawn.hide(sample).mean() > _CROWDED:
                 pending.batches.append(pending.far_cells)
                 pending.far_cells = pending.far_cells[:0]
 
-    def _open_batch(self, view: View, batch: Rows, is_hidden: IsHidden) -> tuple[Rows, Array, int]:
+    def _open_batch(self, view: View, batch: Rows, drawn: Occluders) -> tuple[Rows, Array, int]:
         """Return the objects of the cells `batch` (k,) that are neither drawn nor hidden, and how many are hidden.
 
         Their rows (m,) come with their distances (m,), metres along the view axis.
@@ -303,30 +281,15 @@ class OcclusionPhases:
             culling, bounds = self._settings.culling, self._world.bounds()
             rows, distance = self._world.cells().visible(view, bounds, culling.min_pixels, batch)
             if len(self._ahead):
-                drawn = np.zeros(len(self._last_seen), bool)
-                drawn[self._ahead] = True
-                left = ~drawn[rows]
+                is_ahead = np.zeros(len(self._last_seen), bool)
+                is_ahead[self._ahead] = True
+                left = ~is_ahead[rows]
                 rows, distance = rows[left], distance[left]
         with self._timers.measure_cpu("occlusion"):
-            hidden = self._hidden_neighbours(is_hidden, rows)
+            hidden = drawn.hide_neighbours(rows)
             return rows[~hidden], distance[~hidden], int(hidden.sum())
 
-    def _hidden_neighbours(self, is_hidden: IsHidden, rows: Rows) -> Mask:
-        """Return which (m,) of the objects `rows` (m,) are hidden; neighbours stand close together.
-
-        They are tested by boxes about several of them first, and singly where a box is not hidden.
-        """
-        boxes = box_cylinders(*boxes_about(self._world.bounds(), rows, _NEIGHBOURS))
-        hidden = np.repeat(is_hidden(boxes), _NEIGHBOURS)[: len(rows)]
-        left = (~hidden).nonzero()[0]
-        hidden[left] = self._hidden(is_hidden, rows[left])
-        return hidden
-
-    def _hidden(self, is_hidden: IsHidden, rows: Rows) -> Mask:
-        """Return which (m,) of the objects `rows` (m,) are hidden, each tested by its cylinder."""
-        return is_hidden(self._cylinders(rows)) if len(rows) else np.zeros(0, bool)
-
-    def _plan(self, frame: _FrameInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
+    def _plan(self, frame: PhaseInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
         scene, settings, is_resident = (
             self._world.arrays(),
@@ -339,14 +302,15 @@ class OcclusionPhases:
                 frame.view, scene, rows, settings, before is not None, first_object_id, is_resident
             )
 
-    def _plan_clusters(self, frame: _FrameInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
+    def _plan_clusters(self, frame: PhaseInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
         """Plan the phase that draws the clusters of `cells` (m,). before: the plan of the phase before."""
         clusters = self._cluster_planner.clusters()
         with self._timers.measure_cpu("cull"):
             numbers = clusters.visible(frame.view, cells)
         if self._settings.culling.occlusion:
             with self._timers.measure_cpu("occlusion"):
-                hidden = self._hidden_by_depth(frame)(clusters.cylinders(numbers))
+                drawn = self._occlusion.drawn(frame.view, frame.targets)
+                hidden = drawn.hide_cylinders(clusters.cylinders(numbers))
             before.note("occluded", int(clusters.sizes(numbers[hidden]).sum()))
             numbers = numbers[~hidden]
         with self._timers.measure_cpu("upload"):
@@ -355,7 +319,7 @@ class OcclusionPhases:
         with self._timers.measure_cpu("plan"):
             return self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
 
-    def _plan_settings(self, frame: _FrameInputs) -> PlanSettings:
+    def _plan_settings(self, frame: PhaseInputs) -> PlanSettings:
         """Return what plans of the frame follow."""
         settings = self._settings
         layout = tile_layout(settings, settings.warp, frame.remembers)
@@ -368,42 +332,12 @@ class OcclusionPhases:
             tile_light=frame.tile_light,
         )
 
-    def _resident(self, frame: _FrameInputs, rows: Rows, distance: Array) -> tuple[Rows, Array]:
+    def _resident(self, frame: PhaseInputs, rows: Rows, distance: Array) -> tuple[Rows, Array]:
         """Return those of the objects `rows` (m,) whose assets are on the GPU, with their `distance` (m,)."""
         with self._timers.measure_cpu("upload"):
             resident = frame.residency.resident(rows, distance)
             return (rows, distance) if resident.all() else (rows[resident], distance[resident])
 
-    def _cylinders(self, rows: Rows) -> Cylinders:
-        """Return the cylinders that enclose the objects `rows` (m,)."""
-        table, centre, loops = self._world.table(), self._world.bounds().centre, kernels.loaded()
-        if loops is not None:
-            o = self._world.objects()
-            enclosing = loops.upright_cylinders(
-                rows.astype(np.int64, copy=False),
-                centre,
-                o.rotation,
-                o.asset,
-                o.scale,
-                table.half_height,
-                table.cylinder_radius,
-            )
-            return Cylinders(*enclosing)
-        return cylinders(self._world.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)
-
-    def _hidden_by_depth(self, frame: _FrameInputs) -> IsHidden:
-        """Return a test of which cylinders are hidden behind what is drawn so far."""
-        lod, warp = self._settings.lod, self._settings.warp
-        if self._depth_readback is None:
-            self._depth_readback = DepthReadback(self._device, frame.view.size)
-        farthest = self._depth_readback.read(frame.targets)
-        # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
-        # what hides it, is no reason to draw it: what is seen instead is nearer to the truth.
-        margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
-        return depth_test(farthest, self._depth_readback.side, frame.view, margin)
-
     def resized(self) -> None:
         """Release what depends on the size of the targets; call this whenever that size changes."""
-        if self._depth_readback is not None:
-            self._depth_readback.release()
-        self._depth_readback = None
+        self._occlusion.resized()

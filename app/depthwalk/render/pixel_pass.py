@@ -21,7 +21,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.targets import TARGETS
+from depthwalk.render.target_table import TARGETS
 
 P = TypeVar("P", bound=Params)
 Colour = tuple[float, float, float, float]
@@ -110,7 +110,7 @@ class PixelPass(Pass[P]):
         Defines, textures and uniforms.
         """
 
-    def joins(self, frame: Frame, params: P) -> bool:
+    def fuses_with_previous(self, frame: Frame, params: P) -> bool:
         """Return whether the pass may be drawn together with the one before; by default True.
 
         Parameters
@@ -124,7 +124,7 @@ class PixelPass(Pass[P]):
         """
         return True
 
-    def joined(self, frame: Frame, params: P) -> bool:
+    def fuses_with_next(self, frame: Frame, params: P) -> bool:
         """Return whether the next pass may be drawn together with this one; by default True.
 
         Parameters
@@ -212,7 +212,9 @@ def _together(one: DrawnPass, other: DrawnPass, passes: Sequence[Pass[Any]], kep
     """Return whether two passes that follow each other may be one program: nobody else reads what lies between."""
     if not (isinstance(one.pass_, PixelPass) and isinstance(other.pass_, PixelPass)):
         return False
-    if not (one.pass_.joined(one.frame, one.params) and other.pass_.joins(other.frame, other.params)):
+    if not (
+        one.pass_.fuses_with_next(one.frame, one.params) and other.pass_.fuses_with_previous(other.frame, other.params)
+    ):
         return False
     (between,) = one.pass_.writes
     if between in other.pass_.writes:

@@ -6,9 +6,8 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from itertools import groupby
 from typing import Any
 
 import moderngl
@@ -16,27 +15,26 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
-from depthwalk.geometry.vectors import components
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing.modes import hardware_samples, sample_views, supersampled
-from depthwalk.render.declared_targets import declared
+from depthwalk.render.antialiasing.modes import hardware_samples, supersampled
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
 from depthwalk.render.frame import Common, Frame, Pass, common
+from depthwalk.render.frame_memory import FrameMemory
 from depthwalk.render.lighting.irradiance import lighting
-from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
+from depthwalk.render.occlusion_phases import InSight, PhaseInputs
+from depthwalk.render.pass_sequence import PassSequence
 from depthwalk.render.passes import default_passes
-from depthwalk.render.pixel_pass import DrawnPass, PixelPrograms, neighbours
 from depthwalk.render.pixel_shares import PixelShares
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
-from depthwalk.render.targets import Targets, TileAtlas, atlas_size
+from depthwalk.render.targets import Targets
 from depthwalk.render.view.bounds import depth_range, ground_range
+from depthwalk.render.view.framing import IN_FRONT, camera_on
 from depthwalk.render.view.view import View, view_distance
-from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
@@ -44,16 +42,6 @@ from depthwalk.scene.scene import Scene
 _SHADOW_TRIANGLES = 2_000_000  # of shadow maps that may wait, in a frame of a window where nobody moves
 _OF_LIMIT = 5  # for each triangle of these, a frame with a limit to its work may warp so many
 _FIRST_DETAIL = 0.1  # of the triangles of shadow maps, in a first picture that somebody waits for
-_END = object()  # of a pass: it has no further part
-_IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
-
-
-@dataclass(kw_only=True)
-class _Memory:
-    """Hold what frames of one kind keep for the next ones: what was in sight, and the impostor tiles."""
-
-    phases: OcclusionPhases
-    atlas: TileAtlas | None = None
 
 
 class Renderer:
@@ -100,26 +88,22 @@ class Renderer:
         self.warp_limit: int | None = None
         self.keeps: frozenset[str] = frozenset()
         self.targets: Targets | None = None
-        self._declared: dict[Pass[Any], Targets] = {}  # the targets as each pass may use them
         self.plan: FrameDrawLists | None = None
         self.view: View | None = None
         self.timers = PassTimers(device)
         self._frames = self._new_memory()
-        self._fine: _Memory | None = None  # made when somebody asks for such frames
+        self._fine: FrameMemory | None = None  # made when somebody asks for such frames
         self._last_shadows = Shadows()
-        self._gl = device.scope("view")
-        self._view_block = ViewBlock(self._gl, PICTURE_VIEW)
-        self._pixel_programs = PixelPrograms(self._gl)
         self._shadows = ShadowPlanner(self.world, self.timers)
         self._shares: PixelShares | None = None  # made when somebody asks for it
-        self.passes: list[Pass[Any]] = []
-        try:
-            for pass_ in default_passes() if passes is None else passes:
-                pass_.attach(device)
-                self.passes.append(pass_)
-        except BaseException:
-            self.release()
-            raise
+        self._sequence = PassSequence(
+            device, self.settings, self.timers, default_passes() if passes is None else passes
+        )
+
+    @property
+    def passes(self) -> list[Pass[Any]]:
+        """The passes in their order."""
+        return self._sequence.passes
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
         """Draw a picture of the scene.
@@ -149,10 +133,7 @@ class Renderer:
         ------
         The name of the pass whose commands were just given to the GPU; of several that share a program, all names.
         """
-        views = [view]
-        for pass_ in self.passes:
-            views = [seen for whole in views for seen in pass_.views(whole, pass_.params_in(self.settings))]
-        for lens_point, seen in enumerate(views):
+        for lens_point, seen in enumerate(self._sequence.views(view)):
             yield from self._render(seen, screen, transparent, lens_point, self._frames)
         self.timers.end_frame()
 
@@ -178,8 +159,8 @@ class Renderer:
         finally:
             self.timers.drop_frame()
 
-    def _new_memory(self) -> _Memory:
-        return _Memory(phases=OcclusionPhases(self.device, self.scene.render, self.world, self.timers))
+    def _new_memory(self) -> FrameMemory:
+        return FrameMemory(self.device, self.settings, self.world, self.timers)
 
     def rehearse(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw a picture that does not count, so that later ones need not wait for the compiler of the driver.
@@ -197,7 +178,7 @@ class Renderer:
             self._forget_assets()
 
     def _render(
-        self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int, memory: _Memory
+        self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int, memory: FrameMemory
     ) -> Iterator[str]:
         """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them.
 
@@ -228,54 +209,46 @@ class Renderer:
             lens_point=lens_point,
         )
         plans: list[FrameDrawLists] = []
-        remembers, limit = (False, None) if fine else (self.remembers, self.warp_limit)
-        tile_light = light.key if shared.lit_tiles else None
-        for plan in memory.phases.plans(view, in_sight, targets, residency, remembers, limit, tile_light):
+        phases = PhaseInputs(
+            view=view,
+            targets=targets,
+            residency=residency,
+            remembers=self.remembers and not fine,
+            warp_limit=None if fine else self.warp_limit,
+            tile_light=light.key if shared.lit_tiles else None,
+        )
+        for plan in memory.phases.plans(phases, in_sight):
             plans.append(plan)
             if shared.lit_tiles:
                 self._materials(view, plan)  # pass 1 looks textures up
-            yield from self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
+            yield from self._sequence.draw_objects(frame_of(plan=plan))
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=self._materials(view, whole))
         frame = replace(frame, shadows=self._last_shadows if fine else self._shadow_maps(frame, residency))
-        yield from self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
+        yield from self._sequence.finish(frame, self.keeps)
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
         if not fine:
             self.plan, self.view = whole, view
 
-    def _prepare_targets(self, view: View, samples: int, shared: Common, memory: _Memory) -> Targets:
+    def _prepare_targets(self, view: View, samples: int, shared: Common, memory: FrameMemory) -> Targets:
         """Return cleared targets for `view`; those of the last frame where they fit."""
-        size, atlas = view.size, self._atlas_for(view, shared.lit_tiles, memory)
+        size, atlas = view.size, memory.atlas(view, shared.lit_tiles)
         targets = self.targets
         same = targets is not None and (targets.size, targets.samples) == (size, samples)
         if targets is None or not same or targets.tile_atlas is not atlas:
             self._release_targets()
             targets = Targets(self.device, size, samples, atlas)
             try:
-                self._declared = {
-                    pass_: declared(targets, pass_.name, pass_.reads, pass_.writes) for pass_ in self.passes
-                }
+                self._sequence.use(targets)
             except BaseException:
                 targets.release()
                 raise
             self.targets = targets
-            for pass_ in self.passes:
-                pass_.resize(size)
         # Only GPAA reads albedo and normals where nothing is.
         cleared = targets.polygons if shared.aa.geometric else targets.visibility
         cleared.clear(depth=1.0)
         return targets
-
-    def _atlas_for(self, view: View, lit: bool, memory: _Memory) -> TileAtlas:
-        """Return an atlas for the impostor tiles of `view`, `lit` or not; that of the last such frame where it fits."""
-        size = atlas_size(view.whole_size, self.device.max_texture_size)
-        if memory.atlas is None or memory.atlas.size != size or memory.atlas.lit != lit:
-            if memory.atlas is not None:
-                memory.atlas.release()
-            memory.atlas = None  # should there be no memory for the next
-            memory.atlas = TileAtlas(self.device, size, lit)
-        return memory.atlas
 
     def _fitted(self, view: View, in_sight: InSight) -> View:
         """Return `view` with near and far plane about what is `in_sight` and about the ground."""
@@ -290,12 +263,12 @@ class Renderer:
         """Return what `material_resolve` looks up of the depth-image objects of `plan`, and upload their textures."""
         with self.timers.measure_cpu("plan"):
             materials = material_records(view, self.world.arrays(), plan.object_rows, plan.tiled)
-        if self.assets.has_partial:
+        if self.assets.textures.has_partial:
             with self.timers.measure_cpu("upload"):
                 asset = self.world.objects().asset[plan.object_rows]
                 footprint = least_footprints(view, asset, materials, self.world.table())
                 numbers, exact = materials.assets.tolist(), not self.remembers
-                self.assets.fit_textures(numbers, footprint, self.upload_seconds, exact=exact)
+                self.assets.textures.fit(numbers, footprint, self.upload_seconds, exact=exact)
         return materials
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
@@ -316,45 +289,6 @@ class Renderer:
             planned, portion=None if self.upload_seconds is None else portion, hurried=limit is not None
         )
         return self._last_shadows
-
-    def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
-        """Run neighbouring passes that are `per_sample` once for each of a pixel's samples, the others once.
-
-        Yields the names as `_draw` does.
-        """
-        if frame.targets.samples == 1:
-            yield from self._draw(passes, frame)
-            return
-        for per_sample, run in groupby(passes, lambda pass_: pass_.per_sample):
-            together = list(run)
-            views = sample_views(frame.view, frame.targets.offsets) if per_sample else [frame.view]
-            for number, seen in enumerate(views):
-                yield from self._draw(together, replace(frame, view=seen, sample=number))
-
-    def _draw(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[str]:
-        """Run those of `passes` that have anything to draw, neighbours in one program where that is possible.
-
-        Yields the name of each after it ran, of several the names joined by plus signs.
-        """
-        self._view_block.show(frame.view)
-        groups = neighbours(self._enabled(passes, frame), self.passes, self.keeps if self.settings.fused else None)
-        for group in groups:
-            name, (pass_, own_frame, params) = " + ".join(each.pass_.name for each in group), group[0]
-            parts = pass_.parts(own_frame, params) if len(group) == 1 else self._pixel_programs.parts(group)
-            unfinished = True
-            while unfinished:
-                with self.timers.measure(name):
-                    unfinished = next(parts, _END) is not _END
-                yield name
-
-    def _enabled(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[DrawnPass]:
-        """Yield those of `passes` that have anything to draw, each with the targets that it declares."""
-        for pass_ in passes:
-            if pass_.representation is not None and not frame.plan.draws(pass_.representation):
-                continue
-            drawn = DrawnPass(pass_, replace(frame, targets=self._declared[pass_]), pass_.params_in(self.settings))
-            if pass_.enabled(drawn.frame, drawn.params):
-                yield drawn
 
     def sample_shares(self) -> PixelShares:
         """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.
@@ -406,52 +340,32 @@ class Renderer:
             return None
         return self.view.unproject(across, down, distance)
 
-    def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = _IN_FRONT) -> Camera:
-        """Return a camera that sees every object of the scene.
-
-        Parameters
-        ----------
-        aspect : width of the picture over its height.
-        fov : vertical angle of view, radians.
-        away : direction from the objects to the camera, world, of any length.
-
-        Returns
-        -------
-        The camera, world, which looks at the middle of all objects; one near the origin where the scene has none.
-        """
-        bounds = self.world.bounds()
-        if not len(bounds.bounding_radius):
-            return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
-        middle, radius = bounds.sphere()
-        narrower = min(fov, 2 * math.atan(math.tan(fov / 2) * aspect))
-        target = glm.dvec3(middle)
-        place = target + glm.normalize(away) * (radius / math.sin(narrower / 2))
-        return Camera(components(place), components(target), fov)
+    def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = IN_FRONT) -> Camera:
+        """Return a camera that sees every object of the scene; see `render.view.framing.camera_on`."""
+        return camera_on(self.world.bounds(), aspect, fov, away)
 
     def _forget_assets(self) -> None:
         self._last_shadows = Shadows()
-        for pass_ in self.passes:
-            pass_.forget_assets()
+        self._sequence.forget_assets()
 
     def release(self) -> None:
         """Free everything on the GPU. The passes may then serve another renderer."""
         self.assets.release()
-        for pass_ in self.passes:
-            pass_.release()
+        self._sequence.release()
         if self._shares is not None:
             self._shares.release()
             self._shares = None
-        self._gl.release()
         self._release_targets()
-        for memory in (self._frames, self._fine):
-            if memory is not None and memory.atlas is not None:
-                memory.atlas.release()
-                memory.atlas = None
+        for memory in self._memories:
+            memory.release_atlas()
+
+    @property
+    def _memories(self) -> list[FrameMemory]:
+        return [self._frames] if self._fine is None else [self._frames, self._fine]
 
     def _release_targets(self) -> None:
-        self._frames.phases.resized()
-        if self._fine is not None:
-            self._fine.phases.resized()
+        for memory in self._memories:
+            memory.phases.resized()
         if self.targets is not None:
             self.targets.release()
         self.targets = None

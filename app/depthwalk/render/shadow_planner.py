@@ -11,7 +11,7 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades
-from depthwalk.render.shadows.casters import MapView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
+from depthwalk.render.shadows.casters import LightView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
 from depthwalk.render.view.bounds import Bounds
@@ -32,9 +32,22 @@ _LIFTED = 4.0  # texels, and what the filter is wide: where a map is read, from 
 class _Found:
     """Hold which objects cast shadows in a map, and for which state of the world that was found."""
 
-    view: MapView
+    view: LightView
     changes: int
     rows: Rows
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Detail:
+    """Say how fine a map's casters are.
+
+    magnification: texels of the map that a texel of a depth image may cover. error: geometric, texels of the map.
+    triangles_per_texel: at most, of the map.
+    """
+
+    magnification: float
+    error: float
+    triangles_per_texel: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +61,7 @@ class _Planned:
     map: ShadowMap
     changes: int
     resident: Rows
-    rule: tuple[float, float, float]
+    detail: _Detail
     asked: list[tuple[Rows, Mask]]
 
 
@@ -116,7 +129,7 @@ class ShadowPlanner:
             self._warn_of_lamps(len(chosen), params.lamps)
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
-            views: list[MapView] = [*cascades, *spots]
+            views: list[LightView] = [*cascades, *spots]
             bounds = self._world.bounds()
             found = [self._casters(number, map_view, bounds) for number, map_view in enumerate(views)]
             if cascades and not may_wait:
@@ -134,7 +147,11 @@ class ShadowPlanner:
                     number,
                     map_view,
                     rows,
-                    (magnification, params.error, params.triangles_per_texel * part * detail),
+                    _Detail(
+                        magnification=magnification,
+                        error=params.error,
+                        triangles_per_texel=params.triangles_per_texel * part * detail,
+                    ),
                     uploads.is_mesh_resident,
                 )
                 for number, (map_view, rows, part) in enumerate(zip(views, casters, fraction, strict=True))
@@ -143,7 +160,7 @@ class ShadowPlanner:
         of_sun = tuple(replace(map_, provisional=detail < 1) for map_ in maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
-    def _casters(self, number: int, view: MapView, bounds: Bounds) -> Rows:
+    def _casters(self, number: int, view: LightView, bounds: Bounds) -> Rows:
         """Return the rows (m,) of the objects that cast shadows in the map with the `number`."""
         found, changes = self._found.get(number), self._world.changes
         if found is None or found.changes != changes or not sees_same(found.view, view):
@@ -151,17 +168,15 @@ class ShadowPlanner:
             self._found[number] = found
         return found.rows
 
-    def _map(
-        self, number: int, view: MapView, rows: Rows, rule: tuple[float, float, float], is_resident: IsResident
-    ) -> ShadowMap:
+    def _map(self, number: int, view: LightView, rows: Rows, detail: _Detail, is_resident: IsResident) -> ShadowMap:
         """Return the map with the `number`, as it was planned last where nothing that it depends on has changed.
 
-        rows: (m,) of the casters on the GPU. rule: magnification, error and triangles per texel, see `shadow_map`.
+        rows: (m,) of the casters on the GPU.
         """
         planned, changes = self._planned.get(number), self._world.changes
         if (
             planned is not None
-            and (planned.changes, planned.rule) == (changes, rule)
+            and (planned.changes, planned.detail) == (changes, detail)
             and sees_same(planned.map.view, view)
             and np.array_equal(planned.resident, rows)
             and all(np.array_equal(is_resident(meshes), answer) for meshes, answer in planned.asked)
@@ -174,10 +189,9 @@ class ShadowPlanner:
             asked.append((meshes, answer))
             return answer
 
-        magnification, error, triangles = rule
-        fallback = MeshFallbackRule(magnification=magnification, is_resident=noted, error=error)
-        map_ = shadow_map(view, rows, self._world.arrays(), fallback, triangles)
-        self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, rule=rule, asked=asked)
+        fallback = MeshFallbackRule(magnification=detail.magnification, is_resident=noted, error=detail.error)
+        map_ = shadow_map(view, rows, self._world.arrays(), fallback, detail.triangles_per_texel)
+        self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, detail=detail, asked=asked)
         return map_
 
     def _warn_of_lamps(self, requested: int, allowed: int) -> None:

@@ -45,7 +45,7 @@ _OF_MESH = tuple(kind.label for kind in OF_MESH)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class ListedItem:
     """Hold one item of the file's scene graph.
 
     Attributes
@@ -88,7 +88,7 @@ class Flat:
     owner: NDArray[np.int32]
 
 
-def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
+def list_items(items: list[ItemParams], source: Source) -> list[ListedItem]:
     """Return the items of a scene file in its order, groups before their members.
 
     Parameters
@@ -108,7 +108,7 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
     InputError
         Where groups are nested too deeply.
     """
-    rows: list[Row] = []
+    rows: list[ListedItem] = []
     stack: list[Iterator[tuple[Loc, ItemParams, int]]] = [_members(("objects",), items, -1)]
     while stack:
         entry = next(stack[-1], None)
@@ -119,21 +119,21 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
         loc, spec = _unwrap(loc, item)
         if len(stack) > MAX_GROUP_DEPTH + 1:
             raise source.error(loc, f"groups nest deeper than {MAX_GROUP_DEPTH}")
-        rows.append(Row(loc=loc, spec=spec, parent=parent, depth=len(stack) - 1))
+        rows.append(ListedItem(loc=loc, spec=spec, parent=parent, depth=len(stack) - 1))
         if isinstance(spec, GroupParams):
             stack.append(_members((*loc, "objects"), spec.objects, len(rows) - 1))
     return rows
 
 
 def reference_errors(
-    rows: list[Row], assets: Mapping[str, AssetParams], source: Source, missing: Collection[str] = ()
+    rows: list[ListedItem], assets: Mapping[str, AssetParams], source: Source, missing: Collection[str] = ()
 ) -> list[InputError]:
     """Return errors about assets that do not exist, and about representations that an asset does not have.
 
     Parameters
     ----------
     rows
-        The items of the file, as `list_rows` returns them.
+        The items of the file, as `list_items` returns them.
     assets
         The assets by name.
     source
@@ -168,13 +168,13 @@ def reference_errors(
     return errors
 
 
-def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, source: Source) -> Flat:
+def flatten(rows: list[ListedItem], assets: Mapping[str, AssetParams], places: Places, source: Source) -> Flat:
     """Turn the items of a scene file into nodes and objects.
 
     Parameters
     ----------
     rows
-        The items of the file, as `list_rows` returns them.
+        The items of the file, as `list_items` returns them.
     assets
         The assets by name, which all exist (see `reference_errors`).
     places
@@ -241,7 +241,7 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     return ("dpci", *_OF_MESH, "dmesh", "auto") if asset.dpci else _OF_MESH
 
 
-def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+def _looks(rows: list[ListedItem], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
     """Return the asset index and Representation of each row; 0 for groups, which own no objects."""
     index = {name: i for i, name in enumerate(assets)}
     asset, representation = np.zeros(len(rows), np.int32), np.zeros(len(rows), np.uint8)
@@ -253,7 +253,7 @@ def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[
     return asset, representation
 
 
-def _own_counts(rows: list[Row], places: Places, source: Source) -> list[int]:
+def _own_counts(rows: list[ListedItem], places: Places, source: Source) -> list[int]:
     """Return how many objects each row holds itself."""
     counts, total = [], 0
     for row in rows:
@@ -273,7 +273,7 @@ def _own_counts(rows: list[Row], places: Places, source: Source) -> list[int]:
     return counts
 
 
-def _nodes(rows: list[Row], own: list[int]) -> Nodes:
+def _nodes(rows: list[ListedItem], own: list[int]) -> Nodes:
     count = len(rows)
     depth = [row.depth for row in rows]
     end = list(range(1, count + 1))
@@ -299,7 +299,7 @@ def _nodes(rows: list[Row], own: list[int]) -> Nodes:
     )
 
 
-def _instances(rows: list[Row], own: list[int], places: Places, source: Source) -> Similarity:
+def _instances(rows: list[ListedItem], own: list[int], places: Places, source: Source) -> Similarity:
     instances = identities(sum(own), np.float32)
     first = 0
     for row, count in zip(rows, own, strict=True):
@@ -324,7 +324,7 @@ def _scattered(loc: Loc, spec: ScatterParams, source: Source) -> Similarity:
     return placed
 
 
-def _check_range(world: Similarity, rows: list[Row], source: Source) -> None:
+def _check_range(world: Similarity, rows: list[ListedItem], source: Source) -> None:
     """Raise InputError where transforms, multiplied through nested groups, come near the ends of float32."""
     scale_fits = (world.scale >= MIN_WORLD_SCALE) & (world.scale <= MAX_WORLD_SCALE)
     if not scale_fits.all():

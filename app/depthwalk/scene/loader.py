@@ -16,7 +16,7 @@ from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
-from depthwalk.scene.flatten import flatten, list_rows, reference_errors
+from depthwalk.scene.flatten import flatten, list_items, reference_errors
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
 from depthwalk.scene.schema import (
@@ -66,7 +66,7 @@ def load_scene(
     if document.holds(("keyframes",)):
         raise InputError(f"{path}: is a camera path, not a scene; give it as --path")
     file, source = check_model(document, SceneFile, overrides)
-    rows = list_rows(file.objects, source)
+    rows = list_items(file.objects, source)
     finder = _finder(path.resolve() if is_model else path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder)

@@ -241,6 +241,11 @@ class LodParams(Params):
         "`paper` would draw with the side (cap), to see what each image adds",
     )
 
+    @property
+    def allowed_error(self) -> float:
+        """Return the geometric error that `error` and `bias` together allow on the screen, pixels."""
+        return self.error * 2**self.bias
+
 
 class SmaaParams(Params):
     """Set enhanced subpixel morphological anti-aliasing, in effect with `render.aa: smaa`."""

@@ -8,8 +8,9 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from depthwalk.assets.background import BackgroundLibrary, Progress
+from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.progress import Progress
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GPU_FAILURES
@@ -35,10 +36,10 @@ from depthwalk.walk.state import State
 from depthwalk.walk.up_axis import ModelTurn
 from depthwalk.walk.window import (
     Window,
+    gl_address,
     on_files_dropped,
     on_refresh,
     opened_again,
-    reset_status_of,
     take_events,
     title_of,
     wait_for_event,
@@ -122,7 +123,7 @@ class _Walk:
 
     def _begin(self) -> None:
         """Make what loading shows its progress with, in the window's context."""
-        self._device = Device(self._window.ctx, reset_status_of(self._window))
+        self._device = Device(self._window.ctx, gl_address)
         self._overlay = Overlay(self._device)
         self._on_gpu.callback(self._overlay.release)
         self._loading = LoadingScreen(self._window, self._overlay, self._told)
@@ -301,7 +302,9 @@ class _Walk:
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
-        sources = [self._renderer.assets.meshes.failures, *([self._background.failures] if self._background else [])]
+        sources = [self._renderer.assets.meshes.reader.failures]
+        if self._background:
+            sources.append(self._background.failures)
         if complaints := [complaint for failures in sources for complaint in failures]:
             self._state.tell("\n".join(complaints))
         for failures in sources:

@@ -4,7 +4,7 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from depthwalk.assets.background import Progress
+from depthwalk.assets.progress import Progress
 from depthwalk.render.pixel_shares import KINDS
 from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.orbit import distance

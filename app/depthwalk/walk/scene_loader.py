@@ -109,14 +109,14 @@ class SceneLoader:
         rehearsed = False
         while not renderer.world.is_whole and (camera is None or time.perf_counter() < end):
             renderer.world.take_arrivals(viewer)
-            if complaints := [*library.failures, *renderer.assets.meshes.failures]:
+            if complaints := [*library.failures, *renderer.assets.meshes.reader.failures]:
                 raise InputError(*complaints)
             if renderer.world.is_whole:
                 break
             if not rehearsed and not len(renderer.world.objects()):
                 self._rehearse(renderer, scene)
             rehearsed = True
-            if not (library.is_searching or renderer.assets.meshes.is_reading):
+            if not (library.is_searching or renderer.assets.meshes.reader.is_reading):
                 library.baking_waits = False
             self._screen.wait("reading \u2026")
             time.sleep(_POLL_SECONDS)

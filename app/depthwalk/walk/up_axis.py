@@ -54,12 +54,12 @@ def model_points(renderer: Renderer) -> Array:
     They are the vertices of the asset's mesh or, without a mesh, of its depth images.
     """
     assets = renderer.assets
-    levels = assets.meshes.levels(0)
+    levels = assets.meshes.reader.levels(0)
     if levels is not None:
         return levels[0].mesh.positions
     found = []
-    for number in assets.depth_numbers(0):
-        cooked = assets.cooked(number)
+    for number in assets.parts.numbers(0):
+        cooked = assets.parts.cooked(number)
         outline, (geometry, _) = cooked.outline, cooked.load()
         found.append(rotate(np.asarray(outline.rotation), geometry.positions) + np.asarray(outline.position))
     return np.concatenate(found)

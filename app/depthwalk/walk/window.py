@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from depthwalk.gpu.failures import ResetStatus, reset_status
 from depthwalk.walk import bundle as _bundle  # noqa: F401 - first: it names the libraries of those that follow
 
 # isort: split
@@ -67,9 +66,9 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
     return window
 
 
-def reset_status_of(window: Window) -> ResetStatus:
-    """Return the function that tells whether the context of `window` is lost, see `gpu.failures`."""
-    return reset_status(window.ctx, glfw.get_proc_address)  # type: ignore[arg-type] # in truth a number or None
+def gl_address(name: str) -> int | None:
+    """Return the address of the GL function called `name` for the window's context; None where it has none."""
+    return glfw.get_proc_address(name)  # type: ignore[return-value] # the stubs say otherwise
 
 
 def opened_again(window: Window) -> Window:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import depthwalk.render.resources.mesh_store
+import depthwalk.render.resources.mesh_reader
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
@@ -176,7 +176,7 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(
 
 
 def test_large_meshes_stand_in_simplified(gl_device: Device, dense: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(depthwalk.render.resources.mesh_store, "_MAX_UNSIMPLIFIED", 1000)
+    monkeypatch.setattr(depthwalk.render.resources.mesh_reader, "_MAX_UNSIMPLIFIED", 1000)
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0

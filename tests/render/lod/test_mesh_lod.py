@@ -206,8 +206,8 @@ def test_a_full_disk_costs_nothing_but_time(
     def full(levels: tuple[MeshLevel, ...], key: str) -> None:
         raise OSError("no space left")
 
-    monkeypatch.setattr("depthwalk.assets.library.keep_levels", full)
-    monkeypatch.setattr("depthwalk.assets.library.find_levels", lambda mesh, key: None)
+    monkeypatch.setattr("depthwalk.assets.derived_data.keep_levels", full)
+    monkeypatch.setattr("depthwalk.assets.derived_data.find_levels", lambda mesh, key: None)
     monkeypatch.setattr("depthwalk.bake.levels.mesh_levels", two_levels)
     assert len(SceneLibrary(load_scene(tiny_scene).assets).mesh_levels(0)) == 2
     assert "cannot keep the simplified meshes of ball: no space left" in caplog.text

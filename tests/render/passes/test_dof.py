@@ -9,7 +9,9 @@ from scipy.ndimage import binary_dilation
 
 from depthwalk.gpu.device import Device
 from depthwalk.quality.metrics import psnr
-from depthwalk.reference import dof as twin
+from depthwalk.reference.dof import gather
+from depthwalk.reference.dof_paper import paper
+from depthwalk.reference.dof_tiles import Reduced, ranges, reduced, tile_classes
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.lens import (
     DISC,
@@ -125,7 +127,7 @@ def test_from_all_over_the_lens_points_appear_aside_by_their_circle() -> None:
 
 def test_gather_matches_its_twin(sharp: Drawn, gathered: Drawn) -> None:
     circles, lit = gathered.limited[::-1], sharp.linear[::-1]
-    expected = twin.gather(lit, circles, gathered.lens.samples)[::-1]
+    expected = gather(lit, circles, gathered.lens.samples)[::-1]
     difference = np.abs(gathered.linear - expected).max(-1)
     assert np.abs(gathered.linear - sharp.linear).max(-1).mean() > 0.015
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
@@ -136,10 +138,10 @@ def test_gather_matches_its_twin_where_circles_are_wide(sharp: Drawn, library: S
     scene = picket(max_blur=25.0, f_number=2.0, focus_distance=1.0)
     drawn, again = Drawn(library, scene), Drawn(library, scene)
     circles, lit = drawn.limited[::-1], sharp.linear[::-1]
-    whole = twin.Reduced(block=1, lit=lit, circles=circles, least=circles, greatest=circles)
-    classes = set(twin.tile_classes(twin.reduced(twin.reduced(whole)), TILE).flat)
+    whole = Reduced(block=1, lit=lit, circles=circles, least=circles, greatest=circles)
+    classes = set(tile_classes(reduced(reduced(whole)), TILE).flat)
     assert classes >= set(TileClass) - {TileClass.SHARP, TileClass.QUARTER}  # the last as `HALF`, but for its size
-    expected = twin.gather(lit, circles, drawn.lens.samples)[::-1]
+    expected = gather(lit, circles, drawn.lens.samples)[::-1]
     difference = np.abs(drawn.linear - expected).max(-1)
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
     assert np.array_equal(drawn.linear, again.linear)
@@ -148,7 +150,7 @@ def test_gather_matches_its_twin_where_circles_are_wide(sharp: Drawn, library: S
 def test_paper_matches_its_twin(library: ShapeLibrary, sharp: Drawn) -> None:
     drawn = Drawn(library, mode="paper")
     most = min(drawn.extremes.max(), largest_radius(drawn.lens, View(CAMERA, SIZE)))  # formula (3), limited
-    expected = twin.paper(sharp.linear[::-1], drawn.limited[::-1], gaussian(), np.array(DISC), most)[::-1]
+    expected = paper(sharp.linear[::-1], drawn.limited[::-1], gaussian(), np.array(DISC), most)[::-1]
     difference = np.abs(drawn.linear - expected).max(-1)
     assert np.abs(drawn.linear - sharp.linear).max(-1).mean() > 0.015
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
@@ -168,7 +170,7 @@ def test_what_is_in_focus_stays_as_it_is(library: ShapeLibrary, gl_device: Devic
         scene.objects.position[1] = (0, 0, -3)
         drawn[mode] = Drawn(library, scene)
     focused = np.abs(drawn["gather"].circles) < 0.5
-    focused &= twin.ranges(drawn["gather"].limited[::-1], TILE)[0, ::-1] > -0.5
+    focused &= ranges(drawn["gather"].limited[::-1], TILE)[0, ::-1] > -0.5
     outline = focused & binary_dilation(drawn["none"].circles > 3)
     assert focused.sum() > 400 and outline.sum() > 30
     assert np.abs(drawn["gather"].pixels.astype(int) - drawn["none"].pixels)[focused].max() <= 1

@@ -38,7 +38,7 @@ def baked() -> list[BakedObject]:
 def store(gl_device: Device, baked: Sequence[BakedObject]) -> Iterator[AssetStore]:
     store = AssetStore(gl_device, ShapeLibrary([None] * 4, baked))
     for asset in range(4):
-        store.depth_numbers(asset)
+        store.parts.numbers(asset)
     yield store
     store.release()
 
@@ -60,7 +60,7 @@ def there(store: AssetStore, needed: Sequence[int], seconds: float | None = None
 
 
 def test_what_was_used_last_stays(store: AssetStore) -> None:
-    sizes = [store.cooked(number).bytes for number in range(4, 8)]
+    sizes = [store.parts.cooked(number).bytes for number in range(4, 8)]
     store.budget = 3 * max(sizes)
     assert sum(sizes) > store.budget  # three fit
     assert there(store, [4, 5, 6]) == [0, 1, 2]
@@ -73,7 +73,7 @@ def test_what_was_used_last_stays(store: AssetStore) -> None:
 def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(
     store: AssetStore, caplog: pytest.LogCaptureFixture
 ) -> None:
-    store.budget = store.cooked(4).bytes
+    store.budget = store.parts.cooked(4).bytes
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
             assert there(store, [4, 5, 6, 7]) == [0, 1, 2, 3]
@@ -98,7 +98,7 @@ def fine(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[AssetSt
     """A store of one ball, of whose texture some may be left out."""
     monkeypatch.setattr("depthwalk.cook.texture_detail.WORTH", 0)
     store = AssetStore(gl_device, ShapeLibrary([None], [bake(sphere(columns=64, rows=32), resolution=64, layers=1)]))
-    store.stream(list(store.depth_numbers(0)), None)
+    store.stream(list(store.parts.numbers(0)), None)
     yield store
     store.release()
 
@@ -106,7 +106,7 @@ def fine(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[AssetSt
 def fit(store: AssetStore, covered: float, seconds: float | None) -> Detail:
     """What is left of the texture where a pixel covers so many texels."""
     drawn = store.depth_object(1)
-    store.fit_textures([1], np.array([covered / drawn.least_texels]), seconds, exact=seconds is None)
+    store.textures.fit([1], np.array([covered / drawn.least_texels]), seconds, exact=seconds is None)
     assert drawn.texture is not None
     return drawn.texture.detail
 
@@ -117,7 +117,7 @@ def test_a_texture_has_as_many_texels_as_are_seen(fine: AssetStore) -> None:
     for covered in (0.5, 2, 8, 0.5):
         detail = fit(fine, covered, None)
         assert sizes.setdefault(detail, fine.gpu_bytes) == fine.gpu_bytes
-    assert sizes[Detail.FULL] == fine.cooked(1).bytes
+    assert sizes[Detail.FULL] == fine.parts.cooked(1).bytes
     assert sizes[Detail.FULL] > sizes[Detail.HALF] > sizes[Detail.QUARTER]
 
 
@@ -144,12 +144,12 @@ def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(
     """Its depth objects keep their numbers, and one that is left without a part shows the last one."""
     library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))], kept=False)
     store = AssetStore(gl_device, library)
-    numbers = store.depth_numbers(0)
+    numbers = store.parts.numbers(0)
     store.release()
     library._baked = [BakedModel(parts=tuple(baked[k] for k in now))]
     with caplog.at_level(logging.WARNING):
-        assert [store.cooked(number).outline.cylinder for number in numbers] == [baked[k].cylinder for k in shown]
-        assert store.baked(numbers[1]) is baked[shown[1]]
+        assert [store.parts.cooked(number).outline.cylinder for number in numbers] == [baked[k].cylinder for k in shown]
+        assert store.parts.baked(numbers[1]) is baked[shown[1]]
         assert store.stream(numbers, None).all()
     assert [record.message for record in caplog.records] == [
         f"asset 0 was replaced: it has {len(now)} parts now, not 2; open the scene again to show it as it is"

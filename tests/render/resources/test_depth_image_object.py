@@ -11,7 +11,8 @@ from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.lod_geometry import vertex_positions
 from depthwalk.cook.texture_detail import Detail
 from depthwalk.gpu.device import Device, Scope
-from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth, upload_texture
+from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth
+from depthwalk.render.resources.surface_texture import upload_texture
 from shapes import bake, sphere
 
 

@@ -99,16 +99,16 @@ def test_frames_that_may_not_wait_have_meshes_read_meanwhile(
 
 def test_clusters_are_read_meanwhile_and_go_with_their_mesh(store: MeshStore, gl_device: Device) -> None:
     before = dict(+gl_device.live)
-    assert not store.is_read(1, simplified=True, clustered=True)
+    assert not store.reader.is_read(1, simplified=True, clustered=True)
     deadline = time.monotonic() + 10
-    while not store.poll() and time.monotonic() < deadline:
+    while not store.reader.poll() and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert store.is_read(1, simplified=True, clustered=True) and not store.is_reading
+    assert store.reader.is_read(1, simplified=True, clustered=True) and not store.reader.is_reading
     drawn = store.clusters(1)
     assert store.clusters(1) is drawn and drawn.look is store.object(1).look
     store.release_fallbacks({1})
     assert dict(+gl_device.live) == before
-    assert not store.is_read(1, clustered=True)
+    assert not store.reader.is_read(1, clustered=True)
 
 
 def test_an_asset_without_mesh_has_no_clusters(store: MeshStore) -> None:

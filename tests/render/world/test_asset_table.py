@@ -1,6 +1,7 @@
 """What plans are told of objects and assets, by a store that has no GPU."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -8,9 +9,9 @@ import pytest
 
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
-from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.world.asset_table import asset_table
 from depthwalk.render.world.object_rows import place_objects, placed_rows
 from depthwalk.scene.arrays import Objects, Representation
@@ -19,40 +20,14 @@ from depthwalk.types import Array
 from shapes import ShapeLibrary, bake, box, scene_of, sphere, two_halves
 
 BALL, HALVES, BARE = range(3)
-Made = dict[int, list[CookedObject]]
 
 
+@dataclass
 class Store:
-    """Numbers depth objects as `AssetStore` does, and cooks them."""
+    """Stands for an `AssetStore` whose frames wait, without a GPU."""
 
-    background = None
-
-    def __init__(self, library: ShapeLibrary, cooked: Made) -> None:
-        self.library, self.made, self.first_depth = library, cooked, len(library)
-        self.rows: list[tuple[int, CookedObject]] = []
-        self.numbers: dict[int, range] = {}
-
-    def __len__(self) -> int:
-        return self.first_depth + len(self.rows)
-
-    def knows(self, asset: int) -> bool:
-        return asset in self.numbers
-
-    def depth_numbers(self, asset: int) -> range:
-        if asset not in self.numbers:
-            model = self.library.baked(asset)
-            assert model is not None
-            self.numbers[asset] = range(len(self), len(self) + len(model.parts))
-            if asset not in self.made:
-                self.made[asset] = [cook_object(part, CookOptions()) for part in model.parts]
-            self.rows += [(asset, part) for part in self.made[asset]]
-        return self.numbers[asset]
-
-    def cooked(self, number: int) -> CookedObject:
-        return self.rows[number - self.first_depth][1]
-
-    def asset_of(self, number: int) -> int:
-        return self.rows[number - self.first_depth][0]
+    parts: CookedParts
+    background: None = None
 
 
 @pytest.fixture(scope="module")
@@ -65,24 +40,23 @@ def library() -> ShapeLibrary:
     return made
 
 
-@pytest.fixture(scope="module")
-def cooked() -> Made:
-    """The depth objects of each asset, once they are cooked."""
-    return {}
+@pytest.fixture
+def parts(library: ShapeLibrary) -> CookedParts:
+    return CookedParts(library)
 
 
 @pytest.fixture
-def store(library: ShapeLibrary, cooked: Made) -> AssetStore:
-    return cast(AssetStore, Store(library, cooked))
+def store(parts: CookedParts) -> AssetStore:
+    return cast(AssetStore, Store(parts))
 
 
 def scene(*placed: tuple[int, Sequence[float], float, float]) -> Scene:
     return scene_of(*((asset, position, yaw, scale) for asset, position, yaw, scale in placed))
 
 
-def middles(objects: Objects, store: AssetStore) -> Array:
+def middles(objects: Objects, parts: CookedParts) -> Array:
     """Where the cylinders of depth objects (n, 3) have their middles, world, metres."""
-    cylinders = [store.cooked(number).outline.cylinder for number in objects.asset.tolist()]
+    cylinders = [parts.cooked(number).outline.cylinder for number in objects.asset.tolist()]
     middle = np.array([[0, (each.bottom + each.top) / 2, 0] for each in cylinders])
     return objects.position + objects.scale[:, None] * rotate(objects.rotation, middle)
 
@@ -93,14 +67,14 @@ def test_objects_are_a_row_for_each_part_or_their_mesh(library: ShapeLibrary, st
     objects = place_objects(shown, library, store, None)
     assert objects.asset.tolist() == [3, 4, 5, BARE]
     assert objects.representation.tolist() == [Representation.DPCI] * 3 + [Representation.MESH]
-    left, right = middles(objects.take(slice(1, 3)), store)
+    left, right = middles(objects.take(slice(1, 3)), store.parts)
     assert left[0] < 4.7 and right[0] > 5.3 and left[0] + right[0] == pytest.approx(10, abs=0.1)
     assert objects.position[3].tolist() == [9, 0, 0] and objects.scale.tolist() == [1, 2, 2, 1]
 
 
 def test_parts_stand_where_their_turned_object_has_them(library: ShapeLibrary, store: AssetStore) -> None:
     rows = [place_objects(scene((HALVES, (0, 0, 0), yaw, 1.0)), library, store, None) for yaw in (0.0, np.pi)]
-    straight, turned = (middles(objects, store) for objects in rows)
+    straight, turned = (middles(objects, store.parts) for objects in rows)
     np.testing.assert_allclose(turned, straight * (-1, 1, -1), atol=1e-6)
     assert np.abs(straight[:, 0]).min() > 0.15
 
@@ -108,7 +82,7 @@ def test_parts_stand_where_their_turned_object_has_them(library: ShapeLibrary, s
 def test_a_representation_is_used_where_an_asset_has_it(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (HALVES, (5, 0, 0), 0.0, 1.0))
     assert place_objects(shown, library, store, Representation.MESH).asset.tolist() == [BALL, HALVES]
-    assert len(store) == len(library)  # whose depth images nobody asked for
+    assert len(store.parts) == len(library)  # whose depth images nobody asked for
     shown = scene((BARE, (0, 0, 0), 0.0, 1.0), (BALL, (5, 0, 0), 0.0, 1.0))
     shown.objects.representation[:] = Representation.MESH
     assert place_objects(shown, library, store, Representation.DMESH).asset.tolist() == [BARE, 3]
@@ -127,8 +101,8 @@ def test_rows_of_some_objects_are_found_among_all(library: ShapeLibrary, store: 
 def test_the_table_encloses_what_objects_use(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (BARE, (5, 0, 0), 0.0, 1.0))
     shown.objects.representation[1] = Representation.MESH
-    table = asset_table(place_objects(shown, library, store, None), library, store)
-    assert len(table.texel) == len(store) == 4
+    table = asset_table(place_objects(shown, library, store, None), library, store.parts)
+    assert len(table.texel) == len(store.parts) == 4
     assert table.centre[BARE] == pytest.approx([0, 0.5, 0]) and table.half_height[BARE] == pytest.approx(0.5)
     assert table.cylinder_radius[BARE] == pytest.approx(np.hypot(1, 0.25))
     assert table.bounding_radius[BARE] == pytest.approx(np.linalg.norm([1, 0.5, 0.25]))
@@ -140,8 +114,8 @@ def test_the_table_encloses_what_objects_use(library: ShapeLibrary, store: Asset
 
 def test_levels_that_an_asset_lacks_are_infinitely_wrong(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0))
-    table = asset_table(place_objects(shown, library, store, None), library, store)
-    cooked = store.cooked(3)
+    table = asset_table(place_objects(shown, library, store, None), library, store.parts)
+    cooked = store.parts.cooked(3)
     assert table.levels.tolist() == [0, 0, 0, len(cooked.error) - 1]
     np.testing.assert_array_equal(table.error[3], cooked.error)
     np.testing.assert_array_equal(table.index_count[3], cooked.count)
@@ -151,6 +125,6 @@ def test_levels_that_an_asset_lacks_are_infinitely_wrong(library: ShapeLibrary, 
 def test_the_nearest_point_is_that_of_the_cylinder(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BARE, (0, 0, 0), 0.0, 1.0))
     shown.objects.representation[:] = Representation.MESH
-    table = asset_table(place_objects(shown, library, store, None), library, store)
+    table = asset_table(place_objects(shown, library, store, None), library, store.parts)
     viewer = np.array([[0, 0.5, 0], [10, 0.5, 0], [0, 4, 0]])
     assert table.nearest(np.full(3, BARE), viewer) == pytest.approx([0, 10 - np.hypot(1, 0.25), 3])

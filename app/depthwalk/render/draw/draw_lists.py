@@ -26,7 +26,7 @@ class DrawBatch:
 
     Attributes
     ----------
-    asset : the number in `AssetStore` of the asset that is drawn.
+    asset : the number in `CookedParts` of the asset that is drawn.
     first : the first instance record of the batch.
     count : how many instance records it has.
     indices : the first index and the number of indices of each run in the asset's index buffer; none for meshes.
@@ -65,7 +65,7 @@ class DrawList:
 
         Yields
         ------
-        The number of an asset in `AssetStore`, and the batches that draw it.
+        The number of an asset in `CookedParts`, and the batches that draw it.
         """
         return groupby(self.batches, attrgetter("asset"))
 
@@ -293,7 +293,7 @@ def draw_batches(
     Parameters
     ----------
     table : the index ranges of the assets.
-    asset : (n,) the number in `AssetStore` of each instance's asset.
+    asset : (n,) the number in `CookedParts` of each instance's asset.
     level : (n,) level of detail of each instance; None: 0 for all.
     pieces : (n,) bit mask of the pieces of each instance, whose runs of indices the batches then hold; None: the
         batches hold no runs, as for meshes.

@@ -39,7 +39,7 @@ class MaterialRecords:
         object's frame, metres there, and the object's scale; `rotation` the object's unit quaternion (x, y, z, w),
         world from object; `material_depth` the depth that stands for its asset, whether it has an impostor tile (1 or
         0), and two zeros. Number 0 is no object: its depth is 1, the far plane, and all else is 0.
-    assets : (a,) numbers in `AssetStore` of the assets that may be visible.
+    assets : (a,) numbers in `CookedParts` of the assets that may be visible.
     material_depth : (a,) the depth that stands for each asset where it covers a pixel whole, as the depth buffer holds
         it: above `FULL_COVERAGE`, 0.5, and below 1. Where it covers a pixel in part, the depth is less by 0.5.
     low : (a, 2) lower left corner of the part of the picture in which each asset may be, −1 to 1, y upward.
@@ -139,7 +139,7 @@ def least_footprints(view: View, asset: Rows, materials: MaterialRecords, table:
     Parameters
     ----------
     view : the view of the picture.
-    asset : (n,) numbers in `AssetStore` of the assets of the objects that `materials` was made of.
+    asset : (n,) numbers in `CookedParts` of the assets of the objects that `materials` was made of.
     materials : the records of these objects.
     table : what is known of the assets.
 

@@ -322,7 +322,7 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
 
     Parameters
     ----------
-    asset : (n,) number in `AssetStore` of each object's asset.
+    asset : (n,) number in `CookedParts` of each object's asset.
     level : (n,) level of detail of each object.
     viewer : (n, 3) the viewer in the frames of the objects, metres.
     table : what is known of the assets.
@@ -350,7 +350,7 @@ def lasting_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, l
 
     Parameters
     ----------
-    asset : (n,) number in `AssetStore` of each object's asset.
+    asset : (n,) number in `CookedParts` of each object's asset.
     level : (n,) level of detail of each object.
     viewer : (n, 3) the viewer in the frames of the objects, metres.
     table : what is known of the assets.

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from depthwalk.render.draw.cluster_draws import cluster_draws, cluster_triangles
-from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
-from depthwalk.render.draw.frame_counts import DrawnTiles
+from depthwalk.render.draw.draw_lists import ClusterDraws, DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.draw.frame_counts import Counts, DrawnTiles
 from depthwalk.render.draw.object_detail import DIRECT, POLYGONS, TILE, DetailSelector, ObjectDetail, choose_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_placement import ImpostorObjects
@@ -114,17 +114,7 @@ class Planner:
             mesh=mesh,
             clusters=clusters,
             cleared=work.slots,
-            noted={
-                "objects": len(objects),
-                "mesh_fallbacks": len(fallbacks),
-                "mesh_triangles": sum(
-                    batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
-                )
-                + cluster_triangles(clusters, table),
-                "mesh_clusters": len(clusters.cluster),
-                "provisional": work.provisional,
-                "atlas_used": work.atlas_used,
-            },
+            noted={"objects": len(objects), "mesh_fallbacks": len(fallbacks)} | _noted(mesh, clusters, work, table),
             tiles=drawn_tiles(work, seen.step[tiled]),
             object_rows=object_rows,
             drawn_as=drawn_as,
@@ -166,6 +156,17 @@ class Planner:
         self._objects, self._made_for = objects, made_for
         if not same:
             self.tiles.forget(len(objects), settings.atlas_size)
+
+
+def _noted(mesh: DrawList, clusters: ClusterDraws, work: TileWork, table: AssetTable) -> Counts:
+    """Return the numbers of a phase's meshes and tiles that the HUD and `bench` show, by name."""
+    of_meshes = sum(batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches)
+    return {
+        "mesh_triangles": of_meshes + cluster_triangles(clusters, table),
+        "mesh_clusters": len(clusters.cluster),
+        "provisional": work.provisional,
+        "atlas_used": work.atlas_used,
+    }
 
 
 def _same_assets(objects: Objects, before: Objects) -> bool:

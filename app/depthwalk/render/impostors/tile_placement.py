@@ -56,7 +56,7 @@ class ImpostorObjects:
 
     @property
     def asset(self) -> Rows:
-        """Return the numbers (m,) of the objects' assets in `AssetStore`."""
+        """Return the numbers (m,) of the objects' assets in `CookedParts`."""
         return self.objects.asset[self.at]
 
     def coarsened(self, rows: Rows, level: Rows, pieces: Rows, triangles: Rows) -> "ImpostorObjects":

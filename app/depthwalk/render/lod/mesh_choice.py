@@ -41,7 +41,7 @@ class MeshChoice:
     Attributes
     ----------
     chooses : (n,) whether each row is drawn by `auto`.
-    advised : (a, BINS) int8 by number in `AssetStore` and by size: `AS_MESH`, `AS_IMAGES`, or `UNKNOWN` where nothing
+    advised : (a, BINS) int8 by number in `CookedParts` and by size: `AS_MESH`, `AS_IMAGES`, or `UNKNOWN` where nothing
         was measured.
     """
 
@@ -166,7 +166,7 @@ def _on_screen(
     """Return how large the assets of depth objects are on the screen: (k,) pixels along, and (k,) of the rectangle.
 
     first : (k,) rows of the depth objects; those of parts, of the first part.
-    number : (k,) their numbers in `AssetStore`.
+    number : (k,) their numbers in `CookedParts`.
     """
     radius, half = fallbacks.cylinder_radius[number], fallbacks.half_height[number]
     reach = np.hypot(radius, half) * objects.scale[first]

@@ -22,7 +22,7 @@ from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Mask, Rows
 
 IsResident = Callable[[Rows], Mask]
-"""Returns which (n,) of the meshes (n,), numbers in `AssetStore`, are on the GPU; the others are being read."""
+"""Returns which (n,) of the meshes (n,), numbers in `CookedParts`, are on the GPU; the others are being read."""
 
 # A mesh may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as long as
 # with depth images alone; without a limit, half as long again.
@@ -36,7 +36,7 @@ class MeshFallbackRule:
     Attributes
     ----------
     magnification : how many pixels a texel of the depth images may cover before the mesh is drawn; 0: never draw it.
-    is_resident : returns which (n,) of the meshes (n,), numbers in `AssetStore`, can be drawn in this frame.
+    is_resident : returns which (n,) of the meshes (n,), numbers in `CookedParts`, can be drawn in this frame.
     error : geometric error that the mesh's level of detail may have, pixels, see `mesh_level`.
     """
 
@@ -47,7 +47,7 @@ class MeshFallbackRule:
 
 @dataclass(kw_only=True)
 class MeshFallbacks:
-    """Hold which mesh may replace each depth object (see `AssetStore`, which gives `a` numbers).
+    """Hold which mesh may replace each depth object (see `CookedParts`, which gives `a` numbers).
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class MeshFallbacks:
 
     @classmethod
     def empty(cls, count: int) -> "MeshFallbacks":
-        """Return a table for `count` numbers of `AssetStore`, of which no depth object has a mesh."""
+        """Return a table for `count` numbers of `CookedParts`, of which no depth object has a mesh."""
         return cls(
             mesh=np.full(count, -1),
             part=np.full(count, -1),
@@ -92,8 +92,8 @@ class MeshFallbacks:
 
         Parameters
         ----------
-        mesh : the number of the mesh in `AssetStore`.
-        numbers : the numbers of the depth objects in `AssetStore`.
+        mesh : the number of the mesh in `CookedParts`.
+        numbers : the numbers of the depth objects in `CookedParts`.
         objects : the depth images that these show.
         """
         corners = np.concatenate([_corners(baked) for baked in objects])
@@ -185,7 +185,7 @@ class MeshFallbacks:
 
         Parameters
         ----------
-        number : (m,) numbers of the depth objects in `AssetStore`.
+        number : (m,) numbers of the depth objects in `CookedParts`.
         nearest : (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
         middle : (m,) length that a pixel covers at the middle of each object, metres in its frame.
         levels : the levels of detail of the meshes that are loaded.
@@ -234,7 +234,7 @@ class MeshFallbacks:
 
         Returns
         -------
-        The k meshes as objects; `asset` holds their numbers in `AssetStore`.
+        The k meshes as objects; `asset` holds their numbers in `CookedParts`.
         """
         replaced = objects.take(rows)
         asset = replaced.asset

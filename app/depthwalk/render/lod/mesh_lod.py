@@ -14,7 +14,7 @@ from depthwalk.types import Array, Ints
 
 @dataclass(kw_only=True)
 class MeshLevels:
-    """Hold the levels of detail of meshes, as far as they are loaded; `a` is how many numbers `AssetStore` gives.
+    """Hold the levels of detail of meshes, as far as they are loaded; `a` is how many numbers `CookedParts` gives.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class MeshLevels:
 
     @classmethod
     def empty(cls, count: int) -> "MeshLevels":
-        """Return a table for `count` numbers of `AssetStore`, whose meshes are not loaded yet."""
+        """Return a table for `count` numbers of `CookedParts`, whose meshes are not loaded yet."""
         return cls(error=np.full((count, MOST_LEVELS), np.inf), triangles=np.zeros((count, MOST_LEVELS), np.int64))
 
     def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
@@ -35,7 +35,7 @@ class MeshLevels:
 
         Parameters
         ----------
-        number : the number of the mesh in `AssetStore`.
+        number : the number of the mesh in `CookedParts`.
         levels : the levels of detail of the mesh, the finest first.
         """
         self.error[number, : len(levels)] = [level.error for level in levels]

@@ -24,7 +24,7 @@ def error_at_a_metre(view: View, lod: LodParams) -> float:
     -------
     Metres.
     """
-    return lod.error * 2**lod.bias / view.detail_pixels
+    return lod.allowed_error / view.detail_pixels
 
 
 def error_level(error: Array, allowed: Array) -> Ints:

@@ -77,9 +77,9 @@ class OrderedIndices:
         The array, how many of its first indices are in order, and how many follow that are not.
         """
         if batch.asset not in self._assets:
-            self._assets[batch.asset] = self._load(assets.baked(batch.asset), assets.cook_options.paper_cases)
+            self._assets[batch.asset] = self._load(assets.parts.baked(batch.asset), assets.parts.options.paper_cases)
         # These grids are others than those in whose pieces the plan says what is seen.
-        pieces = batch.pieces if assets.cook_options.paper_cases else ALL_PIECES
+        pieces = batch.pieces if assets.parts.options.paper_cases else ALL_PIECES
         asset, kind = self._assets[batch.asset], (batch.level, pieces)
         if kind not in asset.cells:
             asset.cells[kind] = image_cells(asset.grids, asset.baked, *kind)

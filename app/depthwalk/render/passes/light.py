@@ -32,7 +32,7 @@ class LightPass(PixelPass[LightParams]):
         self._lists = RecordTexture(gl, NUMBERS_RECORD)
         self._cells = RecordTexture(gl, NUMBERS_RECORD)
 
-    def joined(self, frame: Frame, params: LightParams) -> bool:
+    def fuses_with_next(self, frame: Frame, params: LightParams) -> bool:
         """Return whether all of `frame` is lit here; in forward mode depth images are lit already."""
         return not frame.common.forward
 

@@ -15,7 +15,7 @@ class OutputPass(PixelPass[OutputParams]):
     reads = ("lit",)
     writes = ("screen",)
 
-    def joins(self, frame: Frame, params: OutputParams) -> bool:
+    def fuses_with_previous(self, frame: Frame, params: OutputParams) -> bool:
         """Return whether a pixel of `frame` has one sample; `params` do not matter.
 
         In software only for a screen with a texture of its own: what cannot be tested against the depth takes longer.

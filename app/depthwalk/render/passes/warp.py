@@ -77,7 +77,7 @@ class WarpPass(Pass[WarpParams]):
                 program.set(**light)
             for batch in batches:
                 with self.gl.state(direct=CLIP_DISTANCES if batch.clipped else ()):
-                    if in_order and not frame.assets.is_shipped_cooked(number):
+                    if in_order and not frame.assets.parts.is_shipped_cooked(number):
                         ordered = self._ordered[defines]
                         ordered.draw(frame.assets, batch, frame.plan.warp.records, self._instances)
                     else:

@@ -1,4 +1,4 @@
-"""Upload depth images: geometry as vertex and index buffers, colours and normals as virtual textures, and uniforms.
+"""Upload depth images: geometry as vertex and index buffers, with the uniforms that go with them.
 
 A baked object is drawn in two steps. Its geometry is warped into an impostor or drawn straight into the picture; that
 needs `use_geometry`. Later each pixel looks up the surface that it shows; that needs `use_surface`.
@@ -11,74 +11,24 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.images import BakedObject, Cylinder, Face
 from depthwalk.bake.meso import Meso
 from depthwalk.cook.index_chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import GRID_LAYOUT, VERTEX_BYTES, LodGeometry, vertex_positions
-from depthwalk.cook.texture_detail import Detail
-from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
-from depthwalk.gpu.mip_maps import Texels, mip_maps
 from depthwalk.gpu.program import Program
+from depthwalk.render.resources.surface_texture import SurfaceTexture
 from depthwalk.scene.render_settings import LodParams
 
 # Texels by which boundary strips are set back: they guess how a surface goes on, and give way to samples of it. Of 0,
 # 0.5, 1 and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.
 _SETBACK = 0.5
 
-
 SURFACE_UNITS = 7  # texture units that looking up a surface takes
-
-
-@dataclass(frozen=True, kw_only=True)
-class SurfaceTexture:
-    """Hold a virtual texture on the GPU, whose GL objects belong to the asset store.
-
-    Attributes
-    ----------
-    normals
-        The normals of the virtual texture, tile by tile.
-    colours
-        The colours of the virtual texture, tile by tile; one or two components where `tints` has the others.
-    tints
-        The other components of the colours, for 2 × 2 texels each.
-    coordinates
-        Where the texels lie in the object's own texture; None where it has none, or they are left out.
-    base
-        The object's own texture; None where `coordinates` is.
-    page_table
-        The table that says where a tile lies in these pictures, one layer per depth image.
-    detail
-        How much of the texture is here.
-    defines
-        Defines of shaders/common/virtual_texture.glsl: which colours the object has, and whether texels are left out.
-    uniforms
-        Uniforms of shaders/common/virtual_texture.glsl, by name.
-    bytes
-        Bytes of GPU memory, mip-maps included.
-    """
-
-    normals: moderngl.Texture
-    colours: moderngl.Texture
-    tints: moderngl.Texture
-    coordinates: moderngl.Texture | None
-    base: moderngl.Texture | None
-    page_table: moderngl.TextureArray
-    detail: Detail
-    defines: tuple[str, ...]
-    uniforms: dict[str, Any]
-    bytes: int
-
-    @property
-    def owned(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
-        """Return all GL objects of this texture, so that they are freed when it gives way to another."""
-        textured = (texture for texture in (self.coordinates, self.base) if texture is not None)
-        return self.normals, self.colours, self.tints, self.page_table, *textured
 
 
 @dataclass(kw_only=True)
@@ -149,7 +99,7 @@ class DepthObject:
 
     @property
     def _shown_texture(self) -> SurfaceTexture:
-        """Return the texture, which `AssetStore.fit_textures` uploads before anything is looked up."""
+        """Return the texture, which `TextureStreaming.fit` uploads before anything is looked up."""
         assert self.texture is not None
         return self.texture
 
@@ -300,76 +250,6 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
             "first_images": [int((faces < face).sum()) for face in Face],
         },
     )
-
-
-def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceTexture:
-    """Upload a virtual texture into a scope.
-
-    Parameters
-    ----------
-    gl
-        The scope that owns the GL objects.
-    pages
-        What `at_detail` returned for `detail`.
-    detail
-        How much of the whole texture that is.
-
-    Returns
-    -------
-    SurfaceTexture
-        The texture on the GPU.
-    """
-    variants = {
-        "COLOURED": pages.colours.size,
-        "TINTED": pages.tints.size,
-        "PAIRED": pages.tints.size and pages.colours.shape[2] == 2,
-        "PARTIAL": detail,
-        "COORDINATES": pages.has_coordinates,
-    }
-    left_out, tints_left_out = pages.colour_level, max(pages.colour_level - 1, 0)
-    images, rows, columns, _ = pages.table.shape
-    return SurfaceTexture(
-        normals=_upload_picture(gl, pages.normals, LEVELS),
-        colours=_upload_picture(gl, _at_level(pages.colours, left_out), LEVELS - left_out),
-        tints=_upload_picture(gl, _at_level(pages.tints, tints_left_out), LEVELS - 1 - tints_left_out),
-        coordinates=_upload_coordinates(gl, pages.coordinates) if pages.has_coordinates else None,
-        base=_upload_base(gl, pages.texture) if pages.has_coordinates else None,
-        page_table=gl.number_array((columns, rows, images), 2, pages.table.tobytes(), "i2"),
-        detail=detail,
-        defines=tuple(name for name, is_needed in variants.items() if is_needed),
-        uniforms={
-            "first_colour": tuple(pages.palette[0].tolist()),
-            "colour_axes": tuple(pages.palette[1:].ravel().tolist()),
-            "first_rows": pages.first_rows,
-            "last_mip_tier": pages.last_mip_tier,
-            "page_detail": int(detail),
-            "colour_level": pages.colour_level,
-        },
-        bytes=pages.table.nbytes + pages.bytes_with_mip_maps,
-    )
-
-
-def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:
-    """Upload a picture of the virtual texture, (H, W, k), signed only if k is 1 or 2, with mip-maps up to `levels`."""
-    if not texels.size:
-        texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
-    return gl.mipmapped_texture(texels, levels)
-
-
-def _at_level(texels: Texels, level: int) -> Texels:
-    """Return the mip-map of a picture (H, W, k) of number `level`; 0 is the picture itself."""
-    return mip_maps(texels, level)[-1] if level and texels.size else texels
-
-
-def _upload_coordinates(gl: Scope, coordinates: NDArray[np.uint16]) -> moderngl.Texture:
-    """Upload a picture of texture coordinates, (H, W, 2), without mip-maps."""
-    return gl.texture((coordinates.shape[1], coordinates.shape[0]), 2, "u2", coordinates.tobytes())
-
-
-def _upload_base(gl: Scope, texture: NDArray[np.uint8]) -> moderngl.Texture:
-    """Upload a texture (h, w, 3), sRGB, in the format in which meshes have theirs, so that both are filtered alike."""
-    opaque = np.full((*texture.shape[:2], 1), 255, np.uint8)
-    return gl.srgb_texture((texture.shape[1], texture.shape[0]), np.concatenate([texture, opaque], -1).tobytes())
 
 
 def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:

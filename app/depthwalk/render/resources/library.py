@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions
-from depthwalk.render.resources.mesh_store import MeshLibrary
+from depthwalk.render.resources.mesh_reader import MeshLibrary
 
 
 class Library(MeshLibrary, Protocol):

@@ -22,7 +22,8 @@ from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Rows
 
-MapView = Cascade | Spot
+LightView = Cascade | Spot
+"""What a shadow map is seen through; `render.view.view_block.MapView` says what shaders are told of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +42,7 @@ class ShadowMap:
         Whether its casters are coarser than they should be, so that a first picture is there soon.
     """
 
-    view: MapView
+    view: LightView
     grids: DrawList
     meshes: DrawList
     provisional: bool = False
@@ -129,7 +130,7 @@ class Shadows:
     tiles: dict[int, int] = field(default_factory=dict)
 
 
-def sees_same(view: MapView, other: MapView) -> bool:
+def sees_same(view: LightView, other: LightView) -> bool:
     """Return whether two maps lie at the same place, see the same and have the same size."""
     return (view.centre, view.resolution, view.clip_from_centre) == (
         other.centre,
@@ -138,7 +139,7 @@ def sees_same(view: MapView, other: MapView) -> bool:
     )
 
 
-def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
+def find_casters(view: LightView, bounds: Bounds) -> NDArray[np.intp]:
     """Return which spheres may cast a shadow within a map and are at least as large as a texel.
 
     Parameters
@@ -158,7 +159,7 @@ def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
 
 
 def shadow_map(
-    view: MapView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
+    view: LightView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
 ) -> ShadowMap:
     """Plan what is drawn into a shadow map.
 
@@ -209,7 +210,7 @@ def shadow_map(
 
 
 def _cast_as(
-    view: MapView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
+    view: LightView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
 

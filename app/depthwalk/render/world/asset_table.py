@@ -16,7 +16,7 @@ from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.impostors.warp_planes import Volumes
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
-from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import outside
 from depthwalk.scene.arrays import SIMPLIFIED, Objects, Representation
@@ -25,7 +25,7 @@ from depthwalk.types import Array, Ints, Mask, Rows
 
 @dataclass(frozen=True, kw_only=True)
 class AssetTable:
-    """Hold what plans must know of meshes and depth objects; `a` is how many numbers `AssetStore` gives to these.
+    """Hold what plans must know of meshes and depth objects; `a` is how many numbers `CookedParts` gives to these.
 
     A depth object is the depth images of one part of an asset.
 
@@ -87,7 +87,7 @@ class AssetTable:
 
         Parameters
         ----------
-        asset : the number in `AssetStore`.
+        asset : the number in `CookedParts`.
         level : the level of detail.
         pieces : bit mask of the pieces.
 
@@ -105,7 +105,7 @@ class AssetTable:
 
         Parameters
         ----------
-        asset : (n,) number of each object's asset in `AssetStore`.
+        asset : (n,) number of each object's asset in `CookedParts`.
         viewer : (n, 3) the viewer in each object's frame, metres.
 
         Returns
@@ -115,14 +115,14 @@ class AssetTable:
         return outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
 
 
-def asset_table(objects: Objects, library: Library, store: AssetStore, fallbacks: bool = True) -> AssetTable:
-    """Return the table of all numbers of a store, filled in for the assets that some objects use.
+def asset_table(objects: Objects, library: Library, parts: CookedParts, fallbacks: bool = True) -> AssetTable:
+    """Return the table of all numbers of `parts`, filled in for the assets that some objects use.
 
     Parameters
     ----------
-    objects : the objects, whose `asset` holds numbers of `store`.
+    objects : the objects, whose `asset` holds numbers of `parts`.
     library : where assets come from.
-    store : gives numbers to what is drawn, and cooks it.
+    parts : gives numbers to what is drawn, and cooks it.
     fallbacks : whether meshes may replace depth images.
 
     Returns
@@ -131,19 +131,19 @@ def asset_table(objects: Objects, library: Library, store: AssetStore, fallbacks
     """
     meshes = _used_meshes(objects, library)
     used = [number for number in np.unique(objects.asset).tolist() if number >= len(library)]
-    cooked = {number: store.cooked(number) for number in used}
-    volumes, texel = _volumes(len(store), cooked)
-    replacing = _mesh_fallbacks(objects, library, store) if fallbacks else MeshFallbacks.empty(len(store))
-    enclosing = _Enclosing.empty(len(store))
+    cooked = {number: parts.cooked(number) for number in used}
+    volumes, texel = _volumes(len(parts), cooked)
+    replacing = _mesh_fallbacks(objects, library, parts) if fallbacks else MeshFallbacks.empty(len(parts))
+    enclosing = _Enclosing.empty(len(parts))
     for number, levels in meshes.items():
         enclosing.put_mesh(number, levels)
     for number, depth_object in cooked.items():
         enclosing.put_depth_object(number, depth_object.outline)
     enclosing.put_fallbacks(replacing, list(meshes))
-    index_first, index_count, horizon, error = _level_columns(len(store), cooked)
-    levels_of_detail = np.zeros(len(store), np.int64)
+    index_first, index_count, horizon, error = _level_columns(len(parts), cooked)
+    levels_of_detail = np.zeros(len(parts), np.int64)
     levels_of_detail[used] = [len(depth_object.error) - 1 for depth_object in cooked.values()]
-    mesh_levels = MeshLevels.empty(len(store))
+    mesh_levels = MeshLevels.empty(len(parts))
     for number, levels in meshes.items():
         mesh_levels.add(number, levels)
     return AssetTable(
@@ -258,13 +258,13 @@ def _level_columns(
     return index_first, index_count, horizon, error
 
 
-def _mesh_fallbacks(objects: Objects, library: Library, store: AssetStore) -> MeshFallbacks:
+def _mesh_fallbacks(objects: Objects, library: Library, parts: CookedParts) -> MeshFallbacks:
     """Return the meshes that may replace `objects`: of depth images of a mesh without meso-structure laid over it."""
-    fallbacks = MeshFallbacks.empty(len(store))
-    imaged = np.unique(objects.asset[objects.asset >= store.first_depth])
-    for asset in np.unique([store.asset_of(number) for number in imaged.tolist()]).astype(int).tolist():
-        numbers = store.depth_numbers(asset)
-        outlines = [store.cooked(number).outline for number in numbers]
+    fallbacks = MeshFallbacks.empty(len(parts))
+    imaged = np.unique(objects.asset[objects.asset >= parts.first])
+    for asset in np.unique([parts.asset_of(number) for number in imaged.tolist()]).astype(int).tolist():
+        numbers = parts.numbers(asset)
+        outlines = [parts.cooked(number).outline for number in numbers]
         if library.has_mesh(asset) and all(outline.meso is None for outline in outlines):
             fallbacks.add(asset, numbers, outlines)
     return fallbacks

@@ -7,6 +7,7 @@ from depthwalk.assets.demand import asked_for
 from depthwalk.geometry.quaternions import multiply, rotate
 from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.resources.library import Library
 from depthwalk.render.world.stand_ins import StandIns
 from depthwalk.scene.arrays import OF_MESH, Objects, Representation
@@ -29,21 +30,21 @@ def place_objects(
     ----------
     scene : the scene.
     library : tells which assets have meshes and depth images.
-    store : gives numbers to what is drawn.
+    store : numbers what is drawn.
     forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
     which : the slice of the scene's objects to return.
     stand_ins : what is drawn of assets whose depth images are not ready; None: all are ready.
 
     Returns
     -------
-    The rows in the frames of their parts; `asset` holds numbers of `store`.
+    The rows in the frames of their parts; `asset` holds numbers of `store.parts`.
     """
     objects = scene.objects.take(which)
     representation, first, count = _rows(objects, library, store, forced, stand_ins)
     row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
     number = first[row] + within_runs(count)
     position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
-    offset, turn = _placements(number, store)
+    offset, turn = _placements(number, store.parts)
     moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
     position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
     rotation[moved] = multiply(rotation[moved], turn[number[moved]])
@@ -65,7 +66,7 @@ def placed_rows(
     ----------
     scene : the scene.
     library : tells which assets have meshes and depth images.
-    store : gives numbers to what is drawn.
+    store : numbers what is drawn.
     forced : the representation that `place_objects` was given.
     which : the slice of the scene's objects whose rows are looked for.
     stand_ins : the stand-ins that `place_objects` was given.
@@ -90,7 +91,7 @@ def choosing_rows(
     ----------
     scene : the scene.
     library : tells which assets have meshes and depth images.
-    store : gives numbers to what is drawn.
+    store : numbers what is drawn.
     forced : the representation that `place_objects` was given.
     stand_ins : the stand-ins that `place_objects` was given.
 
@@ -105,7 +106,7 @@ def choosing_rows(
 def _rows(
     objects: Objects, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns | None
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
-    """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
+    """Return how each object (n,) is drawn, the first number that shows it, and how many do."""
     representation, stand_ins = asked_for(objects, library, forced), stand_ins or StandIns.none(len(library))
     representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
     imaged = ~np.isin(representation, OF_MESH)
@@ -115,21 +116,21 @@ def _rows(
     first, of_mesh = np.arange(len(library), dtype=np.int32), stand_ins.has_mesh.astype(np.int32)
     shown = np.unique(objects.asset[imaged]).tolist()
     if store.background is None:
-        library.bake_missing([asset for asset in shown if not store.knows(asset)])
+        library.bake_missing([asset for asset in shown if not store.parts.knows(asset)])
     of_images = np.ones(len(library), np.int32)
     for asset in shown:
-        numbers = store.depth_numbers(asset)
+        numbers = store.parts.numbers(asset)
         first[asset], of_images[asset] = numbers.start, len(numbers)
     count = np.where(imaged, of_images[objects.asset], of_mesh[objects.asset])
     count[waiting & stand_ins.too_many[objects.asset]] = 0
     return representation, np.where(imaged, first[objects.asset], objects.asset), count
 
 
-def _placements(used: Ints, store: AssetStore) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the position (a, 3) and rotation (a, 4), in their assets' frames, of the numbers `used` of `store`."""
-    offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
+def _placements(used: Ints, parts: CookedParts) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the position (a, 3) and rotation (a, 4), in their assets' frames, of the numbers `used` of `parts`."""
+    offset, turn = np.zeros((len(parts), 3), np.float32), np.zeros((len(parts), 4), np.float32)
     turn[:, 3] = 1
-    for number in np.unique(used[used >= store.first_depth]).tolist():
-        baked = store.cooked(number).outline
+    for number in np.unique(used[used >= parts.first]).tolist():
+        baked = parts.cooked(number).outline
         offset[number], turn[number] = baked.position, baked.rotation
     return offset, turn

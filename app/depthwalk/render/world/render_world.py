@@ -65,7 +65,7 @@ class RenderWorld:
 
         Returns
         -------
-        The rows, those of parts in the frames of these parts. `asset` holds the numbers of `AssetStore`, and
+        The rows, those of parts in the frames of these parts. `asset` holds the numbers of `CookedParts`, and
         `representation` is how each object is drawn.
         """
         if self._objects is None:
@@ -111,13 +111,13 @@ class RenderWorld:
     def table(self) -> AssetTable:
         """Return bounds, cylinders and index ranges of the assets, which are loaded first if need be."""
         options = cook_options(self._scene.render)
-        if self._assets.cook_options != options:
+        if self._assets.parts.options != options:
             self._assets.release()
-            self._assets.cook_options = options
+            self._assets.parts.options = options
             self._forget()
         if self._table is None:
             as_in_scene = self._representation in (None, Representation.AUTO)  # other names mean that one alone
-            self._table = asset_table(self.objects(), self._library, self._assets, as_in_scene)
+            self._table = asset_table(self.objects(), self._library, self._assets.parts, as_in_scene)
         return self._table
 
     def bounds(self) -> Bounds:
@@ -161,13 +161,12 @@ class RenderWorld:
         objects, table = self.objects(), self.table()
         if self._choice is None and self._has_auto():
             shown_by = self._scene, self._library, self._assets, self._representation, self._stand_ins
-            first = self._assets.first_depth
+            parts = self._assets.parts
             names = {
-                number: self._scene.assets[self._assets.asset_of(number)].name
-                for number in range(first, len(self._assets))
+                number: self._scene.assets[parts.asset_of(number)].name for number in range(parts.first, len(parts))
             }
             self._choice = MeshChoice(
-                chooses=choosing_rows(*shown_by) & (objects.asset >= first),
+                chooses=choosing_rows(*shown_by) & (objects.asset >= parts.first),
                 advised=advised_table(len(table.levels), names, self._scene.advice),
             )
         return self._choice
@@ -229,11 +228,11 @@ class FrameResidency:
         self._asset, self._meshes = world.objects().asset, world.table().meshes
         self._assets, self._seconds = assets, seconds
         self._needed: list[int] = []
-        self._is_needed = np.zeros(len(assets), bool)
-        self._is_needed[: assets.first_depth] = True  # meshes, which are always there
+        self._is_needed = np.zeros(len(assets.parts), bool)
+        self._is_needed[: assets.parts.first] = True  # meshes, which are always there
         self._on_gpu: Mask | None = None  # of all numbers, when `resident` was called last
-        self._asked = np.zeros(len(assets), bool)  # for which meshes `is_mesh_resident` was
-        self._has_mesh = np.zeros(len(assets), bool)
+        self._asked = np.zeros(len(assets.parts), bool)  # for which meshes `is_mesh_resident` was
+        self._has_mesh = np.zeros(len(assets.parts), bool)
         assets.meshes.begin_frame()
 
     def resident(self, rows: Rows, distance: Array | None = None) -> Mask:
@@ -266,7 +265,7 @@ class FrameResidency:
 
         Parameters
         ----------
-        meshes : (n,) numbers of the meshes in `AssetStore`, nearest first.
+        meshes : (n,) numbers of the meshes in `CookedParts`, nearest first.
 
         Returns
         -------

@@ -78,9 +78,9 @@ def find_stand_ins(
         found.ready[asset] = images[asset] > 0 and store.is_ready(asset)
         if (found.ready[asset] and not meshes[asset]) or not library.has_mesh(asset):
             continue
-        if not store.meshes.is_read(asset, bool(simplified_meshes[asset]), bool(clustered_meshes[asset])):
+        if not store.meshes.reader.is_read(asset, bool(simplified_meshes[asset]), bool(clustered_meshes[asset])):
             continue
-        levels = store.meshes.levels(asset)
+        levels = store.meshes.reader.levels(asset)
         assert levels is not None  # it is read
         standing.add(asset)
         found.has_mesh[asset] = True

@@ -1,0 +1,144 @@
+"""Choose which edges a round of simplification collapses, and where to: the cheapest that do not touch each other.
+
+What a collapse costs is the quadric error (Garland and Heckbert 1997), with a little for turned normals and lost seams.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from depthwalk.cook.quadrics import optimal_points, squared_distances
+from depthwalk.cook.seamed_mesh import DirectedEdges, Places, Vertices, contains, special_places
+from depthwalk.geometry.soa import StructOfArrays
+from depthwalk.geometry.spatial_order import within_runs
+from depthwalk.types import Array, Ints, Mask
+
+_TURNS = 4  # in which collapses of a round are chosen
+_ELIGIBLE = 0.5  # times the collapses that a group still needs: its cheapest ones, of which a round takes some
+_FEWEST_ELIGIBLE = 8  # edges of a group that may collapse in a round
+_NORMAL = 0.001  # part of the mesh's size that counts as far apart as normals which differ by 1
+_SEAM = 0.01  # the same for the loss of a seam
+_SHORT = 1e-4  # part of an edge's squared length that counts as an error: where all is flat, short ones go first
+_STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
+_NEVER = np.iinfo(np.int64).max
+
+
+@dataclass(frozen=True)
+class Collapses(StructOfArrays):
+    """Hold n collapses of edges: `start` (n,) vanishes, and `end` (n,) moves to `target` (n, 3).
+
+    free: (n,) whether `end` may move at all; loose: (n,) whether a seam is lost, so that looks are those of the
+    vertices at `end` that differ least; key: (n,) see `DirectedEdges`; cost: (n,).
+    """
+
+    start: Ints
+    end: Ints
+    target: Array
+    free: Mask
+    loose: Mask
+    key: Ints
+    cost: Array
+
+
+def able_edges(edges: DirectedEdges, locked: Mask, banned: Ints) -> Ints:
+    """Return the edges (n,) whose start may move to their end. banned: keys of those that have failed, rising."""
+    # What lies on an open edge moves along open edges only.
+    able = ~locked[edges.start] & ((edges.count != 2) | ~special_places(edges)[edges.start])
+    rows = np.flatnonzero(able)
+    return rows[~contains(banned, edges.key[rows])] if len(banned) else rows
+
+
+def seams_at(vertices: Vertices, edges: DirectedEdges, triangles: Ints) -> tuple[Mask, Mask]:
+    """Return at which edges (e,) a seam would be lost, and at which vertices at the two ends correspond one to one."""
+    used = np.zeros(len(vertices.place), bool)
+    used[triangles] = True
+    count = np.bincount(vertices.place[used], minlength=len(edges.first) - 1)
+    several = np.flatnonzero((count > 1)[vertices.place[triangles]].any(1))
+    corners = triangles[several]
+    pairs = np.concatenate([corners[:, [i, j]] for i in range(3) for j in range(3) if i != j])
+    key = np.unique(pairs[:, 0] * len(used) + pairs[:, 1])
+    start, end = (vertices.place[side] for side in np.divmod(key, len(used)))
+    met = np.ones(len(edges.key), np.int64)
+    rows, times = np.unique(np.searchsorted(edges.key, start * len(count) + end), return_counts=True)
+    met[rows] = times
+    return met != count[edges.start], (met == count[edges.start]) & (met == count[edges.end])
+
+
+def best_collapses(
+    places: Places, edges: DirectedEdges, able: Ints, locked: Mask, seams: tuple[Mask, Mask]
+) -> Collapses:
+    """Return the collapses of the edges `able` (n,), with their best targets. seams: see `seams_at`."""
+    start, end = edges.start[able], edges.end[able]
+    special = special_places(edges)
+    loose, paired = (found[able] for found in seams)
+    free = ~locked[end] & (special[start] == special[end]) & paired
+    quadric = np.ascontiguousarray((places.quadric.take(start, 0) + places.quadric.take(end, 0)).T)
+    from_, to = places.point.take(start, 0), places.point.take(end, 0)
+    weight = places.weight.take(start)
+    away = np.square(to - from_).sum(1)
+    rows = np.flatnonzero(free)
+    middle = (from_[rows] + to[rows]) / 2
+    stiffness = _STIFFNESS * (weight[rows] + places.weight.take(end[rows])) + 1e-30
+    best = optimal_points(quadric[:, rows], stiffness, middle)
+    astray = np.square(best - middle).sum(1) > away[rows]
+    best[astray] = middle[astray]
+    target = to
+    target[rows] = best
+    turned = np.square(places.normal.take(end, 0) - places.normal.take(start, 0)).sum(1)
+    cost = np.maximum(squared_distances(quadric, target), 0) + weight * (_SHORT * away + _NORMAL**2 * turned)
+    cost += weight * _SEAM**2 * loose
+    return Collapses(start, end, target, free, loose, edges.key[able], cost)
+
+
+def cheapest(collapses: Collapses, corners: Ints, group: Ints, missing: Ints) -> Collapses:
+    """Return the cheapest collapse of each place, and only the cheapest of each group.
+
+    corners: (t, 3) places of the triangles; group: (t,) theirs; missing: (g,) how many collapses each group needs.
+    """
+    start, cost = collapses.start, collapses.cost
+    if not len(start):
+        return collapses
+    begins = np.flatnonzero(np.diff(start, prepend=-1))
+    least = np.repeat(np.minimum.reduceat(cost, begins), np.diff(begins, append=len(start)))
+    best = np.flatnonzero(cost == least)
+    best = best[np.flatnonzero(np.diff(start[best], prepend=-1))]
+    group_of = np.zeros(int(corners.max()) + 1, group.dtype)
+    group_of[corners] = group[:, None]
+    best = best[np.lexsort((cost[best], group_of[start[best]]))]
+    of = group_of[start[best]]
+    rank = within_runs(np.bincount(of, minlength=len(missing)))
+    return collapses.take(best[rank < np.maximum(_ELIGIBLE * missing, np.minimum(_FEWEST_ELIGIBLE, 4 * missing))[of]])
+
+
+def independent(edges: DirectedEdges, collapses: Collapses, priority: Array) -> Ints:
+    """Return some of the n collapses, as rows, whose ends and all their neighbours no other one has.
+
+    Those that come first of all around are taken, then those that come first of what is left, and so on (Luby 1986).
+    priority: (n,) the least come first.
+    """
+    own = np.empty(len(priority), np.int64)
+    own[np.argsort(priority)] = np.arange(len(priority))
+    left = np.arange(len(priority))
+    taken: list[Ints] = []
+    while len(left) and len(taken) < _TURNS:
+        ends = np.concatenate([collapses.start[left], collapses.end[left]])
+        first = _least_around(edges, ends, np.tile(own[left], 2)).reshape(2, -1)
+        wins = (first == own[left]).all(0)
+        taken.append(left[wins])
+        winners = np.concatenate([collapses.start[left[wins]], collapses.end[left[wins]]])
+        near = _least_around(edges, winners, np.zeros(len(winners), np.int64), ends).reshape(2, -1)
+        left = left[(near > 0).all(0)]
+    return np.concatenate(taken)
+
+
+def _least_around(edges: DirectedEdges, places: Ints, numbers: Ints, at: Ints | None = None) -> Ints:
+    """Return the least of the `numbers` (n,), which belong to `places` (n,), of those at most two edges away.
+
+    at: places (m,) around which it is found; None: the same.
+    """
+    least = np.full(len(edges.first) - 1, _NEVER)
+    np.minimum.at(least, places, numbers)
+    used = np.flatnonzero(np.diff(edges.first))
+    for _ in range(2):
+        least[used] = np.minimum(least[used], np.minimum.reduceat(least[edges.end], edges.first[used]))
+    return least[places if at is None else at]

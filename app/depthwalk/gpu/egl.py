@@ -1,0 +1,154 @@
+"""Make GL contexts without a window that tell when they are lost, by EGL.
+
+moderngl's own backend for EGL asks for contexts of which drivers tell nothing (EGL 1.5, §3.7.1.4: "No reset
+notification" is the default). Everything else, as which GPU is taken, is left to that backend.
+"""
+
+import ctypes
+from functools import cache
+from typing import NamedTuple
+
+import moderngl
+
+from depthwalk.gpu.failures import ContextLostError, GpuError
+
+_LIBRARY = "libEGL.so.1"
+_OPENGL_API = 0x30A2
+_CONFIG_ID, _NONE = 0x3028, 0x3038
+_DRAW, _READ = 0x3059, 0x305A
+_CONTEXT_LOST = 0x300E
+_MAJOR, _MINOR, _PROFILE, _CORE = 0x3098, 0x30FB, 0x30FD, 1
+_RESET_NOTIFICATION, _LOSE_CONTEXT_ON_RESET = 0x31BD, 0x31BF
+
+_Handle, _Int = ctypes.c_void_p, ctypes.c_int
+_PROTOTYPES: dict[str, tuple[type | None, list[type]]] = {
+    "eglBindAPI": (_Int, [ctypes.c_uint]),
+    "eglChooseConfig": (_Int, [_Handle, _Handle, _Handle, _Int, _Handle]),
+    "eglCreateContext": (_Handle, [_Handle, _Handle, _Handle, _Handle]),
+    "eglDestroyContext": (_Int, [_Handle, _Handle]),
+    "eglGetCurrentContext": (_Handle, []),
+    "eglGetCurrentDisplay": (_Handle, []),
+    "eglGetCurrentSurface": (_Handle, [_Int]),
+    "eglGetError": (_Int, []),
+    "eglGetProcAddress": (_Handle, [ctypes.c_char_p]),
+    "eglMakeCurrent": (_Int, [_Handle, _Handle, _Handle, _Handle]),
+    "eglQueryContext": (_Int, [_Handle, _Handle, _Int, _Handle]),
+}
+
+
+class _Current(NamedTuple):
+    """Hold what is current in a thread, by EGL's handles; None for what is not."""
+
+    display: int | None
+    draw: int | None
+    read: int | None
+    context: int | None
+
+
+class RobustContext:
+    """Own an OpenGL 3.3 core context that is lost, and tells so, where its GPU is reset.
+
+    `moderngl.create_context(context=…)` takes it, within its `with` block, and releases it. In the block it is current
+    in the thread; after it, what was current before. It may be entered again within, and in one thread at a time.
+
+    Raises
+    ------
+    GpuError
+        Where there is no EGL, or the driver makes no such context.
+    """
+
+    def __init__(self) -> None:
+        self._egl = _library()
+        self._display, config = _display_and_config()
+        self._egl.eglBindAPI(_OPENGL_API)
+        wanted = _MAJOR, 3, _MINOR, 3, _PROFILE, _CORE, _RESET_NOTIFICATION, _LOSE_CONTEXT_ON_RESET, _NONE
+        self._context = self._egl.eglCreateContext(self._display, config, None, (_Int * len(wanted))(*wanted))
+        if not self._context:
+            raise GpuError(f"EGL makes no robust context (error {self._egl.eglGetError():#x})")
+        self._before: list[_Current] = []
+
+    def load_opengl_function(self, name: str) -> int:
+        """Return the address of the GL function called `name`, 0 where there is none."""
+        return self._egl.eglGetProcAddress(name.encode()) or 0
+
+    def __enter__(self) -> "RobustContext":
+        before = _current(self._egl)
+        if before.context != self._context:
+            _make_current(self._egl, _Current(self._display, None, None, self._context))
+        self._before.append(before)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        before = self._before.pop()
+        if before.context == self._context:
+            return
+        try:
+            _make_current(self._egl, before._replace(display=before.display or self._display))
+        except GpuError:  # it was released meanwhile
+            self._make_none_current()
+
+    def release(self) -> None:
+        """Destroy the context; moderngl calls this, once. The thread has no current context afterwards, if it was."""
+        if _current(self._egl).context == self._context:
+            self._make_none_current()
+        self._egl.eglDestroyContext(self._display, self._context)
+
+    def _make_none_current(self) -> None:
+        _make_current(self._egl, _Current(self._display, None, None, None))
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """Return EGL's functions, of which those of `_PROTOTYPES` may be called. Raises GpuError where there are none."""
+    try:
+        egl = ctypes.CDLL(_LIBRARY)
+        for name, (result, arguments) in _PROTOTYPES.items():
+            function = getattr(egl, name)
+            function.restype, function.argtypes = result, arguments
+    except (OSError, AttributeError) as error:
+        raise GpuError(f"no EGL: {error}") from error
+    return egl
+
+
+@cache
+def _display_and_config() -> tuple[int, int]:
+    """Return the display and the configuration that moderngl's own backend takes, found by a context of it.
+
+    They stay valid: nobody terminates the display. Raises what that backend raises, and GpuError.
+    """
+    egl = _library()
+    egl.eglBindAPI(_OPENGL_API)
+    before = _current(egl)
+    ordinary = moderngl.create_context(require=330, standalone=True, backend="egl")  # type: ignore[arg-type]
+    try:
+        now, number, config, count = _current(egl), _Int(), _Handle(), _Int()
+        egl.eglQueryContext(now.display, now.context, _CONFIG_ID, ctypes.byref(number))
+        wanted = (_Int * 3)(_CONFIG_ID, number.value, _NONE)
+        egl.eglChooseConfig(now.display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
+        if now.display is None or config.value is None:
+            raise GpuError(f"{_LIBRARY} knows nothing of moderngl's context")
+        _make_current(egl, before._replace(display=before.display or now.display))
+        return now.display, config.value
+    finally:
+        ordinary.release()
+
+
+def _current(egl: ctypes.CDLL) -> _Current:
+    """Return what is current in this thread."""
+    return _Current(
+        egl.eglGetCurrentDisplay(),
+        egl.eglGetCurrentSurface(_DRAW),
+        egl.eglGetCurrentSurface(_READ),
+        egl.eglGetCurrentContext(),
+    )
+
+
+def _make_current(egl: ctypes.CDLL, wanted: _Current) -> None:
+    """Make a context current in this thread, or none. Raises GpuError where that is refused."""
+    egl.eglBindAPI(_OPENGL_API)  # of this thread; without it, what follows is about OpenGL ES
+    if egl.eglMakeCurrent(wanted.display, wanted.draw, wanted.read, wanted.context):
+        return
+    code = egl.eglGetError()
+    if code == _CONTEXT_LOST:
+        raise ContextLostError("the GL context is lost: EGL says so")
+    raise GpuError(f"EGL makes no context current (error {code:#x})")

@@ -1,0 +1,100 @@
+"""Ask of objects whether what a frame has drawn so far hides them: each by its cylinder, neighbours together first."""
+
+import numpy as np
+
+from depthwalk.gpu.device import Device
+from depthwalk.render import kernels
+from depthwalk.render.culling.depth_readback import DepthReadback
+from depthwalk.render.culling.occlusion_test import IsHidden, depth_test
+from depthwalk.render.targets import Targets
+from depthwalk.render.view.bounds import Cylinders, box_cylinders, cylinders
+from depthwalk.render.view.view import View
+from depthwalk.render.world.render_world import RenderWorld
+from depthwalk.render.world.spatial_cells import boxes_about
+from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.types import Mask, Rows
+
+_NEIGHBOURS = 16  # objects that are tested together first
+
+
+class ObjectOcclusion:
+    """Read the depth buffer of a frame, and make the test of objects against it.
+
+    Parameters
+    ----------
+    device : the GPU that draws, whose depth buffer is read.
+    settings : the render settings of the scene; they may change between frames.
+    world : the objects of the scene.
+    """
+
+    def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld) -> None:
+        self._device, self._settings, self._world = device, settings, world
+        self._readback: DepthReadback | None = None  # made when there is something to cull
+
+    def drawn(self, view: View, targets: Targets) -> "Occluders":
+        """Return what is drawn so far as occluders. Waits until the GPU has drawn it.
+
+        Parameters
+        ----------
+        view : the view of the picture, near and far plane fitted.
+        targets : the textures that the picture is drawn into.
+        """
+        lod, warp = self._settings.lod, self._settings.warp
+        if self._readback is None:
+            self._readback = DepthReadback(self._device, view.size)
+        farthest = self._readback.read(targets)
+        # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
+        # what hides it, is no reason to draw it: what is seen instead is nearer to the truth.
+        margin = max(1, 1 / warp.tile_scale, lod.allowed_error)
+        return Occluders(depth_test(farthest, self._readback.side, view, margin), self._world)
+
+    def resized(self) -> None:
+        """Release what depends on the size of the targets; call this whenever that size changes."""
+        if self._readback is not None:
+            self._readback.release()
+        self._readback = None
+
+
+class Occluders:
+    """Tell what the depth that was drawn hides, until the next depth is read.
+
+    Parameters
+    ----------
+    is_hidden : the test of cylinders against that depth.
+    world : the objects of the scene.
+    """
+
+    def __init__(self, is_hidden: IsHidden, world: RenderWorld) -> None:
+        self.hide_cylinders, self._world = is_hidden, world
+
+    def hide(self, rows: Rows) -> Mask:
+        """Return which (m,) of the objects `rows` (m,) are hidden, each tested by its cylinder."""
+        return self.hide_cylinders(self._cylinders(rows)) if len(rows) else np.zeros(0, bool)
+
+    def hide_neighbours(self, rows: Rows) -> Mask:
+        """Return which (m,) of the objects `rows` (m,) are hidden; neighbours stand close together.
+
+        They are tested by boxes about several of them first, and singly where a box is not hidden.
+        """
+        boxes = box_cylinders(*boxes_about(self._world.bounds(), rows, _NEIGHBOURS))
+        hidden = np.repeat(self.hide_cylinders(boxes), _NEIGHBOURS)[: len(rows)]
+        left = (~hidden).nonzero()[0]
+        hidden[left] = self.hide(rows[left])
+        return hidden
+
+    def _cylinders(self, rows: Rows) -> Cylinders:
+        """Return the cylinders that enclose the objects `rows` (m,)."""
+        table, centre, loops = self._world.table(), self._world.bounds().centre, kernels.loaded()
+        if loops is not None:
+            o = self._world.objects()
+            enclosing = loops.upright_cylinders(
+                rows.astype(np.int64, copy=False),
+                centre,
+                o.rotation,
+                o.asset,
+                o.scale,
+                table.half_height,
+                table.cylinder_radius,
+            )
+            return Cylinders(*enclosing)
+        return cylinders(self._world.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)

@@ -1,0 +1,132 @@
+"""Upload the virtual textures of depth images: colours and normals, as finely as is asked for.
+
+`render.resources.texture_streaming` decides how finely that is.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.cook.texture_detail import Detail
+from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture
+from depthwalk.gpu.device import Scope
+from depthwalk.gpu.mip_maps import Texels, mip_maps
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceTexture:
+    """Hold a virtual texture on the GPU, whose GL objects belong to the asset store.
+
+    Attributes
+    ----------
+    normals
+        The normals of the virtual texture, tile by tile.
+    colours
+        The colours of the virtual texture, tile by tile; one or two components where `tints` has the others.
+    tints
+        The other components of the colours, for 2 × 2 texels each.
+    coordinates
+        Where the texels lie in the object's own texture; None where it has none, or they are left out.
+    base
+        The object's own texture; None where `coordinates` is.
+    page_table
+        The table that says where a tile lies in these pictures, one layer per depth image.
+    detail
+        How much of the texture is here.
+    defines
+        Defines of shaders/common/virtual_texture.glsl: which colours the object has, and whether texels are left out.
+    uniforms
+        Uniforms of shaders/common/virtual_texture.glsl, by name.
+    bytes
+        Bytes of GPU memory, mip-maps included.
+    """
+
+    normals: moderngl.Texture
+    colours: moderngl.Texture
+    tints: moderngl.Texture
+    coordinates: moderngl.Texture | None
+    base: moderngl.Texture | None
+    page_table: moderngl.TextureArray
+    detail: Detail
+    defines: tuple[str, ...]
+    uniforms: dict[str, Any]
+    bytes: int
+
+    @property
+    def owned(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
+        """Return all GL objects of this texture, so that they are freed when it gives way to another."""
+        textured = (texture for texture in (self.coordinates, self.base) if texture is not None)
+        return self.normals, self.colours, self.tints, self.page_table, *textured
+
+
+def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceTexture:
+    """Upload a virtual texture into a scope.
+
+    Parameters
+    ----------
+    gl
+        The scope that owns the GL objects.
+    pages
+        What `at_detail` returned for `detail`.
+    detail
+        How much of the whole texture that is.
+
+    Returns
+    -------
+    SurfaceTexture
+        The texture on the GPU.
+    """
+    variants = {
+        "COLOURED": pages.colours.size,
+        "TINTED": pages.tints.size,
+        "PAIRED": pages.tints.size and pages.colours.shape[2] == 2,
+        "PARTIAL": detail,
+        "COORDINATES": pages.has_coordinates,
+    }
+    left_out, tints_left_out = pages.colour_level, max(pages.colour_level - 1, 0)
+    images, rows, columns, _ = pages.table.shape
+    return SurfaceTexture(
+        normals=_upload_picture(gl, pages.normals, LEVELS),
+        colours=_upload_picture(gl, _at_level(pages.colours, left_out), LEVELS - left_out),
+        tints=_upload_picture(gl, _at_level(pages.tints, tints_left_out), LEVELS - 1 - tints_left_out),
+        coordinates=_upload_coordinates(gl, pages.coordinates) if pages.has_coordinates else None,
+        base=_upload_base(gl, pages.texture) if pages.has_coordinates else None,
+        page_table=gl.number_array((columns, rows, images), 2, pages.table.tobytes(), "i2"),
+        detail=detail,
+        defines=tuple(name for name, is_needed in variants.items() if is_needed),
+        uniforms={
+            "first_colour": tuple(pages.palette[0].tolist()),
+            "colour_axes": tuple(pages.palette[1:].ravel().tolist()),
+            "first_rows": pages.first_rows,
+            "last_mip_tier": pages.last_mip_tier,
+            "page_detail": int(detail),
+            "colour_level": pages.colour_level,
+        },
+        bytes=pages.table.nbytes + pages.bytes_with_mip_maps,
+    )
+
+
+def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:
+    """Upload a picture of the virtual texture, (H, W, k), signed only if k is 1 or 2, with mip-maps up to `levels`."""
+    if not texels.size:
+        texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
+    return gl.mipmapped_texture(texels, levels)
+
+
+def _at_level(texels: Texels, level: int) -> Texels:
+    """Return the mip-map of a picture (H, W, k) of number `level`; 0 is the picture itself."""
+    return mip_maps(texels, level)[-1] if level and texels.size else texels
+
+
+def _upload_coordinates(gl: Scope, coordinates: NDArray[np.uint16]) -> moderngl.Texture:
+    """Upload a picture of texture coordinates, (H, W, 2), without mip-maps."""
+    return gl.texture((coordinates.shape[1], coordinates.shape[0]), 2, "u2", coordinates.tobytes())
+
+
+def _upload_base(gl: Scope, texture: NDArray[np.uint8]) -> moderngl.Texture:
+    """Upload a texture (h, w, 3), sRGB, in the format in which meshes have theirs, so that both are filtered alike."""
+    opaque = np.full((*texture.shape[:2], 1), 255, np.uint8)
+    return gl.srgb_texture((texture.shape[1], texture.shape[0]), np.concatenate([texture, opaque], -1).tobytes())

@@ -1,0 +1,37 @@
+"""How far the preparation of assets has come, by the stages that processes tell."""
+
+from pathlib import Path
+
+import pytest
+
+from depthwalk.assets.progress import Batch
+from depthwalk.scene.scene import BakedAsset
+
+ASSETS = [BakedAsset(name=name, baked=Path(name), source=None) for name in ("oak", "elm")]
+
+
+def test_stages_count_as_parts_of_an_assets_time() -> None:
+    batch = Batch(total=2)
+    begun = batch.progress(ASSETS)
+    assert (begun.done, begun.total, begun.name, begun.stage) == (0, 2, "", "")
+    assert begun.fraction == 0 and begun.seconds_left is None  # too early to say
+    batch.note(0, "reading")
+    batch.note(1, "cooking")
+    half_way = batch.progress(ASSETS)
+    assert (half_way.name, half_way.stage) == ("elm", "cooking")
+    assert half_way.fraction == pytest.approx((0.02 + 0.5) / 2)
+    assert half_way.seconds_left is not None and half_way.seconds_left >= 0
+    batch.note(1, "reading")  # again, as after a file was replaced: what has passed has passed
+    assert batch.progress(ASSETS).fraction == half_way.fraction
+
+
+def test_what_is_finished_is_no_longer_named() -> None:
+    batch = Batch(total=2)
+    batch.note(0, "side")
+    batch.note(1, "owners")
+    batch.finish(1)
+    left = batch.progress(ASSETS)
+    assert (left.done, left.name, left.stage) == (1, "oak", "side")
+    batch.finish(0)
+    over = batch.progress(ASSETS)
+    assert (over.done, over.fraction, over.name, over.seconds_left) == (2, 1, "", 0)
