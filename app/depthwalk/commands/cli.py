@@ -23,7 +23,7 @@ SUMMARIES = {
     "bake": "Bake meshes to depth images, NAME.dpci.exr.",
     "compare": "Measure how closely baked depth images resemble their mesh.",
     "quality": "Measure anti-aliasing, depth of field and shadows against reference pictures.",
-    "bench": "Measure how long the frames of a scene and their passes take.",
+    "bench": "Measure how long the frames of scenes and their passes take.",
     "tables": "Measure the tables of the papers again, with the papers' figures beside, and curves that they lack.",
     "advise": "Measure how each asset of a scene is drawn quickest on this machine, at a wanted error.",
     "check": "Check scene files, path files and meshes without rendering anything.",
