@@ -40,7 +40,6 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
 _SHADOW_TRIANGLES = 2_000_000  # of shadow maps that may wait, in a frame of a window where nobody moves
-_OF_LIMIT = 5  # for each triangle of these, a frame with a limit to its work may warp so many
 _FIRST_DETAIL = 0.1  # of the triangles of shadow maps, in a first picture that somebody waits for
 
 
@@ -284,7 +283,7 @@ class Renderer:
             self.remembers,
             detail=_FIRST_DETAIL if limit is not None and self.plan is None else 1.0,
         )
-        portion = _SHADOW_TRIANGLES if limit is None else limit // _OF_LIMIT
+        portion = _SHADOW_TRIANGLES if limit is None else limit // 2
         self._last_shadows = replace(
             planned, portion=None if self.upload_seconds is None else portion, hurried=limit is not None
         )
