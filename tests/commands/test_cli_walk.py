@@ -49,6 +49,18 @@ def test_demo_without_display_renders_the_tour(
     assert sorted(path.name for path in folder.iterdir()) == names
 
 
+@pytest.mark.gl
+def test_demo_of_another_scene_plays_its_tour(run: Callable[..., Any], garden: Sequence[Any]) -> None:
+    shipped = view.scene_root()
+    shipped.joinpath("garden.yaml").rename(shipped / "night.yaml")
+    shipped.joinpath("paths", "garden.yaml").rename(shipped / "paths" / "night.yaml")
+    result = run("demo", "night", "--resolution", "96,64", "--frames", "1")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines() == ["depthwalk-demo/night-00.png", "depthwalk-demo/night.mp4"]
+    unknown = run("demo", "gardn")
+    assert unknown.exit_code == 2 and "gardn" in unknown.stderr
+
+
 def test_demo_without_its_scene_says_so(run: Callable[..., Any], garden: Sequence[Any], tmp_path: Path) -> None:
     scene = tmp_path / "scene" / "garden.yaml"
     scene.unlink()

@@ -17,7 +17,7 @@ from depthwalk.errors import printable
 
 # By name of the module that has the command as `main`; the text is the first line of its docstring.
 SUMMARIES = {
-    "demo": "Walk through the garden, the scene that ships with the program.",
+    "demo": "Walk through the garden, or another scene that ships with the program.",
     "view": "Open a window to walk through a scene.",
     "render": "Render a scene, or the frames of a camera path, to picture files.",
     "bake": "Bake meshes to depth images, NAME.dpci.exr.",

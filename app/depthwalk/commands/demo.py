@@ -1,9 +1,12 @@
-"""Declare `depthwalk demo`, which opens a window on the garden or, without a display, renders its tour to files."""
+"""Declare `depthwalk demo`, which opens a window on a scene that ships or, without a display, renders its tour."""
 
 import sys
 from contextlib import ExitStack, closing
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
@@ -33,8 +36,17 @@ FOLDER = Path("depthwalk-demo")
 STILLS = 6  # pictures of the tour besides its video
 
 
+class DemoScene(StrEnum):
+    """Name a scene that ships with the program, and the tour through it."""
+
+    GARDEN = "garden"
+    NIGHT = "night"
+    ROOM = "room"
+
+
 @guarded
 def main(
+    name: Annotated[DemoScene, typer.Argument(metavar="SCENE", help="garden, night or room.")] = DemoScene.GARDEN,
     resolution: Resolution = DEFAULT_RESOLUTION,
     fullscreen: Fullscreen = False,
     representation_name: RepresentationOption = RepresentationName.SCENE,
@@ -43,7 +55,7 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Walk through the garden, the scene that ships with the program.
+    """Walk through the garden, or another scene that ships with the program.
 
     H shows the keys, P plays the tour. Without a display, the tour is rendered to files in ./depthwalk-demo, of which
     --frames limits the number.
@@ -54,21 +66,22 @@ def main(
             from depthwalk.assets.background import BackgroundLibrary
             from depthwalk.scene.path import load_path
 
-            scene = open_scene(shipped_file("garden.yaml"), None, None)
+            scene = open_scene(shipped_file(f"{name}.yaml"), None, None)
             chosen = representation(representation_name)
             library = closed_at_end.enter_context(closing(BackgroundLibrary(scene.assets)))
             library.foresee(scene, chosen)  # files are read while the window's libraries are imported
             from depthwalk import walk
 
-            tour = load_path(shipped_file("paths", "garden.yaml"))
+            tour = load_path(shipped_file("paths", f"{name}.yaml"))
         try:
             walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
         except walk.NoDisplayError as error:
             print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
-            render_tour(scene, library, tour, frames, size, chosen)
+            render_tour(name, scene, library, tour, frames, size, chosen)
 
 
 def render_tour(
+    name: DemoScene,
     scene: "Scene",
     library: "SceneLibrary",
     tour: "CameraPath",
@@ -80,6 +93,8 @@ def render_tour(
 
     Parameters
     ----------
+    name
+        What the files are called.
     scene
         The scene to show.
     library
@@ -107,7 +122,7 @@ def render_tour(
         FOLDER.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(f"{FOLDER}: cannot be made: {error.strerror}") from None
-    stills, video = Output(str(FOLDER / "garden-{frame:2}.png")), Output(str(FOLDER / "garden.mp4"))
+    stills, video = Output(str(FOLDER / f"{name}-{{frame:2}}.png")), Output(str(FOLDER / f"{name}.mp4"))
     with open_headless(scene, size, chosen, library) as headless:
         draw_frames(headless, sample_path(tour, STILLS)[: frames or STILLS], stills, tour.fps)
         draw_frames(headless, path_cameras(tour, frames), video, tour.fps)
