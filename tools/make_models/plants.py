@@ -254,7 +254,7 @@ def topiary() -> Model:
     heading = unit(out * 0.55 + scattered_directions(rng, count))
     box = leaves(base, heading, out, 0.034 * rng.uniform(0.75, 1.2, count), 0.6, unit(out + 0.3 * heading), BOX)
     green = leaf_colours(rng, box, BOX, (0.48, 0.60, 0.22), (0.13, 0.28, 0.09), clumps(rng, base, 0.1))
-    stem = bark(tube([[0, 0.3, 0], [0.01, 0.8, 0], [0, 1.4, 0]], 0.022, 10), (0.4, 0.33, 0.26), (0.2, 0.16, 0.12), 8)
+    stem = bark(tube([[0, 0.3, 0], [0.01, 0.8, 0], [0, 1.4, 0]], 0.036, 12), (0.4, 0.33, 0.26), (0.2, 0.16, 0.12), 8)
     return shaded(assembled(pot(), stem, *cores, green), 0.25, 0.6)
 
 
