@@ -50,7 +50,7 @@ def test_demo_without_display_renders_the_tour(
 
 
 @pytest.mark.gl
-def test_demo_of_another_scene_plays_its_tour(run: Callable[..., Any], garden: Sequence[Any]) -> None:
+def test_demo_of_another_scene_plays_its_tour(run: Callable[..., Any], garden: Sequence[Any], tmp_path: Path) -> None:
     shipped = tmp_path / "scene"
     shipped.joinpath("garden.yaml").rename(shipped / "night.yaml")
     shipped.joinpath("paths", "garden.yaml").rename(shipped / "paths" / "night.yaml")
