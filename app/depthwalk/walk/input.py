@@ -60,7 +60,7 @@ class Input:
     ) -> None:
         self._before_change = before_change
         self._news = True  # whether anything happened that a widget may show
-        self._edits = False  # whether widgets got a press or a key since they were drawn
+        self._edits = False  # whether widgets got a press, or a key that they wait for, since they were drawn
         self._window, self._state = window, state
         self._io = imgui.get_io()
         keys = window.keys
@@ -133,7 +133,8 @@ class Input:
         return self._busy or any(inside)
 
     def _on_key(self, key: Any, action: Any, modifiers: Any) -> None:
-        self._news = self._edits = True
+        self._news = True
+        self._edits |= self._io.want_capture_keyboard  # else a key that is held, and repeats, would end every slice
         pressed = action == self._window.keys.ACTION_PRESS
         repeated = not pressed and action != self._window.keys.ACTION_RELEASE
         self._io.add_key_event(imgui.Key.mod_ctrl, modifiers.ctrl)
@@ -155,7 +156,8 @@ class Input:
                 self._actions[key]()
 
     def _on_character(self, character: str) -> None:
-        self._news = self._edits = True
+        self._news = True
+        self._edits |= self._io.want_capture_keyboard
         self._io.add_input_character(ord(character))
 
     def _on_mouse(self, x: float, y: float, dx: float, dy: float) -> None:
@@ -173,7 +175,7 @@ class Input:
             self._io.add_mouse_pos_event(x, y)
 
     def _on_press(self, x: float, y: float, button: int) -> None:
-        self._news = self._edits = True
+        self._news = True
         if self.captured:
             return
         # The place of the last motion: on X11, GLFW gives the present one, several events later at 3 fps.
@@ -181,6 +183,7 @@ class Input:
         self._io.add_mouse_pos_event(*self._last)
         self._io.add_mouse_button_event(button - 1, True)
         if self._over_widgets(*self._last):
+            self._edits = True
             return
         if self._state.mode is not Mode.ORBIT:
             if button == _RIGHT:
@@ -204,14 +207,16 @@ class Input:
         return True
 
     def _on_release(self, x: float, y: float, button: int) -> None:
-        self._news = self._edits = True
+        self._news = True
+        self._edits |= self._busy
         self._io.add_mouse_button_event(button - 1, False)
         if self._drag and self._drag[0] == button:
             self._drag = None
 
     def _on_wheel(self, right: float, up: float) -> None:
-        self._news = self._edits = True
+        self._news = True
         if not self.captured and self._over_widgets(*(self._last or (0.0, 0.0))):
+            self._edits = True
             self._io.add_mouse_wheel_event(right, up)
         else:
             self._state.wheel(up)

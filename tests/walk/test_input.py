@@ -1,0 +1,94 @@
+"""Which events may make widgets change something: only for these a frame that is being drawn must be finished."""
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import MagicMock
+
+import pytest
+
+from depthwalk.walk.input import Input
+from depthwalk.walk.native_imgui import imgui
+from depthwalk.walk.panel import Area
+
+PLAIN = SimpleNamespace(ctrl=False, shift=False, alt=False)
+PANEL: Area = (0, 0, 100, 100)
+RIGHT = 2
+
+
+class Keys:
+    """Every key, by its name."""
+
+    ACTION_PRESS, ACTION_RELEASE = "press", "release"
+
+    def __getattr__(self, name: str) -> str:
+        return name
+
+
+KEYS = Keys()
+
+
+@pytest.fixture
+def window() -> Iterator[Any]:
+    """A window with a panel in its upper left corner; `frame` begins and ends a frame of its widgets."""
+    context = imgui.create_context()
+    io = imgui.get_io()
+    io.display_size = (480, 360)
+    io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
+    window = SimpleNamespace(keys=KEYS, size=(480, 360), mouse_exclusivity=False)
+    state = MagicMock(fast=False)
+    input_ = Input(window, state, {})  # type: ignore[arg-type]
+
+    def frame() -> None:
+        imgui.new_frame()
+        imgui.set_next_window_pos((0, 0))
+        imgui.set_next_window_size((100, 100))
+        imgui.begin("panel")
+        imgui.input_text("name", "")
+        input_.set_areas([PANEL])
+        imgui.end()
+        imgui.end_frame()
+
+    window.frame, window.input, window.state = frame, input_, state
+    frame()
+    yield window
+    imgui.destroy_context(context)
+
+
+def test_a_key_that_is_held_changes_no_widget(window: Any) -> None:
+    """The system repeats it; each time a frame that is drawn in slices would be finished at once."""
+    for action in (KEYS.ACTION_PRESS, "repeated", "repeated", KEYS.ACTION_RELEASE):
+        window.key_event_func(KEYS.W, action, PLAIN)
+        window.unicode_char_entered_func("w")
+        assert not window.input.is_editing
+        window.frame()
+    assert window.input.take_news()
+    window.state.held.press.assert_called_once()
+    window.state.held.release.assert_called_once()
+
+
+def test_a_drag_beside_widgets_changes_none_and_a_click_on_one_may(window: Any) -> None:
+    for x, edits in ((300, False), (50, True)):
+        window.mouse_position_event_func(x, 50, 0, 0)
+        window.mouse_press_event_func(x, 50, RIGHT)
+        assert window.input.is_editing == edits
+        window.frame()
+        window.mouse_release_event_func(x, 50, RIGHT)
+        window.frame()
+        window.mouse_scroll_event_func(0, 1)
+        assert window.input.is_editing == edits
+        window.frame()
+
+
+def test_keys_go_to_a_text_that_is_edited(window: Any) -> None:
+    window.mouse_position_event_func(20, 30, 0, 0)
+    window.frame()
+    window.mouse_press_event_func(20, 30, 1)
+    window.frame()
+    window.mouse_release_event_func(20, 30, 1)
+    for _ in range(3):
+        window.frame()
+    assert imgui.get_io().want_capture_keyboard
+    window.key_event_func(KEYS.W, KEYS.ACTION_PRESS, PLAIN)
+    assert window.input.is_editing
+    window.state.held.press.assert_not_called()
