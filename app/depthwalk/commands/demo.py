@@ -46,7 +46,9 @@ class DemoScene(StrEnum):
 
 @guarded
 def main(
-    name: Annotated[DemoScene, typer.Argument(metavar="SCENE", help="Scene to show: garden, night or room.")] = DemoScene.GARDEN,
+    name: Annotated[
+        DemoScene, typer.Argument(metavar="SCENE", help="Scene to show: garden, night or room.")
+    ] = DemoScene.GARDEN,
     resolution: Resolution = DEFAULT_RESOLUTION,
     fullscreen: Fullscreen = False,
     representation_name: RepresentationOption = RepresentationName.SCENE,
