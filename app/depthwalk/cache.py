@@ -295,6 +295,26 @@ def read_arrays(
             raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
 
 
+def check_array(name: str, values: NDArray[Any], shape: tuple[int, ...], kind: str) -> None:
+    """Raise ValueError unless an array that was read has a shape, a kind of numbers, and, of kind "f", finite ones.
+
+    Parameters
+    ----------
+    name
+        What the message calls it.
+    values
+        The array.
+    shape
+        The shape that it must have.
+    kind
+        The kind that its dtype must have, as NumPy names it: "f", "i", "u".
+    """
+    if values.shape != shape or values.dtype.kind != kind:
+        raise ValueError(f"{name} are {values.dtype} of {values.shape}")
+    if kind == "f" and not np.isfinite(values).all():
+        raise ValueError(f"{name} hold what is no finite number")
+
+
 def _parsed(data: bytes) -> NDArray[Any]:
     """Return the array that the bytes of a `.npy` file hold. Raises ValueError where they are no array or too few."""
     stream = io.BytesIO(data)

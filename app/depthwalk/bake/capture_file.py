@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
-from depthwalk.cache import Cache, read_arrays, write_arrays
+from depthwalk.cache import Cache, check_array, read_arrays, write_arrays
 
 CAPTURES = Cache(suffix=".views.npz", content="captured views")
 
@@ -63,10 +63,9 @@ def _read(path: Path, params: CaptureParams) -> CapturedViews:
     shapes = {"centre": (3,), "half_size": (3,), "colour": picture, "surface": picture, **dict.fromkeys(_NUMBERS, ())}
     for name, shape in shapes.items():
         found, kind = stored[name], "u" if len(shape) == 4 else "f"
-        if found.shape != shape or found.dtype.kind != kind or (kind == "u" and found.itemsize != 1):
+        check_array(name, found, shape, kind)
+        if kind == "u" and found.itemsize != 1:
             raise ValueError(f"{name} are {found.dtype} of {found.shape}")
-        if kind == "f" and not np.isfinite(found).all():
-            raise ValueError(f"{name} hold what is no finite number")
     if stored["radius"] <= 0 or (stored["half_size"] < 0).any():
         raise ValueError("its bounds are empty")
     values: dict[str, Any] = {name: stored[name] for name in _ARRAYS}

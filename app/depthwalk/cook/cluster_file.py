@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.cache import Cache, read_arrays, write_arrays
+from depthwalk.cache import Cache, check_array, read_arrays, write_arrays
 from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.ingest.mesh import Mesh
 
@@ -90,11 +90,7 @@ def _read(path: Path, mesh: Mesh) -> MeshClusters:
     }
     lengths["c1"] = lengths["c"] + 1
     for name, (length, axes, kind) in _SHAPES.items():
-        values = stored[name]
-        if values.shape != (lengths[length], *axes) or values.dtype.kind != kind:
-            raise ValueError(f"{name} are {values.dtype} of {values.shape}")
-        if kind == "f" and not np.isfinite(values).all():
-            raise ValueError(f"{name} hold what is no finite number")
+        check_array(name, stored[name], (lengths[length], *axes), kind)
     _check_numbers(stored, len(mesh.parts))
     solid = bool(stored["solid"])
     return MeshClusters(**{name: stored[name] for name in _SHAPES}, solid=solid)

@@ -271,13 +271,7 @@ class Scope:
         dtype
             As moderngl names it: "i2", "u4", "f4" and so on.
         """
-        self._check_size(size[:2])
-        if size[2] > self.device.max_layers:
-            raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
-        make = self.device.context.texture_array
-        array: moderngl.TextureArray = self._make(
-            "texture_array", size, lambda: make(size, components, data, dtype=dtype)
-        )
+        array = self._array(size, components, data, dtype)
         array.filter = moderngl.NEAREST, moderngl.NEAREST
         return array
 
@@ -295,14 +289,23 @@ class Scope:
         data
             The texels, layer by layer, lower row first.
         """
+        array = self._array(size, components, data, "f1")
+        array.build_mipmaps()
+        array.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
+        array.repeat_x = array.repeat_y = False
+        return array
+
+    def _array(
+        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
+    ) -> moderngl.TextureArray:
+        """Return a new array texture; raise GpuError where the driver does not allow its size."""
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
         make = self.device.context.texture_array
-        array: moderngl.TextureArray = self._make("texture_array", size, lambda: make(size, components, data))
-        array.build_mipmaps()
-        array.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
-        array.repeat_x = array.repeat_y = False
+        array: moderngl.TextureArray = self._make(
+            "texture_array", size, lambda: make(size, components, data, dtype=dtype)
+        )
         return array
 
     def volume(self, size: tuple[int, int, int], components: int, dtype: str, data: bytes) -> moderngl.Texture3D:
