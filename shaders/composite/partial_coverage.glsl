@@ -32,7 +32,8 @@ bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out flo
 
 // Stored depth at `texel` of the atlas, 1 outside the silhouette; `nearest` is the texel that owns the result, `uncovered` the
 // part of the pixel that shows what is behind.
-float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered) {
+float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 aside) {
+    aside = vec2(0.0);
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
     ivec2 low = ivec2(floor(position));
     vec2 f = position - vec2(low);
@@ -60,6 +61,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered) {
     weight *= step(abs(depth - own), vec4(depth_tolerance(own)));
 #ifdef PARTIAL
     uncovered = 1.0 - dot(weight, vec4(1.0));
+    aside = 0.5 * (vec2(weight.y + weight.z, weight.x + weight.y) / dot(weight, vec4(1.0)) - f);
 #endif
     return dot(weight, depth) / dot(weight, vec4(1.0));
 }
