@@ -8,8 +8,9 @@ vec4 tile_light_found;      // by `tile_depth`: linear light, filtered bilinearl
 // The pixel's surface lies on the texels of `depth` at `low` + (0,1) (1,1) (1,0) (0,0), as far as their bilinear `weight` says;
 // of empty ones it is 0. Returns whether any is left; if not, `stored` is what closes a crack, or 1, and `nearest` the
 // texel that owns it. position: in texels, of the atlas.
-bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 nearest) {
+bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 nearest, out float nearer) {
     stored = 1.0;
+    nearer = 0.0;
     nearest = low;
 #ifdef PARTIAL
     float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
@@ -18,7 +19,15 @@ bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out flo
         stored = across_crack(low, high, nearest);
         return false;
     }
-    weight *= step(depth - front, vec4(depth_tolerance(front)));      // of several surfaces the one in front
+    // Of several surfaces that which has most of the pixel, of equals the one in front.
+    vec4 gap = depth_tolerance(front) * vec4(1.0);
+    vec4 share = vec4(dot(weight, step(abs(depth - depth.x), gap)), dot(weight, step(abs(depth - depth.y), gap)),
+                      dot(weight, step(abs(depth - depth.z), gap)), dot(weight, step(abs(depth - depth.w), gap)));
+    share = mix(vec4(-1.0), share - 0.01 * depth, greaterThan(weight, vec4(0.0)));
+    float most = max(max(share.x, share.y), max(share.z, share.w));
+    float own = share.x == most ? depth.x : share.y == most ? depth.y : share.z == most ? depth.z : depth.w;
+    nearer = dot(weight, step(depth, vec4(own - gap.x)));
+    weight *= step(abs(depth - own), gap);
 #else
     // The silhouette runs where half of the weight is on empty texels.
     if (dot(weight, vec4(1.0)) < 0.5) {
@@ -42,8 +51,8 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
     depth = mix(depth, vec4(1.0), equal(weight, vec4(0.0)));    // at the border these may be the texels of the tile beside
     weight *= vec4(lessThan(depth, vec4(1.0)));
     uncovered = 0.0;
-    float stored;
-    if (!is_covered(position, low, depth, weight, stored, nearest)) {
+    float stored, nearer;
+    if (!is_covered(position, low, depth, weight, stored, nearest, nearer)) {
 #ifdef LIT
         tile_light_found = texelFetch(atlas_light, nearest, 0);
 #endif
@@ -60,8 +69,13 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(depth_tolerance(own)));
 #ifdef PARTIAL
-    uncovered = 1.0 - dot(weight, vec4(1.0));
-    aside = 0.5 * (vec2(weight.y + weight.z, weight.x + weight.y) / dot(weight, vec4(1.0)) - f);
+    uncovered = max(1.0 - nearer - dot(weight, vec4(1.0)), 0.0);
+    vec4 deviation = abs(depth - own) * vec4(greaterThan(weight, vec4(0.0)));
+    if (max(max(deviation.x, deviation.y), max(deviation.z, deviation.w)) > 0.3 * depth_tolerance(own)) {
+        aside = 0.5 * (vec2(right, upper) - f);
+        return own;
+    }
+    if (uncovered > 0.0) aside = 0.5 * (vec2(weight.y + weight.z, weight.x + weight.y) / dot(weight, vec4(1.0)) - f);
 #endif
     return dot(weight, depth) / dot(weight, vec4(1.0));
 }
