@@ -1,6 +1,9 @@
 // Weighs the four texels of an impostor tile around a pixel: which of them make up the surface that the pixel shows, and, where
 // PARTIAL, what part of the pixel they leave uncovered (docs/anti-aliasing.md). Texels are half a pixel wide then.
 #include "composite/cracks.glsl"
+#ifdef PARTIAL
+const float STEEP = 0.3;            // of the depths that one surface may span from texel to texel
+#endif
 #ifdef LIT
 vec4 tile_light_found;      // by `tile_depth`: linear light, filtered bilinearly as the paper's textures are (§2.5)
 #endif
@@ -8,9 +11,8 @@ vec4 tile_light_found;      // by `tile_depth`: linear light, filtered bilinearl
 // The pixel's surface lies on the texels of `depth` at `low` + (0,1) (1,1) (1,0) (0,0), as far as their bilinear `weight` says;
 // of empty ones it is 0. Returns whether any is left; if not, `stored` is what closes a crack, or 1, and `nearest` the
 // texel that owns it. position: in texels, of the atlas.
-bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 nearest, out float nearer) {
+bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 nearest) {
     stored = 1.0;
-    nearer = 0.0;
     nearest = low;
 #ifdef PARTIAL
     float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
@@ -19,15 +21,7 @@ bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out flo
         stored = across_crack(low, high, nearest);
         return false;
     }
-    // Of several surfaces that which has most of the pixel, of equals the one in front.
-    vec4 gap = depth_tolerance(front) * vec4(1.0);
-    vec4 share = vec4(dot(weight, step(abs(depth - depth.x), gap)), dot(weight, step(abs(depth - depth.y), gap)),
-                      dot(weight, step(abs(depth - depth.z), gap)), dot(weight, step(abs(depth - depth.w), gap)));
-    share = mix(vec4(-1.0), share - 0.01 * depth, greaterThan(weight, vec4(0.0)));
-    float most = max(max(share.x, share.y), max(share.z, share.w));
-    float own = share.x == most ? depth.x : share.y == most ? depth.y : share.z == most ? depth.z : depth.w;
-    nearer = dot(weight, step(depth, vec4(own - gap.x)));
-    weight *= step(abs(depth - own), gap);
+    weight *= step(depth - front, vec4(depth_tolerance(front)));      // of several surfaces the one in front
 #else
     // The silhouette runs where half of the weight is on empty texels.
     if (dot(weight, vec4(1.0)) < 0.5) {
@@ -40,7 +34,7 @@ bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out flo
 }
 
 // Stored depth at `texel` of the atlas, 1 outside the silhouette; `nearest` is the texel that owns the result, `uncovered` the
-// part of the pixel that shows what is behind.
+// part of the pixel that shows what is behind. `aside` is where the surface has that depth, pixels from the pixel's middle.
 float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 aside) {
     aside = vec2(0.0);
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
@@ -51,8 +45,8 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
     depth = mix(depth, vec4(1.0), equal(weight, vec4(0.0)));    // at the border these may be the texels of the tile beside
     weight *= vec4(lessThan(depth, vec4(1.0)));
     uncovered = 0.0;
-    float stored, nearer;
-    if (!is_covered(position, low, depth, weight, stored, nearest, nearer)) {
+    float stored;
+    if (!is_covered(position, low, depth, weight, stored, nearest)) {
 #ifdef LIT
         tile_light_found = texelFetch(atlas_light, nearest, 0);
 #endif
@@ -69,9 +63,10 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(depth_tolerance(own)));
 #ifdef PARTIAL
-    uncovered = max(1.0 - nearer - dot(weight, vec4(1.0)), 0.0);
+    uncovered = 1.0 - dot(weight, vec4(1.0));
+    // The mean of depths lies on a surface that is flat between them. Of a steep one it may be far off, so one texel counts.
     vec4 deviation = abs(depth - own) * vec4(greaterThan(weight, vec4(0.0)));
-    if (max(max(deviation.x, deviation.y), max(deviation.z, deviation.w)) > 0.3 * depth_tolerance(own)) {
+    if (max(max(deviation.x, deviation.y), max(deviation.z, deviation.w)) > STEEP * depth_tolerance(own)) {
         aside = 0.5 * (vec2(right, upper) - f);
         return own;
     }
