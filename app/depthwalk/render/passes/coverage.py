@@ -3,7 +3,7 @@
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params
-from depthwalk.render.antialiasing.blended_picture import blending_defines, covered_pixels, picture_before
+from depthwalk.render.blended_picture import blending_defines, covered_pixels, picture_before
 from depthwalk.render.draw.material_depth import FULL_COVERAGE
 from depthwalk.render.frame import Frame, Pass
 

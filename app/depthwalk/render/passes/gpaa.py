@@ -13,8 +13,8 @@ from depthwalk.geometry.adjacency import EdgeAdjacency, Shape, build_adjacency
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program, Variants
-from depthwalk.render.antialiasing.blended_picture import blending_defines, picture_before
 from depthwalk.render.antialiasing.silhouette_lines import LINE_RECORD, silhouette_lines
+from depthwalk.render.blended_picture import blending_defines, picture_before
 from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.placed_records import PLACED_RECORD

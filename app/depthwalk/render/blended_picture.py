@@ -13,6 +13,7 @@ import moderngl
 
 from depthwalk.gpu.device import Scope
 from depthwalk.render.frame import Frame
+from depthwalk.render.pixel_pass import only_texture
 
 
 def blending_defines(frame: Frame) -> tuple[str, ...]:
@@ -34,7 +35,7 @@ def covered_pixels(gl: Scope, frame: Frame) -> Iterator[moderngl.Framebuffer]:
     if not frame.common.aa.shown:
         yield frame.targets.covered
         return
-    framebuffer = gl.framebuffer(list(frame.targets.screen.color_attachments), frame.targets.material_depth_texture)
+    framebuffer = gl.framebuffer([only_texture(frame.targets.screen)], frame.targets.material_depth_texture)
     try:
         yield framebuffer
     finally:
