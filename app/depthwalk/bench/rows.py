@@ -1,7 +1,8 @@
 """Measure one row of the table of docs/bench.md: objects drawn in several ways whose pictures are equally good.
 
-The ways are meshes, simplified meshes and depth images. The settings of each are tuned until its FLIP against a
-supersampled picture is that of the others, and only then are its frames timed.
+The ways are meshes, simplified meshes, clusters of meshes, and the scene as it is: depth images, with meshes in their
+place near by. The settings of each are tuned until its FLIP against a supersampled picture is that of the others, and
+only then are its frames timed.
 """
 
 import time
@@ -106,7 +107,9 @@ class Column:
     Attributes
     ----------
     frame_ms
-        Median time of a frame, milliseconds.
+        Mean time of a frame, milliseconds: processor time of all threads where a software rasteriser draws, which other
+        programs do not lengthen; else time by the clock. It is no median, since impostors are warped in some frames
+        only.
     frames
         Number of timed frames.
     flip
@@ -197,14 +200,16 @@ class _Knob:
         return f"{self.name}={value:g}"
 
 
-COLUMNS = {
+COLUMNS: dict[str, Representation | None] = {
     "mesh": Representation.MESH,
     "mesh-lod": Representation.MESH_LOD,
     "mesh-clusters": Representation.MESH_CLUSTERS,
     "unoccluded": Representation.MESH_LOD,  # all of what the frustum holds
-    "re-warped": Representation.DPCI,  # all of it in every frame
-    "dpci": Representation.DPCI,
+    "re-warped": None,  # all of it in every frame
+    "scene": None,
 }
+"""The ways to draw the objects, in the order of the table; None: as the scene says."""
+
 _MESH_ERROR, _BIAS = (
     _Knob(group="mesh", name="error", coarsest=7, exponential=True),
     _Knob(group="lod", name="bias", coarsest=6),
@@ -247,21 +252,22 @@ def make_row(
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     kernels.load()
     report("reference")
-    described, references = _references(walk, scene, library)
+    described, pictures = references(walk, scene, library)
     with ExitStack() as opened:
         drawn = {name: opened.enter_context(_open(scene, library, walk.size, kind)) for name, kind in COLUMNS.items()}
         for name, headless in drawn.items():
             headless.renderer.remembers = name != "re-warped"
         drawn["unoccluded"].renderer.settings.culling.occlusion = False
         report("tuning")
-        tuned = _tuned(walk, drawn, references, pool)
+        tuned = _tuned(walk, drawn, pictures, pool)
         report("timing")
         runs = _timed(walk, drawn)
+        software = drawn["scene"].device.software
     return Row(
         objects=count,
         reference=described,
         commit=commit(),
-        columns={name: _column(runs[name], tuned.get(name)) for name in drawn},
+        columns={name: _column(runs[name], tuned.get(name), software) for name in drawn},
     )
 
 
@@ -293,13 +299,13 @@ def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
 
 
 def _open(
-    scene: Scene, library: SceneLibrary, size: tuple[int, int], representation: Representation
+    scene: Scene, library: SceneLibrary, size: tuple[int, int], representation: Representation | None
 ) -> HeadlessRenderer:
     """Return a renderer with settings of its own."""
     return HeadlessRenderer(replace(scene, render=scene.render.model_copy(deep=True)), library, size, representation)
 
 
-def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, list[Picture]]:
+def references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, list[Picture]]:
     """Return how the reference was drawn, and its pictures at the compared moments."""
     size = walk.size[0] * SUPERSAMPLING, walk.size[1] * SUPERSAMPLING
     exact = len(scene.objects) <= MOST_MESHES
@@ -315,25 +321,25 @@ def _tuned(
 ) -> dict[str, tuple[str, float]]:
     """Return the setting and the FLIP of each column.
 
-    The target is the FLIP of depth images along the path with the scene's own settings, or that of the finest mesh
-    where this is worse; every column is made as coarse as the target allows.
+    The target is the FLIP of the scene along the path with its own settings, or that of the finest mesh where this is
+    worse; every column is made as coarse as the target allows.
     """
     stills = [[camera] for camera in walk.compared]
 
     @cache  # what sets the target is asked again
     def flip_at(name: str, knob: _Knob, to: float) -> float:
         knob.turn(drawn[name], to)
-        return path_flip(drawn[name], walk.approaches if name == "dpci" else stills, references, pool)
+        return path_flip(drawn[name], walk.approaches if name == "scene" else stills, references, pool)
 
-    mesh_flip, warped_flip = partial(flip_at, "mesh-lod", _MESH_ERROR), partial(flip_at, "dpci", _BIAS)
-    bias = drawn["dpci"].renderer.settings.lod.bias
+    mesh_flip, warped_flip = partial(flip_at, "mesh-lod", _MESH_ERROR), partial(flip_at, "scene", _BIAS)
+    bias = drawn["scene"].renderer.settings.lod.bias
     target = max(warped_flip(bias), mesh_flip(_FINEST_MESH))
     error, flip = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
     tuned = {name: (_MESH_ERROR.turn(drawn[name], error), flip) for name in ("mesh-lod", "unoccluded")}
     clusters_flip = partial(flip_at, "mesh-clusters", _MESH_ERROR)
     error, flip = coarsened(clusters_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
     tuned["mesh-clusters"] = _MESH_ERROR.turn(drawn["mesh-clusters"], error), flip
-    for name in ("re-warped", "dpci"):
+    for name in ("re-warped", "scene"):
         to, flip = coarsened(partial(flip_at, name, _BIAS), bias, _BIAS.coarsest, target)
         tuned[name] = _BIAS.turn(drawn[name], to), flip
     if len(drawn["mesh"].renderer.world.objects()) <= MOST_MESHES:
@@ -350,7 +356,7 @@ def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run
         for name, headless in drawn.items():
             if runs[name] and left[name] <= 0:
                 continue
-            for camera in moment[:SETTLING] if name == "dpci" else ():
+            for camera in moment[:SETTLING] if name == "scene" else ():
                 headless.draw(View(camera, walk.size))
             affordable = max(1, int(left[name] / frame_ms[name]))
             (run,) = measure({name: headless}, moment[SETTLING:][:affordable], 0, lambda: None)
@@ -368,17 +374,22 @@ def _first_frame(headless: HeadlessRenderer, walk: Walk) -> float:
     return 1e3 * (time.perf_counter() - start)
 
 
-def _column(runs: list[Run], tuned: tuple[str, float] | None) -> Column:
-    times = [time for run in runs for time in run.frame_times]
+def _column(runs: list[Run], tuned: tuple[str, float] | None, software: bool) -> Column:
+    times = [time for run in runs for time in (_processor_times(run) if software else run.frame_times)]
     setting, flip = tuned or ("", None)
     return Column(
-        frame_ms=round(float(np.median(times)), 3),
+        frame_ms=round(float(np.mean(times)), 3),
         frames=len(times),
         flip=flip,
         setting=setting,
         passes_ms=_medians([{name: spread.p50 for name, spread in run.passes_ms.items()} for run in runs]),
         counts=_medians([run.counts for run in runs]),
     )
+
+
+def _processor_times(run: Run) -> list[float]:
+    assert run.trace is not None  # it was measured, not read from a file
+    return run.trace.work["processor_ms"]
 
 
 def _medians(rows: list[dict[str, float]]) -> dict[str, float]:
