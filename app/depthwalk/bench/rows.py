@@ -1,8 +1,8 @@
 """Measure one row of the table of docs/bench.md: objects drawn in several ways whose pictures are equally good.
 
 The ways are meshes, simplified meshes, clusters of meshes, and the scene as it is: depth images, with meshes in their
-place near by. The settings of each are tuned until its FLIP against a supersampled picture is that of the others, and
-only then are its frames timed.
+place near by. Meshes are simplified until their FLIP against a supersampled picture is that of the scene, and only then
+are frames timed.
 """
 
 import time
@@ -115,7 +115,7 @@ class Column:
     flip
         Mean FLIP over the moments, 0 to 1; None where nothing was compared.
     setting
-        The setting that was tuned, as `name=value`; "" where none was.
+        The error of simplified meshes that was found, as `error=PIXELS`; "" where none was looked for.
     passes_ms
         Time of each pass by its name, milliseconds: the median over the moments.
     counts
@@ -174,32 +174,6 @@ def row_from(document: dict[str, Any]) -> Row:
     return Row(**document | {"columns": columns})
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Knob:
-    """A setting that makes a representation coarser.
-
-    Attributes
-    ----------
-    group, name
-        Of the render settings.
-    coarsest
-        The end of its range.
-    exponential
-        The logarithm of the setting to base 2 is what is turned.
-    """
-
-    group: str
-    name: str
-    coarsest: float
-    exponential: bool = False
-
-    def turn(self, headless: HeadlessRenderer, to: float) -> str:
-        """Set the setting, and return `name=value`."""
-        value = round(2.0**to if self.exponential else to, 3)
-        setattr(getattr(headless.renderer.settings, self.group), self.name, value)
-        return f"{self.name}={value:g}"
-
-
 COLUMNS: dict[str, Representation | None] = {
     "mesh": Representation.MESH,
     "mesh-lod": Representation.MESH_LOD,
@@ -210,11 +184,7 @@ COLUMNS: dict[str, Representation | None] = {
 }
 """The ways to draw the objects, in the order of the table; None: as the scene says."""
 
-_MESH_ERROR, _BIAS = (
-    _Knob(group="mesh", name="error", coarsest=7, exponential=True),
-    _Knob(group="lod", name="bias", coarsest=6),
-)
-_FINEST_MESH = -6  # of _MESH_ERROR: 1/64 pixel
+_ERRORS = -6, 7  # of meshes that are tried, as powers of two: 1/64 to 128 pixels
 
 
 def make_row(
@@ -321,30 +291,33 @@ def _tuned(
 ) -> dict[str, tuple[str, float]]:
     """Return the setting and the FLIP of each column.
 
-    The target is the FLIP of the scene along the path with its own settings, or that of the finest mesh where this is
-    worse; every column is made as coarse as the target allows.
+    The target is the FLIP of the scene along the path, with its own settings, or that of the finest mesh where this is
+    worse; meshes are made as coarse as the target allows.
     """
     stills = [[camera] for camera in walk.compared]
 
     @cache  # what sets the target is asked again
-    def flip_at(name: str, knob: _Knob, to: float) -> float:
-        knob.turn(drawn[name], to)
-        return path_flip(drawn[name], walk.approaches if name == "scene" else stills, references, pool)
+    def flip_at(name: str, power: float) -> float:
+        drawn[name].renderer.settings.mesh.error = _error(power)
+        return path_flip(drawn[name], stills, references, pool)
 
-    mesh_flip, warped_flip = partial(flip_at, "mesh-lod", _MESH_ERROR), partial(flip_at, "scene", _BIAS)
-    bias = drawn["scene"].renderer.settings.lod.bias
-    target = max(warped_flip(bias), mesh_flip(_FINEST_MESH))
-    error, flip = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
-    tuned = {name: (_MESH_ERROR.turn(drawn[name], error), flip) for name in ("mesh-lod", "unoccluded")}
-    clusters_flip = partial(flip_at, "mesh-clusters", _MESH_ERROR)
-    error, flip = coarsened(clusters_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
-    tuned["mesh-clusters"] = _MESH_ERROR.turn(drawn["mesh-clusters"], error), flip
-    for name in ("re-warped", "scene"):
-        to, flip = coarsened(partial(flip_at, name, _BIAS), bias, _BIAS.coarsest, target)
-        tuned[name] = _BIAS.turn(drawn[name], to), flip
+    tuned = {"scene": ("", path_flip(drawn["scene"], walk.approaches, references, pool))}
+    tuned["re-warped"] = "", path_flip(drawn["re-warped"], stills, references, pool)
+    target = max(tuned["scene"][1], flip_at("mesh-lod", _ERRORS[0]))
+    for name in ("mesh-lod", "mesh-clusters"):
+        power, flip = coarsened(partial(flip_at, name), *_ERRORS, target)
+        drawn[name].renderer.settings.mesh.error = _error(power)
+        tuned[name] = f"error={_error(power):g}", flip
+    drawn["unoccluded"].renderer.settings.mesh.error = drawn["mesh-lod"].renderer.settings.mesh.error
+    tuned["unoccluded"] = tuned["mesh-lod"]
     if len(drawn["mesh"].renderer.world.objects()) <= MOST_MESHES:
         tuned["mesh"] = "", path_flip(drawn["mesh"], stills, references, pool)
     return tuned
+
+
+def _error(power: float) -> float:
+    """Return `render.mesh.error`, pixels, of a power of two."""
+    return float(round(2.0**power, 3))
 
 
 def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run]]:
