@@ -5,7 +5,7 @@ engine draws forward, by decimated levels, with nothing around it (`engine.py`);
 pictures' FLIP stays at that of the scene's own.
 
 `python -m tools.plain_engine SCENE --path P --counts 1000,10000` walks past many objects along a camera path. Each gets
-the coarsest level whose edges are two pixels long at most, and what the frustum does not hold is left out.
+the coarsest level whose edges are two pixels long at most (`--edges`), and what the frustum does not hold is left out.
 
 All ways take turns, a few frames each. What is compared is processor time, of all threads: where a software rasteriser
 shares the cores with others, the clock says little.
@@ -41,7 +41,6 @@ _TURN = 6  # frames of one way, before the next one has its turn
 _WARM = 12  # frames of each way that are not counted
 _JUDGED = 5  # pictures of the walk whose FLIP is measured
 _COARSEST = 16.0  # pixels that the engine's level may be off
-_EDGES = 2.0  # pixels: how long the edges of a level are that the engine draws of many objects
 _MOMENTS = 6  # of a camera path
 
 
@@ -82,6 +81,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--frames", type=int, default=72)
     parser.add_argument("--path", type=Path, help="of the camera, past many objects, instead of about one")
     parser.add_argument("--counts", default="1000,10000", help="of objects along the path")
+    parser.add_argument(
+        "--edges", type=float, default=2.0, help="of the engine's levels of many objects, pixels at most"
+    )
     parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the pictures, pixels")
     args = parser.parse_args(arguments)
     kernels.load()
@@ -99,14 +101,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
             scene, library, [walk_about(scene.camera, distance, args.frames) for distance in args.distances], size
         )
         return
-    if (scene.objects.asset != scene.objects.asset[0]).any():
-        parser.error(f"{args.scene}: all objects must have the same asset")
+    if len(np.unique(scene.objects.asset)) != 1:
+        parser.error(f"{args.scene}: must have objects, all of the same asset")
     counts = args.counts.split(",")
     if not all(count.isdecimal() and 1 <= int(count) <= len(scene.objects) for count in counts):
         parser.error(f"--counts {args.counts}: must be N,…, each from 1 to the {len(scene.objects)} of {args.scene}")
     for count in map(int, counts):
         chosen = scene.objects.take(most_seen(scene, walk, count))
-        _past_many(replace(scene, objects=chosen), library, walk)
+        _past_many(replace(scene, objects=chosen), library, walk, args.edges)
 
 
 @contextmanager
@@ -142,15 +144,15 @@ def _about_one(scene: Scene, library: SceneLibrary, walks: Sequence[Sequence[Cam
             _measure(f"{distance:.3g} m", drawn, truth, engine, views)
 
 
-def _past_many(scene: Scene, library: SceneLibrary, walk: Walk) -> None:
-    """Print a table of a walk past the objects of a scene."""
+def _past_many(scene: Scene, library: SceneLibrary, walk: Walk, edges: float) -> None:
+    """Print a table of a walk past the objects of a scene; the engine's `edges` are so many pixels long at most."""
     described, pictures = references(walk, scene, library)
     kinds = {"scene": None, "mesh-lod": Representation.MESH_LOD, "mesh-clusters": Representation.MESH_CLUSTERS}
     levels = library.mesh_levels(int(scene.objects.asset[0]))
     with ExitStack() as stack:
         drawn: dict[str, HeadlessRenderer | PlainEngine] = {}
         drawn.update(stack.enter_context(_opened(scene, library, walk.size, kinds)))
-        engine = PlainEngine(scene, levels, [edge_length(level.mesh) for level in levels], walk.size, _EDGES)
+        engine = PlainEngine(scene, levels, [edge_length(level.mesh) for level in levels], walk.size, edges)
         stack.callback(engine.release)
         drawn["engine"] = engine
         times: dict[str, list[float]] = {name: [] for name in drawn}
