@@ -92,6 +92,11 @@ def test_rows_are_made_once(crowd: tuple[Path, Path], tmp_path: Path) -> None:
     again = run(scene, "--path", path, "--counts", "2", *shape)
     assert again.exit_code == 0 and "12345.67" in again.stdout
 
+    row["columns"]["dpci"] = row["columns"].pop("scene")
+    out.write_text(json.dumps(document))
+    refused = run(scene, "--path", path, "--counts", "2", *shape)
+    assert refused.exit_code == 2 and "holds a table of other columns than mesh, mesh-lod" in refused.stderr
+
 
 @pytest.mark.gl
 @pytest.mark.parametrize(

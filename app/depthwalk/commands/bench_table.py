@@ -141,6 +141,8 @@ def _stored_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:
     for key, value in head.items():
         if document.get(key) != value:
             raise InputError(f"{file}: holds a table of another {key}, {document.get(key)!r} instead of {value!r}")
+    if any(row.columns.keys() != COLUMNS.keys() for row in rows.values()):
+        raise InputError(f"{file}: holds a table of other columns than {', '.join(COLUMNS)}")
     return rows
 
 
