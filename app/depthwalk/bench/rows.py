@@ -32,6 +32,7 @@ from depthwalk.types import Picture
 
 MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
 REFERENCE_ERROR = 0.05  # pixels, of those meshes
+_AFTER_JUMP = 2  # frames before those where nothing else is kept than what was seen last
 SETTLING = 30  # frames before each moment's timed ones, so that kept images are as old as on a walk
 
 
@@ -329,7 +330,7 @@ def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run
         for name, headless in drawn.items():
             if runs[name] and left[name] <= 0:
                 continue
-            for camera in moment[:SETTLING] if name == "scene" else ():
+            for camera in moment[:SETTLING] if name == "scene" else moment[SETTLING - _AFTER_JUMP : SETTLING]:
                 headless.draw(View(camera, walk.size))
             affordable = max(1, int(left[name] / frame_ms[name]))
             (run,) = measure({name: headless}, moment[SETTLING:][:affordable], 0, lambda: None)
