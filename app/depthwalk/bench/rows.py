@@ -6,7 +6,7 @@ are frames timed.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -32,7 +32,7 @@ from depthwalk.types import Picture
 
 MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
 REFERENCE_ERROR = 0.05  # pixels, of those meshes
-_AFTER_JUMP = 2  # frames before those where nothing else is kept than what was seen last
+_AFTER_JUMP = 2  # frames of the other columns before those, of which the first remembers nothing of what it shows
 SETTLING = 30  # frames before each moment's timed ones, so that kept images are as old as on a walk
 
 
@@ -325,31 +325,39 @@ def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run
     """Return the runs of each column, one for each moment, taken in turns; slow columns stop early."""
     runs: dict[str, list[Run]] = {name: [] for name in drawn}
     left = dict.fromkeys(drawn, 1e3 * walk.seconds)
-    frame_ms = {name: _first_frame(headless, walk) for name, headless in drawn.items()}
     for moment in walk.moments:
         for name, headless in drawn.items():
             if runs[name] and left[name] <= 0:
                 continue
+            frame_ms = 0.0
             for camera in moment[:SETTLING] if name == "scene" else moment[SETTLING - _AFTER_JUMP : SETTLING]:
-                headless.draw(View(camera, walk.size))
-            affordable = max(1, int(left[name] / frame_ms[name]))
+                frame_ms = _frame_ms(headless, camera)
+            affordable = max(1, int(left[name] / frame_ms))
             (run,) = measure({name: headless}, moment[SETTLING:][:affordable], 0, lambda: None)
             runs[name].append(run)
-            frame_ms[name] = run.frame_ms.mean
-            left[name] -= sum(run.frame_times)
+            left[name] -= sum(_times(run, headless.device.software))
     return runs
 
 
-def _first_frame(headless: HeadlessRenderer, walk: Walk) -> float:
-    """Return the milliseconds of the first frame, with all that is loaded for it."""
-    start = time.perf_counter()
-    headless.draw(View(walk.compared[0], walk.size))
+def _frame_ms(headless: HeadlessRenderer, camera: Camera) -> float:
+    """Draw a frame, and return its milliseconds, by the clock of `Column.frame_ms`."""
+    clock = time.process_time if headless.device.software else time.perf_counter
+    start = clock()
+    headless.draw(View(camera, headless.size))
     headless.device.context.finish()
-    return 1e3 * (time.perf_counter() - start)
+    return 1e3 * (clock() - start)
+
+
+def _times(run: Run, software: bool) -> Sequence[float]:
+    """Return the milliseconds of each frame: processor time where a software rasteriser draws, else by the clock."""
+    if not software:
+        return run.frame_times
+    assert run.trace is not None  # it was measured, not read from a file
+    return run.trace.work["processor_ms"]
 
 
 def _column(runs: list[Run], tuned: tuple[str, float] | None, software: bool) -> Column:
-    times = [time for run in runs for time in (_processor_times(run) if software else run.frame_times)]
+    times = [time for run in runs for time in _times(run, software)]
     setting, flip = tuned or ("", None)
     return Column(
         frame_ms=round(float(np.mean(times)), 3),
@@ -359,11 +367,6 @@ def _column(runs: list[Run], tuned: tuple[str, float] | None, software: bool) ->
         passes_ms=_medians([{name: spread.p50 for name, spread in run.passes_ms.items()} for run in runs]),
         counts=_medians([run.counts for run in runs]),
     )
-
-
-def _processor_times(run: Run) -> list[float]:
-    assert run.trace is not None  # it was measured, not read from a file
-    return run.trace.work["processor_ms"]
 
 
 def _medians(rows: list[dict[str, float]]) -> dict[str, float]:
