@@ -185,7 +185,7 @@ COLUMNS: dict[str, Representation | None] = {
 }
 """The ways to draw the objects, in the order of the table; None: as the scene says."""
 
-_ERRORS = -6, 7  # of meshes that are tried, as powers of two: 1/64 to 128 pixels
+_ERRORS = -4, 7  # of meshes that are tried, as powers of two: 1/16, about that of the reference, to 128 pixels
 
 
 def make_row(
