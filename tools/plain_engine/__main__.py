@@ -86,7 +86,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the pictures, pixels")
     args = parser.parse_args(arguments)
-    kernels.load()
     size = tuple(args.size)
     try:
         scene = load_scene(args.scene)
@@ -97,6 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(f"{args.scene}: must have a camera, and neither sky, ground nor lights")
     library = SceneLibrary(scene.assets)
     if walk is None:
+        kernels.load()
         _about_one(
             scene, library, [walk_about(scene.camera, distance, args.frames) for distance in args.distances], size
         )
@@ -106,6 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     counts = args.counts.split(",")
     if not all(count.isdecimal() and 1 <= int(count) <= len(scene.objects) for count in counts):
         parser.error(f"--counts {args.counts}: must be N,…, each from 1 to the {len(scene.objects)} of {args.scene}")
+    kernels.load()
     for count in map(int, counts):
         chosen = scene.objects.take(most_seen(scene, walk, count))
         _past_many(replace(scene, objects=chosen), library, walk, args.edges)
