@@ -9,12 +9,14 @@
 #from depthwalk.render.reprojection import FIXED_POINT_STEPS
 #from depthwalk.render.reprojection import HIDDEN
 #from depthwalk.render.reprojection import REFLECTED
+#include "reprojection/surround.glsl"
 uniform sampler2D picture;      // sRGB
 uniform sampler2D distances;    // metres ahead, negative beside what is nearer
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
 uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the new camera, one metre long along its axis
 uniform vec3 viewer;            // the new camera
 uniform vec3 axis;              // its view axis, unit
+uniform mat3 world_from_screen; // the same in the world
 uniform vec2 half_extent;       // tangents of half the picture's angles
 uniform ivec2 margin;           // pixels that the picture has beyond the screen's on each side, of EXACT
 
@@ -31,12 +33,20 @@ struct Found {
 // Beyond the picture's edges, distances go on as they are at the edge.
 vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * half_extent); }
 
-// Beyond its edges a picture goes on as the mirror image of what lies along them, to and fro: more of the same, and no sky where
-// ground must be.
+// Beyond its edges, where no earlier frame has seen anything either, a picture goes on as the mirror image of what lies along
+// them, to and fro: more of the same, and no sky where ground must be.
 vec2 mirrored(vec2 place) {
     vec2 inside = clamp(place, 0.0, 1.0);
     vec2 beyond = mod(abs(place - inside), 2.0 * REFLECTED);
     return abs(inside - min(beyond, 2.0 * REFLECTED - beyond));
+}
+
+bool is_beyond(vec2 place) { return place != clamp(place, 0.0, 1.0); }
+
+// Returns what earlier frames saw at this pixel, or the picture at a place where they saw nothing.
+vec4 from_around(vec2 place) {
+    vec4 seen = around(normalize(world_from_screen * vec3(2.0 * uv - 1.0, 1.0)));
+    return seen.a > 0.0 ? seen : texture(picture, mirrored(place));
 }
 
 // Looks for the surface on a ray, from a place in the picture.
@@ -58,7 +68,8 @@ void main() {
 #if defined EXACT
     screen = texelFetch(picture, ivec2(gl_FragCoord.xy) + margin, 0);
 #elif defined TURNED
-    screen = texture(picture, mirrored(place_of(ray_from_screen * vec3(2.0 * uv - 1.0, 1.0))));
+    vec2 place = place_of(ray_from_screen * vec3(2.0 * uv - 1.0, 1.0));
+    screen = is_beyond(place) ? from_around(place) : texture(picture, place);
 #else
     vec3 ray = ray_from_screen * vec3(2.0 * uv - 1.0, 1.0);
     vec3 near = viewer + texelFetch(nearest, ivec2(gl_FragCoord.xy) / CELL, 0).r * ray;
@@ -67,7 +78,11 @@ void main() {
     if (nearer && abs(abs(other.ahead) - other.expected) < (1.0 - HIDDEN) * other.expected) found = other;
     // Something nearer stands in the picture where this surface should be: what was behind it was never seen.
     bool hidden = abs(found.ahead) < HIDDEN * found.expected;
-    vec2 place = mirrored(hidden ? found.behind : found.place);
+    vec2 place = hidden ? found.behind : found.place;
+    if (is_beyond(place)) {
+        screen = from_around(place);
+        return;
+    }
     // Beside what is nearer a pixel keeps to itself: in the blend of four it would take the edge of that with it.
     bool alone = hidden || found.ahead < 0.0;
     vec2 size = vec2(textureSize(distances, 0));

@@ -2,9 +2,9 @@
 
 A finished frame is itself a depth image: its colours, how far away each is, and the camera that it was seen through. So
 while the next frame is drawn, which may take long, the last one can follow the viewer at the cost of a few texture
-reads per pixel. What the picture does not hold is filled: beyond its edges by the mirror image of what lies along
-them, behind an object that has moved aside from the farther side. The shader is
-shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojection`.
+reads per pixel. What the picture does not hold is filled: beyond its edges by what earlier frames saw there
+(`surround`), or else by the mirror image of what lies along them; behind an object that has moved aside from the
+farther side. The shader is shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojection`.
 """
 
 import math
@@ -20,6 +20,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
+from depthwalk.render.surround import Surround, within
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 
@@ -132,6 +133,7 @@ class Reprojection:
         self._shown: _Picture | None = None
         self._drawn: _Picture | None = None  # what is being drawn
         self._cells: _Cells | None = None
+        self._surround: Surround | None = None  # made with the first picture
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
@@ -169,10 +171,13 @@ class Reprojection:
             self._nearest.fill()
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
+        if self._surround is None:
+            self._surround = Surround(self._gl)
+        self._surround.take(self._shown.colours.texture, distances.texture, view)
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
-        if self.view is None or self._shown is None:
+        if self.view is None or self._shown is None or self._surround is None:
             raise ValueError("there is no finished picture yet")
         rays, viewer, axis = seen_from(self.view, view)
         wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
@@ -193,6 +198,8 @@ class Reprojection:
             ray_from_screen=tuple(rays.T.ravel()),
             viewer=tuple(viewer),
             axis=tuple(axis),
+            world_from_screen=tuple(view.ray_from_screen.T.ravel()),
+            **self._surround.use(view, 3, 4),
             half_extent=self.view.half_extent,
             margin=(wide // 2, high // 2),
         )
@@ -223,16 +230,16 @@ class Reprojection:
         return nearest
 
     def unseen(self, view: View) -> float:
-        """Return which part of what `view` sees lies beyond the edges of the finished picture, 0 to 1.
+        """Return which part of what `view` sees no picture holds, 0 to 1: neither the last one nor the surround.
 
         It is judged by some rays, as if all that they meet were far away; 1 without a picture.
         """
-        if self.view is None:
+        if self.view is None or self._surround is None:
             return 1.0
         x, y = np.meshgrid(*(2 * (np.arange(count) + 0.5) / count - 1 for count in _JUDGED))
-        rays = np.stack([x, y, np.ones_like(x)], -1) @ seen_from(self.view, view)[0].T
-        beyond = np.abs(rays[..., :2]) > rays[..., 2:] * np.array(self.view.half_extent)
-        return float(beyond.any(-1).mean())
+        rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T
+        beyond = rays[~within(self.view, rays)]
+        return float((~self._surround.holds(beyond, view.position)).sum() / len(rays))
 
     def distance_at(self, view: View, across: float, down: float) -> float:
         """Return how far away the surface is that `show` shows at a place. Waits for the GPU.
@@ -283,4 +290,4 @@ class Reprojection:
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._shown = self._drawn = self._cells = self.view = None
+        self._shown = self._drawn = self._cells = self._surround = self.view = None
