@@ -20,7 +20,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
-from depthwalk.render.surround import Surround, within
+from depthwalk.render.surround import FACE, Surround, within
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 
@@ -134,21 +134,31 @@ class Reprojection:
         self._drawn: _Picture | None = None  # what is being drawn
         self._cells: _Cells | None = None
         self._surround: Surround | None = None  # made with the first picture
+        self._face: _Picture | None = None  # of what lies around; made when the first is drawn
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
         if self._drawn is None or self._drawn.size != size:
             self._free(self._drawn)
             self._drawn = None  # should there be no memory for the next
-            cells = -(-size[0] // CELL), -(-size[1] // CELL)
-            self._drawn = _Picture(
-                size=size,
-                colours=Image.make(self._gl, size),
-                distances=Image.make(self._gl, size, 1, "f4"),
-                nearest=Image.make(self._gl, cells, 1, "f4"),
-            )
-            self._drawn.colours.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+            self._drawn = self._picture(size)
         return self._drawn.colours.framebuffer
+
+    def face_canvas(self) -> moderngl.Framebuffer:
+        """Return the framebuffer to draw a view of `surround.faces` into."""
+        if self._face is None:
+            self._face = self._picture((FACE, FACE))
+        return self._face.colours.framebuffer
+
+    def _picture(self, size: tuple[int, int]) -> _Picture:
+        cells = -(-size[0] // CELL), -(-size[1] // CELL)
+        colours, distances, nearest = (
+            Image.make(self._gl, size),
+            Image.make(self._gl, size, 1, "f4"),
+            Image.make(self._gl, cells, 1, "f4"),
+        )
+        colours.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        return _Picture(size=size, colours=colours, distances=distances, nearest=nearest)
 
     def take(self, targets: Targets, view: View) -> None:
         """Make what was drawn into `canvas` the finished picture.
@@ -160,24 +170,40 @@ class Reprojection:
         """
         if self._drawn is None:
             raise ValueError("no picture was drawn: there is no canvas yet")
+        self._keep_distances(self._drawn, targets, view)
         _, distances, nearest = self._drawn
-        targets.depth.use(0)
-        self._distance.set(depth_texture=0, planes=view.depth_range)
-        with self._gl.state(into=distances.framebuffer):
-            self._distance.fill()
         distances.texture.use(0)
         self._nearest.set(distances=0)
         with self._gl.state(into=nearest.framebuffer):
             self._nearest.fill()
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
+        self.surround.take(self._shown.colours.texture, distances.texture, view)
+
+    def take_face(self, targets: Targets, view: View) -> None:
+        """Keep what was drawn into `face_canvas` as part of what lies around the viewer; see `take`."""
+        if self._face is None:
+            raise ValueError("no face was drawn: there is no canvas yet")
+        self._keep_distances(self._face, targets, view)
+        self.surround.take(self._face.colours.texture, self._face.distances.texture, view)
+
+    def _keep_distances(self, picture: _Picture, targets: Targets, view: View) -> None:
+        """Fill in how far away the surfaces of a picture are, which `targets` hold; view: of the picture."""
+        targets.depth.use(0)
+        self._distance.set(depth_texture=0, planes=view.depth_range)
+        with self._gl.state(into=picture.distances.framebuffer):
+            self._distance.fill()
+
+    @property
+    def surround(self) -> Surround:
+        """Return what earlier pictures saw around the viewer."""
         if self._surround is None:
             self._surround = Surround(self._gl)
-        self._surround.take(self._shown.colours.texture, distances.texture, view)
+        return self._surround
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
-        if self.view is None or self._shown is None or self._surround is None:
+        if self.view is None or self._shown is None:
             raise ValueError("there is no finished picture yet")
         rays, viewer, axis = seen_from(self.view, view)
         wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
@@ -199,7 +225,7 @@ class Reprojection:
             viewer=tuple(viewer),
             axis=tuple(axis),
             world_from_screen=tuple(view.ray_from_screen.T.ravel()),
-            **self._surround.use(view, 3, 4),
+            **self.surround.use(view, 3, 4),
             half_extent=self.view.half_extent,
             margin=(wide // 2, high // 2),
         )
@@ -234,12 +260,12 @@ class Reprojection:
 
         It is judged by some rays, as if all that they meet were far away; 1 without a picture.
         """
-        if self.view is None or self._surround is None:
+        if self.view is None:
             return 1.0
         x, y = np.meshgrid(*(2 * (np.arange(count) + 0.5) / count - 1 for count in _JUDGED))
         rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T
         beyond = rays[~within(self.view, rays)]
-        return float((~self._surround.holds(beyond, view.position)).sum() / len(rays))
+        return float((~self.surround.holds(beyond, view.position)).sum() / len(rays))
 
     def distance_at(self, view: View, across: float, down: float) -> float:
         """Return how far away the surface is that `show` shows at a place. Waits for the GPU.
@@ -290,4 +316,4 @@ class Reprojection:
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._shown = self._drawn = self._cells = self._surround = self.view = None
+        self._shown = self._drawn = self._cells = self._surround = self._face = self.view = None

@@ -11,15 +11,19 @@ import math
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 
+from depthwalk.geometry.vectors import components
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
 from depthwalk.types import Array, Mask
 
 SURROUND_COLUMNS, SURROUND_ROWS = 1536, 768  # texels: 0.23° each, three pixels of a window of 1024 for 75°
 SURROUND_STEPS = 2  # fixed-point steps, as in a finished picture
 NEAR_ENOUGH = 4.0  # metres: what was seen from farther away is taken for something else
+FACE = 192  # pixels along an edge of the pictures that are drawn of directions which no frame has seen
 _CELLS = 72, 36  # columns and rows of directions of which it is known on the CPU from where they were seen
 _EDGE = 17  # places along each edge of a frame that tell which part of the map it covers
 
@@ -78,6 +82,14 @@ def rows_and_columns(view: View) -> tuple[tuple[int, int], tuple[int, int]]:
 def _texels(low: float, high: float, count: int) -> tuple[int, int]:
     """Return the first of `count` texels from `low` to `high`, 0 to 1, and the end, with one more on either side."""
     return math.floor(low * count) - 1, math.ceil(high * count) + 1
+
+
+def faces(position: Array) -> list[View]:
+    """Return views of all directions from a place (3,), world, metres: those of a cube, level ones first."""
+    eye = glm.dvec3(*position)
+    looks = (0, 0, 1), (1, 0, 0), (0, 0, -1), (-1, 0, 0), (0, -1, 0), (0, 1, 0)
+    cameras = [Camera(components(eye), components(eye + glm.dvec3(look)), math.pi / 2) for look in looks]
+    return [View(camera, (FACE, FACE)) for camera in cameras]
 
 
 class Surround:

@@ -23,6 +23,7 @@ from depthwalk.render.still_picture import StillPicture
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.frame_scale import FrameScale
+from depthwalk.walk.look_around import LookAround
 from depthwalk.walk.motion import Motion
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
@@ -59,6 +60,7 @@ class ShownFrames:
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
         self._reprojection = Reprojection(renderer.device)
+        self._around = LookAround(renderer, self._reprojection)
         self._motion = Motion()
         self.scene_seconds = 0.0
         self.in_slices = False
@@ -105,7 +107,7 @@ class ShownFrames:
     @property
     def is_drawing(self) -> bool:
         """Return whether a frame, or a still picture, has been begun that is not finished yet."""
-        return self._steps is not None or self._still_steps is not None
+        return self._steps is not None or self._still_steps is not None or self._around.is_drawing
 
     @property
     def scale(self) -> float:
@@ -174,12 +176,24 @@ class ShownFrames:
         """
         if not self.in_slices or self._view is None or self.is_current:
             return
-        if not self._is_settled:
+        if self._looks_around(self._view):
+            self._around.advance(self._slice_seconds(self._view))
+        elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
         elif self._wants_still and not self._still_done:
             seconds = _LONGEST_SLICES * self._renderer.settings.reprojection.slice / 1e3  # nothing moves
             self._still_done = self._draw_still(self._view, seconds)
             self._unshown |= self._still_done
+
+    def _looks_around(self, view: View) -> bool:
+        """Return whether something beside what `view` shows is drawn now, and begin with it if it is wanted."""
+        if self._around.is_drawing:
+            return True
+        if self._steps is not None or self._reprojection.view is None or self._still_steps is not None:
+            return False
+        if self._moved:
+            return self._around.begin([view, View(self._motion.ahead(self._delay), view.size)])
+        return False
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Draw a frame at once, or the still picture; return whether it was a frame."""
@@ -226,6 +240,7 @@ class ShownFrames:
     def finish(self) -> None:
         """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
         self._drop_still()
+        self._around.drop()
         while self._steps is not None:
             self._advance(np.inf)
 
@@ -272,6 +287,7 @@ class ShownFrames:
         hurried: whether it has fewer pixels, and limits to its work, since somebody waits for it.
         """
         self._drop_still()
+        self._around.drop()
         settings = self._renderer.settings.reprojection
         self._hurried = hurried
         self._source = widened(View(camera, view.size), settings.margin)
@@ -357,5 +373,6 @@ class ShownFrames:
         """Free everything on the GPU, and forget a frame that has been begun."""
         self._steps = None
         self._drop_still()
+        self._around.drop()
         self._still.release()
         self._reprojection.release()

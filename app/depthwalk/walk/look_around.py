@@ -1,0 +1,99 @@
+"""Draw what lies around a viewer, small and before it is looked at, so that a quick turn finds something there.
+
+Finished frames keep what they saw (`render.surround`). Where the viewer is about to see what none of them saw from
+near by, a face of a cube about him is drawn between two frames, of so few pixels that it takes about one slice.
+"""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.reprojection import Reprojection
+from depthwalk.render.surround import faces
+from depthwalk.render.view.view import View
+from depthwalk.types import Array
+
+_RAYS = 8  # along either edge of a view, that tell how much of it is known
+_MOST_UNKNOWN = 0.25  # of a face, or of a view that is coming: where more is unknown, it is drawn
+
+
+class LookAround:
+    """Draw such faces, one at a time, in steps.
+
+    Parameters
+    ----------
+    renderer
+        Draws them; no frame may be begun while one is being drawn.
+    reprojection
+        Keeps them.
+    """
+
+    def __init__(self, renderer: Renderer, reprojection: Reprojection) -> None:
+        self._renderer, self._reprojection = renderer, reprojection
+        self._steps: Iterator[str] | None = None
+
+    @property
+    def is_drawing(self) -> bool:
+        """Return whether a face has been begun that is not finished yet."""
+        return self._steps is not None
+
+    def drop(self) -> None:
+        """Forget the face that has been begun."""
+        self._steps = None
+
+    def begin(self, coming: list[View]) -> bool:
+        """Begin the face of which some views that the viewer will have soon show most that is not known.
+
+        Parameters
+        ----------
+        coming
+            The views.
+
+        Returns
+        -------
+        bool
+            Whether there is one.
+        """
+        rays = np.concatenate([_rays(view) for view in coming])
+        unknown = rays[~self._reprojection.surround.holds(rays, coming[0].position)]
+        return len(unknown) > _MOST_UNKNOWN * _RAYS**2 and self._begin_one(coming[0].position, unknown)
+
+    def unknown(self, position: Array) -> list[View]:
+        """Return the faces of which too little is known for a viewer at a position (3,), world, metres."""
+        surround = self._reprojection.surround
+        return [face for face in faces(position) if surround.holds(_rays(face), position).mean() < 1 - _MOST_UNKNOWN]
+
+    def _begin_one(self, position: Array, unknown: Array) -> bool:
+        every = faces(position)
+        shown = [int((unknown @ face.axes[2] > np.abs(unknown @ face.axes[:2].T).max(-1)).sum()) for face in every]
+        self.draw(every[int(np.argmax(shown))])
+        return True
+
+    def draw(self, face: View) -> None:
+        """Begin to draw a face, see `render.surround.faces`."""
+        self._steps = self._draw(face)
+
+    def advance(self, seconds: float) -> bool:
+        """Go on with the face for about `seconds`; return whether it is finished. Each step is waited for."""
+        assert self._steps is not None
+        end = time.perf_counter() + seconds
+        while next(self._steps, None) is not None:
+            self._renderer.device.context.finish()
+            if time.perf_counter() > end:
+                return False
+        self._steps = None
+        return True
+
+    def _draw(self, face: View) -> Iterator[str]:
+        yield from self._renderer.coarse_steps(face, self._reprojection.face_canvas())
+        targets, fitted = self._renderer.targets, self._renderer.aside_view
+        assert targets is not None and fitted is not None  # the last step has set them
+        self._reprojection.take_face(targets, fitted)
+
+
+def _rays(view: View) -> Array:
+    """Return rays (n, 3), world, that are spread evenly over a view."""
+    x, y = np.meshgrid(*[2 * (np.arange(_RAYS) + 0.5) / _RAYS - 1] * 2)
+    return np.asarray(np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T)
