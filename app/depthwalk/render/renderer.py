@@ -165,7 +165,7 @@ class Renderer:
         """Draw a small picture as `steps` does, of any direction, which frames of the same viewer may come to show.
 
         It shows the shadow maps of the last frame, which may not reach there, and textures as fine as they happen to be
-        on the GPU. It changes nothing that later frames remember, but what `targets` hold. The caller may stop after
+        on the GPU. What others need stays there. It changes nothing that later frames remember, but what `targets` hold. The caller may stop after
         any step.
 
         Parameters
@@ -220,7 +220,8 @@ class Renderer:
         in_sight = memory.phases.in_sight(view)
         view = self._fitted(view, in_sight)
         self.assets.budget = self.settings.gpu_memory
-        residency = FrameResidency(self.world, self.assets, self.upload_seconds)
+        coarse = memory is self._coarse
+        residency = FrameResidency(self.world, self.assets, self.upload_seconds, releases=not coarse)
         light = lighting(self.scene.environment)
         frame_of = partial(
             Frame,
@@ -233,7 +234,7 @@ class Renderer:
             transparent=transparent,
             lens_point=lens_point,
         )
-        materials_of = partial(self._materials, view, fits=memory is not self._coarse)
+        materials_of = partial(self._materials, view, fits=not coarse)
         plans: list[FrameDrawLists] = []
         phases = PhaseInputs(
             view=view,

@@ -187,6 +187,11 @@ class Reprojection:
         self._keep_distances(self._face, targets, view)
         self.surround.take(self._face.colours.texture, self._face.distances.texture, view)
 
+    def forget_surround(self) -> None:
+        """Forget what earlier pictures saw, as when the scene has changed; the finished picture stays."""
+        if self._surround is not None:
+            self._surround.forget()
+
     def _keep_distances(self, picture: _Picture, targets: Targets, view: View) -> None:
         """Fill in how far away the surfaces of a picture are, which `targets` hold; view: of the picture."""
         targets.depth.use(0)

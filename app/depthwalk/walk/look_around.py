@@ -44,36 +44,36 @@ class LookAround:
         self._steps = None
 
     def begin(self, coming: list[View]) -> bool:
-        """Begin the face of which some views that the viewer will have soon show most that is not known.
+        """Begin the face that shows most of what is not known of some views, if that is much.
 
         Parameters
         ----------
         coming
-            The views.
+            Views that the viewer has now and will have soon.
 
         Returns
         -------
         bool
             Whether there is one.
         """
+        position = coming[0].position
         rays = np.concatenate([_rays(view) for view in coming])
-        unknown = rays[~self._reprojection.surround.holds(rays, coming[0].position)]
-        return len(unknown) > _MOST_UNKNOWN * _RAYS**2 and self._begin_one(coming[0].position, unknown)
-
-    def unknown(self, position: Array) -> list[View]:
-        """Return the faces of which too little is known for a viewer at a position (3,), world, metres."""
-        surround = self._reprojection.surround
-        return [face for face in faces(position) if surround.holds(_rays(face), position).mean() < 1 - _MOST_UNKNOWN]
-
-    def _begin_one(self, position: Array, unknown: Array) -> bool:
+        unknown = rays[~self._reprojection.surround.holds(rays, position)]
+        if len(unknown) <= _MOST_UNKNOWN * _RAYS**2:
+            return False
         every = faces(position)
-        shown = [int((unknown @ face.axes[2] > np.abs(unknown @ face.axes[:2].T).max(-1)).sum()) for face in every]
-        self.draw(every[int(np.argmax(shown))])
+        shown = [(unknown @ face.axes[2] > np.abs(unknown @ face.axes[:2].T).max(-1)).sum() for face in every]
+        self._steps = self._draw(every[int(np.argmax(shown))])
         return True
 
-    def draw(self, face: View) -> None:
-        """Begin to draw a face, see `render.surround.faces`."""
-        self._steps = self._draw(face)
+    def begin_any(self, position: Array) -> bool:
+        """Begin a face of which too little is known; return whether there is one. position: (3,), world, metres."""
+        surround = self._reprojection.surround
+        for face in faces(position):
+            if surround.holds(_rays(face), position).mean() < 1 - _MOST_UNKNOWN:
+                self._steps = self._draw(face)
+                return True
+        return False
 
     def advance(self, seconds: float) -> bool:
         """Go on with the face for about `seconds`; return whether it is finished. Each step is waited for."""

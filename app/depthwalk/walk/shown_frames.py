@@ -82,6 +82,7 @@ class ShownFrames:
         self._finished_scale = 1.0  # of the last frame
         self._hurried = False  # whether somebody waits for the frame, who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
+        self._knows_around = False  # whether enough is known of what lies around a viewer who stands still
         self._still = StillPicture(renderer.device)
         self._still_steps: Iterator[str] | None = None  # of the still picture that is being drawn
         self._still_done = False
@@ -90,7 +91,8 @@ class ShownFrames:
     @property
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
-        return not self._unshown and self._is_settled and (self._still_done or not self._wants_still)
+        knows_around = self._knows_around or not (self.in_slices and self.refines)
+        return not self._unshown and self._is_settled and knows_around and (self._still_done or not self._wants_still)
 
     @property
     def _is_settled(self) -> bool:
@@ -135,9 +137,12 @@ class ShownFrames:
         self._motion.follow(camera, dt)
         if state != self._known:
             self._known, self._settled = deepcopy(state), 0
+            self._reprojection.forget_surround()
+            self._knows_around = False
         self._moved = camera != self._camera
         if self._moved:
             self._camera, self._settled = camera, 0
+            self._knows_around = False
 
     def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Show the scene; where frames are drawn in slices, what `work` has finished of it.
@@ -189,10 +194,14 @@ class ShownFrames:
         """Return whether something beside what `view` shows is drawn now, and begin with it if it is wanted."""
         if self._around.is_drawing:
             return True
-        if self._steps is not None or self._reprojection.view is None or self._still_steps is not None:
+        if not self.refines or self._steps is not None or self._still_steps is not None:
             return False
         if self._moved:
-            return self._around.begin([view, View(self._motion.ahead(self._delay), view.size)])
+            coming = View(self._motion.ahead(self._delay), view.size)
+            return self._reprojection.view is not None and self._around.begin([view, coming])
+        if not self._knows_around and self._is_settled:
+            self._knows_around = not self._around.begin_any(view.position)
+            return not self._knows_around
         return False
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
