@@ -4,19 +4,22 @@
 // ray by fixed-point steps: how far away the picture's surface is in one place tells in which place to look next (Bowles et
 // al. 2012, "Iterative Image Warping"). They begin with what is there if everything is infinitely far, and once more with
 // the nearest surface that has come there: a thing may have moved by more than its width.
-// EXACT: the camera is that of the picture; TURNED: it stands where that stood.
+// EXACT: the camera is that of the picture; TURNED: it stands where that stood. AROUND: what lies beyond the picture's edges is
+// what earlier pictures saw there.
 #from depthwalk.render.reprojection import CELL
 #from depthwalk.render.reprojection import FIXED_POINT_STEPS
 #from depthwalk.render.reprojection import HIDDEN
 #from depthwalk.render.reprojection import REFLECTED
+#ifdef AROUND
 #include "reprojection/surround.glsl"
+uniform mat3 world_from_screen; // takes (x, y, 1), −1 to 1, to the ray of the new camera, world
+#endif
 uniform sampler2D picture;      // sRGB
 uniform sampler2D distances;    // metres ahead, negative beside what is nearer
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
 uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the new camera, one metre long along its axis
 uniform vec3 viewer;            // the new camera
 uniform vec3 axis;              // its view axis, unit
-uniform mat3 world_from_screen; // the same in the world
 uniform vec2 half_extent;       // tangents of half the picture's angles
 uniform ivec2 margin;           // pixels that the picture has beyond the screen's on each side, of EXACT
 
@@ -33,7 +36,7 @@ struct Found {
 // Beyond the picture's edges, distances go on as they are at the edge.
 vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * half_extent); }
 
-// Beyond its edges, where no earlier frame has seen anything either, a picture goes on as the mirror image of what lies along
+// Beyond its edges, where no earlier picture has seen anything either, a picture goes on as the mirror image of what lies along
 // them, to and fro: more of the same, and no sky where ground must be.
 vec2 mirrored(vec2 place) {
     vec2 inside = clamp(place, 0.0, 1.0);
@@ -41,12 +44,16 @@ vec2 mirrored(vec2 place) {
     return abs(inside - min(beyond, 2.0 * REFLECTED - beyond));
 }
 
-bool is_beyond(vec2 place) { return place != clamp(place, 0.0, 1.0); }
-
-// Returns what earlier frames saw at this pixel, or the picture at a place where they saw nothing.
-vec4 from_around(vec2 place) {
-    vec4 seen = around(normalize(world_from_screen * vec3(2.0 * uv - 1.0, 1.0)));
-    return seen.a > 0.0 ? seen : texture(picture, mirrored(place));
+// Returns the colour that the picture, or what was seen around it, has at a place. alone: not blended with its neighbours.
+vec4 colour_at(vec2 place, bool alone) {
+#ifdef AROUND
+    if (place != clamp(place, 0.0, 1.0)) {
+        vec4 seen = around(normalize(world_from_screen * vec3(2.0 * uv - 1.0, 1.0)));
+        if (seen.a > 0.0) return seen;
+    }
+#endif
+    vec2 inside = mirrored(place), size = vec2(textureSize(distances, 0));
+    return texture(picture, alone ? (floor(inside * size) + 0.5) / size : inside);
 }
 
 // Looks for the surface on a ray, from a place in the picture.
@@ -68,8 +75,7 @@ void main() {
 #if defined EXACT
     screen = texelFetch(picture, ivec2(gl_FragCoord.xy) + margin, 0);
 #elif defined TURNED
-    vec2 place = place_of(ray_from_screen * vec3(2.0 * uv - 1.0, 1.0));
-    screen = is_beyond(place) ? from_around(place) : texture(picture, place);
+    screen = colour_at(place_of(ray_from_screen * vec3(2.0 * uv - 1.0, 1.0)), false);
 #else
     vec3 ray = ray_from_screen * vec3(2.0 * uv - 1.0, 1.0);
     vec3 near = viewer + texelFetch(nearest, ivec2(gl_FragCoord.xy) / CELL, 0).r * ray;
@@ -78,14 +84,7 @@ void main() {
     if (nearer && abs(abs(other.ahead) - other.expected) < (1.0 - HIDDEN) * other.expected) found = other;
     // Something nearer stands in the picture where this surface should be: what was behind it was never seen.
     bool hidden = abs(found.ahead) < HIDDEN * found.expected;
-    vec2 place = hidden ? found.behind : found.place;
-    if (is_beyond(place)) {
-        screen = from_around(place);
-        return;
-    }
     // Beside what is nearer a pixel keeps to itself: in the blend of four it would take the edge of that with it.
-    bool alone = hidden || found.ahead < 0.0;
-    vec2 size = vec2(textureSize(distances, 0));
-    screen = texture(picture, alone ? (floor(place * size) + 0.5) / size : place);
+    screen = colour_at(hidden ? found.behind : found.place, hidden || found.ahead < 0.0);
 #endif
 }

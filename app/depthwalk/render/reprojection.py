@@ -20,13 +20,16 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
-from depthwalk.render.surround import FACE, Surround, within
+from depthwalk.render.surround import FACE, Surround, shows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
+from depthwalk.types import Mask
 
 BEYOND = 1e6  # metres: how far away that counts as being which nothing was drawn, the sky
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
+SCREEN_COLUMNS, SCREEN_ROWS = 16, 12  # cells of the screen, each of which is drawn with or without the surround
+_NEAREST = 1.0  # metres, of surfaces, where it is decided which
 _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
 REFLECTED = 0.1  # of the picture's width or height, along its edges: what is mirrored beyond them
 STRIDE = 2  # pixels of a cell from one that is looked at to the next: narrower things may be overlooked
@@ -122,12 +125,12 @@ class Reprojection:
 
     def __init__(self, device: Device) -> None:
         self._gl = device.scope("reprojection")
-        vertex = "common/fullscreen.vert"
+        vertex, cells = "common/fullscreen.vert", "reprojection/screen_cells.vert"
         self._distance = Program(self._gl, vertex, "reprojection/distance.frag")
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
         self._programs = Variants(
-            lambda defines: Program(self._gl, vertex, "reprojection/reprojection.frag", defines=defines)
+            lambda defines: Program(self._gl, cells, "reprojection/reprojection.frag", defines=defines)
         )
         self.view: View | None = None
         self._shown: _Picture | None = None
@@ -221,21 +224,39 @@ class Reprojection:
             defines = ("EXACT",) if same and is_part else ("TURNED",)
         self._shown.colours.texture.use(0)
         self._shown.distances.texture.use(1)
-        program = self._programs[defines]
-        program.set(
-            picture=0,
-            distances=1,
-            nearest=2,
-            ray_from_screen=tuple(rays.T.ravel()),
-            viewer=tuple(viewer),
-            axis=tuple(axis),
-            world_from_screen=tuple(view.ray_from_screen.T.ravel()),
-            **self.surround.use(view, 3, 4),
-            half_extent=self.view.half_extent,
-            margin=(wide // 2, high // 2),
-        )
+        uniforms = {
+            "picture": 0,
+            "distances": 1,
+            "nearest": 2,
+            "ray_from_screen": tuple(rays.T.ravel()),
+            "viewer": tuple(viewer),
+            "axis": tuple(axis),
+            "half_extent": self.view.half_extent,
+            "margin": (wide // 2, high // 2),
+        }
+        lacking = self._lacking_cells(rays, viewer)
+        around = self.surround.use(view, 3, 4) | {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
         with self._gl.state(into=screen):
-            program.fill()
+            self._fill(defines, ~lacking, uniforms)
+            if lacking.any():
+                self._fill((*defines, "AROUND"), lacking, uniforms | around)
+
+    def _fill(self, defines: tuple[str, ...], cells: Mask, uniforms: dict[str, object]) -> None:
+        """Draw some cells of the screen, (SCREEN_ROWS, SCREEN_COLUMNS), by the program with these defines."""
+        program = self._programs[defines]
+        program.set(cells=(cells << np.arange(SCREEN_COLUMNS)).sum(1).tolist(), **uniforms)
+        program.rectangles(cells.size)
+
+    def _lacking_cells(self, rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Mask:
+        """Return in which cells of the screen the finished picture may end, (SCREEN_ROWS, SCREEN_COLUMNS).
+
+        What is nearer than `_NEAREST` is not thought of. Arguments: see `seen_from`.
+        """
+        assert self.view is not None
+        x, y = np.meshgrid(*(np.linspace(-1, 1, count + 1) for count in (SCREEN_COLUMNS, SCREEN_ROWS)))
+        far = np.stack([x, y, np.ones_like(x)], -1) @ rays.T
+        inside = shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)
+        return ~(inside[1:, 1:] & inside[1:, :-1] & inside[:-1, 1:] & inside[:-1, :-1])
 
     def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Image:
         """Return how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
@@ -269,7 +290,7 @@ class Reprojection:
             return 1.0
         x, y = np.meshgrid(*(2 * (np.arange(count) + 0.5) / count - 1 for count in _JUDGED))
         rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T
-        beyond = rays[~within(self.view, rays)]
+        beyond = rays[~shows(self.view, rays @ self.view.axes.T)]
         return float((~self.surround.holds(beyond, view.position)).sum() / len(rays))
 
     def distance_at(self, view: View, across: float, down: float) -> float:

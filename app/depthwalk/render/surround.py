@@ -147,7 +147,7 @@ class Surround:
                 self._framebuffer.viewport = (first, low, end - first, high - low)
                 with self._gl.state(into=self._framebuffer):
                     self._capture.fill()
-        self._seen_from[within(view, self._directions)] = view.position
+        self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
 
     def holds(self, rays: Array, position: Array) -> Mask:
         """Return which directions were seen from about where the viewer is.
@@ -184,7 +184,6 @@ class Surround:
         }
 
 
-def within(view: View, rays: Array) -> Mask:
-    """Return which of the directions (…, 3), world, a frame shows."""
-    seen = rays @ view.axes.T
-    return np.asarray((np.abs(seen[..., :2]) <= seen[..., 2:] * np.array(view.half_extent)).all(-1))
+def shows(view: View, points: Array) -> Mask:
+    """Return which points (…, 3), right, up and ahead of a view's camera, metres, lie within its picture."""
+    return np.asarray((np.abs(points[..., :2]) <= points[..., 2:] * np.array(view.half_extent)).all(-1))
