@@ -1,5 +1,5 @@
 // Keeps what a finished picture shows in a map of all directions. Twin: reference/surround.py.
-#from depthwalk.render.surround import SURROUND_COLUMNS, SURROUND_ROWS
+#from depthwalk.render.surround import SURROUND_SIZE
 #include "reprojection/surround.glsl"
 uniform sampler2D picture;          // sRGB
 uniform sampler2D distances;        // metres ahead, of either sign
@@ -11,7 +11,7 @@ layout(location = 0) out vec4 colour;
 layout(location = 1) out vec4 surface;
 
 void main() {
-    vec3 direction = picture_from_world * direction_at(gl_FragCoord.xy / vec2(SURROUND_COLUMNS, SURROUND_ROWS));
+    vec3 direction = picture_from_world * direction_at(gl_FragCoord.xy / float(SURROUND_SIZE));
     if (any(greaterThan(abs(direction.xy), direction.z * half_extent))) discard;
     vec2 place = 0.5 + 0.5 * direction.xy / (direction.z * half_extent);
     colour = vec4(texture(picture, place).rgb, 1.0);

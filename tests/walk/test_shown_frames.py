@@ -169,6 +169,7 @@ def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_dev
 
 def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sliced: Window) -> None:
     sliced.renderer.settings.reprojection.refine = False
+    sliced.renderer.settings.reprojection.frame_limit = 60_000.0  # however busy the machine is
 
     def height() -> int:
         assert sliced.frames._source is not None  # of the last frame
@@ -234,7 +235,7 @@ def test_frames_that_take_too_long_get_smaller_and_larger_again(sliced: Window) 
     assert sliced.frames.scale == 1
 
     def walk() -> float:
-        for step in range(1, 60):
+        for step in range(1, 100):  # each change of a setting makes faces outdated, too
             sliced.round(0.01 * step)
         return sliced.frames.scale
 

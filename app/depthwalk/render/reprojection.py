@@ -20,6 +20,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
+from depthwalk.render.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
 from depthwalk.render.surround import FACE, Surround, shows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
@@ -28,8 +29,8 @@ from depthwalk.types import Mask
 BEYOND = 1e6  # metres: how far away that counts as being which nothing was drawn, the sky
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
-SCREEN_COLUMNS, SCREEN_ROWS = 16, 12  # cells of the screen, each of which is drawn with or without the surround
-_NEAREST = 1.0  # metres, of surfaces, where it is decided which
+_NEAREST = 1.0  # metres, of surfaces, where it is decided which cells of the screen need the surround
+_CORNERS = places(1)  # of these cells
 _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
 REFLECTED = 0.1  # of the picture's width or height, along its edges: what is mirrored beyond them
 STRIDE = 2  # pixels of a cell from one that is looked at to the next: narrower things may be overlooked
@@ -125,18 +126,19 @@ class Reprojection:
 
     def __init__(self, device: Device) -> None:
         self._gl = device.scope("reprojection")
-        vertex, cells = "common/fullscreen.vert", "reprojection/screen_cells.vert"
+        vertex = "common/fullscreen.vert"
         self._distance = Program(self._gl, vertex, "reprojection/distance.frag")
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
         self._programs = Variants(
-            lambda defines: Program(self._gl, cells, "reprojection/reprojection.frag", defines=defines)
+            lambda defines: Program(self._gl, VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
         )
         self.view: View | None = None
         self._shown: _Picture | None = None
         self._drawn: _Picture | None = None  # what is being drawn
         self._cells: _Cells | None = None
         self._surround: Surround | None = None  # made with the first picture
+        self._rehearsed = False
         self._face: _Picture | None = None  # of what lies around; made when the first is drawn
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
@@ -191,7 +193,7 @@ class Reprojection:
         self.surround.take(self._face.colours.texture, self._face.distances.texture, view)
 
     def forget_surround(self) -> None:
-        """Forget what earlier pictures saw, as when the scene has changed; the finished picture stays."""
+        """Count as unknown what earlier pictures saw, as when the scene has changed; see `Surround.forget`."""
         if self._surround is not None:
             self._surround.forget()
 
@@ -224,7 +226,7 @@ class Reprojection:
             defines = ("EXACT",) if same and is_part else ("TURNED",)
         self._shown.colours.texture.use(0)
         self._shown.distances.texture.use(1)
-        uniforms = {
+        uniforms: dict[str, object] = {
             "picture": 0,
             "distances": 1,
             "nearest": 2,
@@ -234,29 +236,41 @@ class Reprojection:
             "half_extent": self.view.half_extent,
             "margin": (wide // 2, high // 2),
         }
-        lacking = self._lacking_cells(rays, viewer)
         around = self.surround.use(view, 3, 4) | {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
+        lacking = self._lacking(rays, viewer)
         with self._gl.state(into=screen):
+            if not self._rehearsed:
+                self._rehearse(screen)
             self._fill(defines, ~lacking, uniforms)
             if lacking.any():
                 self._fill((*defines, "AROUND"), lacking, uniforms | around)
 
     def _fill(self, defines: tuple[str, ...], cells: Mask, uniforms: dict[str, object]) -> None:
-        """Draw some cells of the screen, (SCREEN_ROWS, SCREEN_COLUMNS), by the program with these defines."""
+        """Draw some cells of the screen, see `fill_cells`, by the program with these defines."""
         program = self._programs[defines]
-        program.set(cells=(cells << np.arange(SCREEN_COLUMNS)).sum(1).tolist(), **uniforms)
-        program.rectangles(cells.size)
+        program.set(**uniforms)
+        fill_cells(program, cells)
 
-    def _lacking_cells(self, rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Mask:
-        """Return in which cells of the screen the finished picture may end, (SCREEN_ROWS, SCREEN_COLUMNS).
+    def _rehearse(self, screen: moderngl.Framebuffer) -> None:
+        """Draw a pixel by each program, so that no later picture waits for the compiler of the driver."""
+        whole = screen.viewport
+        screen.viewport = (0, 0, 1, 1)
+        try:
+            for moved in ((), ("TURNED",)):
+                for defines in (moved, (*moved, "AROUND")):
+                    self._fill(defines, np.ones(CELL_ROWS * CELL_COLUMNS, bool), {})
+        finally:
+            screen.viewport = whole
+        self._rehearsed = True
+
+    def _lacking(self, rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Mask:
+        """Return in which cells of the screen the finished picture may end, (CELL_ROWS · CELL_COLUMNS,).
 
         What is nearer than `_NEAREST` is not thought of. Arguments: see `seen_from`.
         """
         assert self.view is not None
-        x, y = np.meshgrid(*(np.linspace(-1, 1, count + 1) for count in (SCREEN_COLUMNS, SCREEN_ROWS)))
-        far = np.stack([x, y, np.ones_like(x)], -1) @ rays.T
-        inside = shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)
-        return ~(inside[1:, 1:] & inside[1:, :-1] & inside[:-1, 1:] & inside[:-1, :-1])
+        far = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])]) @ rays.T
+        return ~(shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)).all(1)
 
     def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Image:
         """Return how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
