@@ -1,5 +1,6 @@
 """What a window shows while frames are slow, and when it rests."""
 
+import math
 from collections.abc import Iterator
 from typing import Literal
 
@@ -131,6 +132,66 @@ def test_who_starts_to_walk_waits_for_no_frame(gl_device: Device, monkeypatch: p
         monkeypatch.setattr(window.frames, "_draw_whole", lambda view, screen: pytest.fail("drew a whole frame"))
         for step in range(1, 4):
             window.round(0.02 * step)
+
+
+def turned(degrees: float, right: float = 0.0) -> Camera:
+    angle = math.radians(degrees)
+    return Camera((right, 1.2, 4.0), (right + math.sin(angle), 1.05, 4.0 - math.cos(angle)), 0.8)
+
+
+def test_who_turns_quickly_waits_for_no_frame_and_sees_what_is_there(
+    sliced: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sliced.rest()
+    monkeypatch.setattr(sliced.frames, "_catch_up", lambda view: pytest.fail("waited"))
+    for degrees in (100, 190, 250, 350):  # in one round each: none shows what the one before did
+        camera = turned(degrees)
+        sliced.frames.note(camera, 0.02, sliced.renderer.settings)
+        sliced.frames.draw(View(camera, SIZE), sliced.screen)
+        shown = sliced.pixels()
+        assert sliced.frames.unseen == 0
+        sliced.frames.finish()
+        sliced.draw(View(camera, SIZE))
+        off = np.abs(shown - sliced.pixels())
+        assert np.median(off) <= 4 and off.mean() < 12
+
+
+def test_a_viewer_who_jumps_waits_for_a_frame(sliced: Window) -> None:
+    sliced.rest()
+    assert sliced.frames.unseen == 0
+    assert not sliced.round(0.05)
+    assert sliced.round(9.0) and sliced.frames.unseen < 0.02
+
+
+def test_what_lies_around_is_drawn_at_rest_and_again_after_a_change(sliced: Window) -> None:
+    def unseen() -> list[float]:
+        return [sliced.frames._reprojection.unseen(View(turned(degrees), SIZE)) for degrees in (90, 180, 270)]
+
+    sliced.rest()
+    assert unseen() == [0, 0, 0]
+    sliced.renderer.settings.output.exposure = 1.0
+    sliced.round()
+    assert unseen() == [1, 1, 1]
+    sliced.rest()
+    assert unseen() == [0, 0, 0]
+
+
+def test_a_viewer_who_walks_at_once_knows_soon_what_lies_around(sliced: Window) -> None:
+    """Beside the frames, at most one face for each of them."""
+    faces = 0
+    for step in range(200):
+        before = sliced.finished
+        drawing = sliced.frames._around.is_drawing
+        sliced.round(0.005 * step)
+        faces += sliced.frames._around.is_drawing and not drawing
+        assert faces <= sliced.finished + 1 and sliced.finished >= before
+    assert sliced.frames._reprojection.unseen(View(turned(180, 1.0), SIZE)) < 0.02
+
+
+def test_nothing_is_drawn_around_who_looks_at_targets(sliced: Window) -> None:
+    sliced.frames.refines = False
+    sliced.rest()
+    assert sliced.frames._reprojection.unseen(View(turned(180), SIZE)) == 1
 
 
 def test_an_autofocus_follows_whole_frames(sliced: Window) -> None:
