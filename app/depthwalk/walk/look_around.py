@@ -16,7 +16,7 @@ from depthwalk.render.view.view import View
 from depthwalk.types import Array
 
 _RAYS = 8  # along either edge of a view, that tell how much of it is known
-_MOST_UNKNOWN = 0.25  # of a face, or of a view that is coming: where more is unknown, it is drawn
+_MOST_UNKNOWN = 0.1  # of a face, or of a view that is coming: where more is unknown, it is drawn
 
 
 class LookAround:

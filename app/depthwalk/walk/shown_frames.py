@@ -218,7 +218,10 @@ class ShownFrames:
         self._unshown = False
         if not (self._is_settled and self._wants_still):
             self._drop_still()
-            self._draw_whole(view, screen)
+            if self._renderer.settings.reprojection.mode == "auto" and min(self._durations, default=0.0) > _SLOW:
+                self._draw_first(view, screen)
+            else:
+                self._draw_whole(view, screen)
             return True
         if not self._still_done:
             self._still_done = self._draw_still(view, np.inf)
@@ -287,6 +290,13 @@ class ShownFrames:
             self._renderer.device.context.finish()
         of_passes = sum(self._renderer.timers.milliseconds.values()) / 1e3  # a GPU works behind the CPU
         self._end_frame(max(time.perf_counter() - start, of_passes))
+
+    def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
+        """Draw a frame at once, but as in slices: if it takes long as well, it is there to be moved by the next ones."""
+        self._begin(view.camera, view, hurried=self._moved)
+        self._hurried, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
+        self.finish()
+        self._reprojection.show(view, screen)
 
     def _end_frame(self, seconds: float) -> None:
         self._durations.append(seconds)
