@@ -117,7 +117,7 @@ def test_who_turns_back_sees_what_was_there(turning: Turning) -> None:
         turning.take(looking(0))
         off.append([np.abs(turning.shown(camera) - there).mean() for camera, there in zip(cameras, true, strict=True)])
     assert (np.array(off[1]) < np.array(off[0]) / 2).all()
-    assert turning.reprojection.unseen(View(looking(45), SIZE)) < 0.02
+    assert turning.reprojection.unseen(View(looking(45), SIZE)) < 0.05
 
 
 def test_what_was_seen_from_far_away_or_before_a_change_is_unknown(turning: Turning) -> None:

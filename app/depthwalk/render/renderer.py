@@ -165,8 +165,8 @@ class Renderer:
         """Draw a small picture as `steps` does, of any direction, which frames of the same viewer may come to show.
 
         It shows the shadow maps of the last frame, which may not reach there, and textures as fine as they happen to be
-        on the GPU. What others need stays there. It changes nothing that later frames remember, but what `targets` hold. The caller may stop after
-        any step.
+        on the GPU. What others need stays there. It changes nothing that later frames remember, but what `targets`
+        hold. The caller may stop after any step.
 
         Parameters
         ----------

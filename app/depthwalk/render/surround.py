@@ -10,7 +10,6 @@ import math
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.geometry.vectors import components
@@ -88,9 +87,7 @@ class Surround:
             seen_from=tuple(view.position - self._origin),
         )
         with self._gl.state(into=self._framebuffer):
-            wide = np.array(view.half_extent) * _WIDER
-            seen = _DIRECTIONS @ view.axes.T
-            fill_cells(self._capture, (np.abs(seen[..., :2]) <= seen[..., 2:] * wide).all(-1).any(1))
+            fill_cells(self._capture, shows(view, _DIRECTIONS @ view.axes.T, _WIDER).any(1))
         self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
 
     def holds(self, rays: Array, position: Array) -> Mask:
@@ -126,6 +123,18 @@ class Surround:
         }
 
 
-def shows(view: View, points: Array) -> Mask:
-    """Return which points (…, 3), right, up and ahead of a view's camera, metres, lie within its picture."""
-    return np.asarray((np.abs(points[..., :2]) <= points[..., 2:] * np.array(view.half_extent)).all(-1))
+def shows(view: View, points: Array, wider: float = 1.0) -> Mask:
+    """Return which points lie within a picture.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    points : (…, 3), right, up and ahead of its camera, metres.
+    wider : how many times as wide and high the picture is taken to be.
+
+    Returns
+    -------
+    (…), whether each does.
+    """
+    within: Mask = np.abs(points[..., :2]) <= points[..., 2:] * (wider * np.array(view.half_extent))
+    return np.logical_and(within[..., 0], within[..., 1])

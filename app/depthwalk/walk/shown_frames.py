@@ -292,7 +292,7 @@ class ShownFrames:
         self._end_frame(max(time.perf_counter() - start, of_passes))
 
     def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a frame at once, but as in slices: if it takes long as well, it is there to be moved by the next ones."""
+        """Draw a frame at once, but as in slices: if it takes long as well, it is there to be moved later."""
         self._begin(view.camera, view, hurried=self._moved)
         self._hurried, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
         self.finish()

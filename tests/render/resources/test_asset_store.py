@@ -98,7 +98,7 @@ def test_a_picture_beside_the_frames_makes_nothing_give_way(store: AssetStore) -
     store.budget = sum(sizes[:2])
     assert there(store, [4]) == [0]
     assert np.flatnonzero(store.stream([5, 6, 7], None, releases=False)[4:]).tolist() == [0, 1]
-    assert not store.is_waiting and there(store, [6]) == [0, 2] or there(store, [6]) == [1, 2]
+    assert (not store.is_waiting and there(store, [6]) == [0, 2]) or there(store, [6]) == [1, 2]
     assert store.gpu_bytes <= store.budget
 
 

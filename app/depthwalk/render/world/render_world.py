@@ -225,9 +225,7 @@ class FrameResidency:
     releases : whether what other frames need may give way, see `AssetStore.stream`.
     """
 
-    def __init__(
-        self, world: RenderWorld, assets: AssetStore, seconds: float | None, *, releases: bool = True
-    ) -> None:
+    def __init__(self, world: RenderWorld, assets: AssetStore, seconds: float | None, *, releases: bool = True) -> None:
         self._asset, self._meshes = world.objects().asset, world.table().meshes
         self._assets, self._seconds, self._releases = assets, seconds, releases
         self._needed: list[int] = []
