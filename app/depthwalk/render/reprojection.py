@@ -270,7 +270,7 @@ class Reprojection:
         """
         assert self.view is not None
         far = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])]) @ rays.T
-        return ~(shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)).all(1)
+        return np.asarray(~(shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)).all(1))
 
     def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Image:
         """Return how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""

@@ -87,7 +87,7 @@ class Surround:
             seen_from=tuple(view.position - self._origin),
         )
         with self._gl.state(into=self._framebuffer):
-            fill_cells(self._capture, shows(view, _DIRECTIONS @ view.axes.T, _WIDER).any(1))
+            fill_cells(self._capture, np.asarray(shows(view, _DIRECTIONS @ view.axes.T, _WIDER).any(1)))
         self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
 
     def holds(self, rays: Array, position: Array) -> Mask:

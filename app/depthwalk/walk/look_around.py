@@ -28,11 +28,19 @@ class LookAround:
         Draws them; no frame may be begun while one is being drawn.
     reprojection
         Keeps them.
+
+    Attributes
+    ----------
+    knows_all
+        Whether enough is known of what lies around a viewer who stands still; set this to False when he moves.
     """
 
     def __init__(self, renderer: Renderer, reprojection: Reprojection) -> None:
         self._renderer, self._reprojection = renderer, reprojection
         self._steps: Iterator[str] | None = None
+        self.knows_all = False
+        self._knew_all = False  # once since the scene changed
+        self._is_due = False  # whether a frame has been finished since the last face of a viewer who moves
 
     @property
     def is_drawing(self) -> bool:
@@ -43,8 +51,19 @@ class LookAround:
         """Forget the face that has been begun."""
         self._steps = None
 
-    def begin(self, coming: list[View]) -> bool:
+    def note_change(self) -> None:
+        """Note that the scene or its settings have changed, so that nothing looks as it was seen."""
+        self._reprojection.forget_surround()
+        self.knows_all = self._knew_all = False
+
+    def note_frame(self) -> None:
+        """Note that a frame has been finished: a viewer who moves gets one face for each, lest frames come late."""
+        self._is_due = True
+
+    def begin_for_walk(self, coming: list[View]) -> bool:
         """Begin the face that shows most of what is not known of some views, if that is much.
+
+        Where that is little, begin any face of which too little is known, until all were known once.
 
         Parameters
         ----------
@@ -54,20 +73,32 @@ class LookAround:
         Returns
         -------
         bool
-            Whether there is one.
+            Whether a face was begun.
         """
+        if not self._is_due:
+            return False
+        self._is_due = False
         position = coming[0].position
         rays = np.concatenate([_rays(view) for view in coming])
         unknown = rays[~self._reprojection.surround.holds(rays, position)]
-        if len(unknown) <= _MOST_UNKNOWN * _RAYS**2:
-            return False
-        every = faces(position)
-        shown = [(unknown @ face.axes[2] > np.abs(unknown @ face.axes[:2].T).max(-1)).sum() for face in every]
-        self._steps = self._draw(every[int(np.argmax(shown))])
-        return True
+        if len(unknown) > _MOST_UNKNOWN * _RAYS**2:
+            every = faces(position)
+            shown = [(unknown @ face.axes[2] > np.abs(unknown @ face.axes[:2].T).max(-1)).sum() for face in every]
+            self._steps = self._draw(every[int(np.argmax(shown))])
+        elif not self._knew_all:
+            self._knew_all = not self._begin_any(position)
+        return self.is_drawing
 
-    def begin_any(self, position: Array) -> bool:
-        """Begin a face of which too little is known; return whether there is one. position: (3,), world, metres."""
+    def begin_at_rest(self, position: Array) -> bool:
+        """Begin a face of which too little is known to who stands at a position (3,), world, metres; return whether.
+
+        Once there is none, `knows_all` is True.
+        """
+        self.knows_all = self.knows_all or not self._begin_any(position)
+        self._knew_all |= self.knows_all
+        return self.is_drawing
+
+    def _begin_any(self, position: Array) -> bool:
         surround = self._reprojection.surround
         for face in faces(position):
             if surround.holds(_rays(face), position).mean() < 1 - _MOST_UNKNOWN:

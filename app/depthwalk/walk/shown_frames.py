@@ -82,9 +82,6 @@ class ShownFrames:
         self._finished_scale = 1.0  # of the last frame
         self._hurried = False  # whether somebody waits for the frame, who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
-        self._looked = False  # whether all of it was known once since the scene changed
-        self._face_due = False  # whether a frame has been finished since the last face of a viewer who moves
-        self._knows_around = False  # whether enough is known of what lies around a viewer who stands still
         self._still = StillPicture(renderer.device)
         self._still_steps: Iterator[str] | None = None  # of the still picture that is being drawn
         self._still_done = False
@@ -93,7 +90,7 @@ class ShownFrames:
     @property
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
-        knows_around = self._knows_around or not (self.in_slices and self.refines)
+        knows_around = self._around.knows_all or not (self.in_slices and self.refines)
         return not self._unshown and self._is_settled and knows_around and (self._still_done or not self._wants_still)
 
     @property
@@ -139,12 +136,11 @@ class ShownFrames:
         self._motion.follow(camera, dt)
         if state != self._known:
             self._known, self._settled = deepcopy(state), 0
-            self._reprojection.forget_surround()
-            self._knows_around = self._looked = False
+            self._around.note_change()
         self._moved = camera != self._camera
         if self._moved:
             self._camera, self._settled = camera, 0
-            self._knows_around = False
+            self._around.knows_all = False
 
     def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Show the scene; where frames are drawn in slices, what `work` has finished of it.
@@ -196,22 +192,11 @@ class ShownFrames:
         """Return whether something beside what `view` shows is drawn now, and begin with it if it is wanted."""
         if self._around.is_drawing:
             return True
-        drawing = self._steps is not None or self._still_steps is not None
-        if drawing or not self.refines or self._reprojection.view is None:
+        if self.is_drawing or not self.refines or self._reprojection.view is None:
             return False
-        if self._moved:  # one face a frame, lest frames come late
-            due, self._face_due = self._face_due, False
-            coming = View(self._motion.ahead(self._delay), view.size)
-            return due and (self._around.begin([view, coming]) or self._looks_first(view))
-        if not self._knows_around and self._is_settled:
-            self._knows_around = not self._around.begin_any(view.position)
-            return not self._knows_around
-        return False
-
-    def _looks_first(self, view: View) -> bool:
-        """Begin with a face as long as not all of them have been known since the scene changed; return whether."""
-        self._looked = self._looked or not self._around.begin_any(view.position)
-        return not self._looked
+        if self._moved:
+            return self._around.begin_for_walk([view, View(self._motion.ahead(self._delay), view.size)])
+        return self._is_settled and self._around.begin_at_rest(view.position)
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Draw a frame at once, or the still picture; return whether it was a frame."""
@@ -356,7 +341,7 @@ class ShownFrames:
                 self._spent += now - start
                 return False
         self._take_finished()
-        self._face_due = True
+        self._around.note_frame()
         now = time.perf_counter()
         self._delay = now - self._began
         if self._hurried:
