@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.reference.surround import captured, places_around
 from depthwalk.render.reprojection import BEYOND, Reprojection
-from depthwalk.render.surround import SURROUND_SIZE, faces
+from depthwalk.render.surround import SURROUND_SIZE, surround_views
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import GroundParams, SkyParams
@@ -131,18 +131,18 @@ def test_what_was_seen_from_far_away_or_before_a_change_is_unknown(turning: Turn
     assert turning.reprojection.unseen(view) > 0.9 and turning.reprojection.unseen(View(looking(0), SIZE)) == 0
 
 
-def test_faces_show_every_direction_once_and_frames_do_not_notice(turning: Turning) -> None:
+def test_the_sides_show_every_direction_once_and_frames_do_not_notice(turning: Turning) -> None:
     turning.renderer.remembers = True
     turning.take(looking(0))
     before, plan = turning.true(looking(0)), turning.renderer.plan
-    for face in faces((0.0, 1.2, 0.0)):
-        steps = turning.renderer.coarse_steps(face, turning.reprojection.face_canvas())
+    for side in surround_views(np.array([0.0, 1.2, 0.0])):
+        steps = turning.renderer.coarse_steps(side, turning.reprojection.surround_canvas())
         next(steps)
-        steps.close()  # given up
-        for _ in turning.renderer.coarse_steps(face, turning.reprojection.face_canvas()):
+        del steps  # given up
+        for _ in turning.renderer.coarse_steps(side, turning.reprojection.surround_canvas()):
             pass
         assert turning.renderer.aside_view is not None and turning.renderer.targets is not None
-        turning.reprojection.take_face(turning.renderer.targets, turning.renderer.aside_view)
+        turning.reprojection.take_surround(turning.renderer.targets, turning.renderer.aside_view)
     assert turning.renderer.plan is plan
     assert (read(turning.reprojection.surround.surfaces, np.float32)[..., 3] > 0).all()
     for degrees in (100, 180, 250):
@@ -151,8 +151,8 @@ def test_faces_show_every_direction_once_and_frames_do_not_notice(turning: Turni
     assert (turning.true(looking(0)) == before).all()
 
 
-def test_without_a_face_there_is_nothing_to_keep(turning: Turning) -> None:
+def test_without_a_side_there_is_nothing_to_keep(turning: Turning) -> None:
     view = turning.take(looking(0))
     assert turning.renderer.targets is not None
-    with pytest.raises(ValueError, match="no face was drawn"):
-        turning.reprojection.take_face(turning.renderer.targets, view)
+    with pytest.raises(ValueError, match="nothing was drawn"):
+        turning.reprojection.take_surround(turning.renderer.targets, view)

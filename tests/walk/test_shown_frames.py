@@ -177,14 +177,14 @@ def test_what_lies_around_is_drawn_at_rest_and_again_after_a_change(sliced: Wind
 
 
 def test_a_viewer_who_walks_at_once_knows_soon_what_lies_around(sliced: Window) -> None:
-    """Beside the frames, at most one face for each of them."""
-    faces = 0
+    """Beside the frames, at most one side of the surround for each of them."""
+    sides = 0
     for step in range(200):
         before = sliced.finished
         drawing = sliced.frames._around.is_drawing
         sliced.round(0.005 * step)
-        faces += sliced.frames._around.is_drawing and not drawing
-        assert faces <= sliced.finished + 1 and sliced.finished >= before
+        sides += sliced.frames._around.is_drawing and not drawing
+        assert sides <= sliced.finished + 1 and sliced.finished >= before
     assert sliced.frames._reprojection.unseen(View(turned(180, 1.0), SIZE)) < 0.02
 
 
@@ -296,7 +296,7 @@ def test_frames_that_take_too_long_get_smaller_and_larger_again(sliced: Window) 
     assert sliced.frames.scale == 1
 
     def walk() -> float:
-        for step in range(1, 100):  # each change of a setting makes faces outdated, too
+        for step in range(1, 100):  # each change of a setting makes the surround outdated, too
             sliced.round(0.01 * step)
         return sliced.frames.scale
 

@@ -21,7 +21,7 @@ from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
 from depthwalk.render.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
-from depthwalk.render.surround import FACE, Surround, shows
+from depthwalk.render.surround import SURROUND_VIEW_SIZE, Surround, shows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.types import Mask
@@ -139,7 +139,7 @@ class Reprojection:
         self._cells: _Cells | None = None
         self._surround: Surround | None = None  # made with the first picture
         self._rehearsed = False
-        self._face: _Picture | None = None  # of what lies around; made when the first is drawn
+        self._surround_picture: _Picture | None = None  # of what lies around; made when the first is drawn
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
@@ -149,11 +149,11 @@ class Reprojection:
             self._drawn = self._picture(size)
         return self._drawn.colours.framebuffer
 
-    def face_canvas(self) -> moderngl.Framebuffer:
-        """Return the framebuffer to draw a view of `surround.faces` into."""
-        if self._face is None:
-            self._face = self._picture((FACE, FACE))
-        return self._face.colours.framebuffer
+    def surround_canvas(self) -> moderngl.Framebuffer:
+        """Return the framebuffer to draw a view of `surround.surround_views` into."""
+        if self._surround_picture is None:
+            self._surround_picture = self._picture((SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE))
+        return self._surround_picture.colours.framebuffer
 
     def _picture(self, size: tuple[int, int]) -> _Picture:
         cells = -(-size[0] // CELL), -(-size[1] // CELL)
@@ -185,12 +185,12 @@ class Reprojection:
         self.view = view
         self.surround.take(self._shown.colours.texture, distances.texture, view)
 
-    def take_face(self, targets: Targets, view: View) -> None:
-        """Keep what was drawn into `face_canvas` as part of what lies around the viewer; see `take`."""
-        if self._face is None:
-            raise ValueError("no face was drawn: there is no canvas yet")
-        self._keep_distances(self._face, targets, view)
-        self.surround.take(self._face.colours.texture, self._face.distances.texture, view)
+    def take_surround(self, targets: Targets, view: View) -> None:
+        """Keep what was drawn into `surround_canvas` as part of what lies around the viewer; see `take`."""
+        if self._surround_picture is None:
+            raise ValueError("nothing was drawn: there is no canvas yet")
+        self._keep_distances(self._surround_picture, targets, view)
+        self.surround.take(self._surround_picture.colours.texture, self._surround_picture.distances.texture, view)
 
     def forget_surround(self) -> None:
         """Count as unknown what earlier pictures saw, as when the scene has changed; see `Surround.forget`."""
@@ -356,4 +356,4 @@ class Reprojection:
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._shown = self._drawn = self._cells = self._surround = self._face = self.view = None
+        self._shown = self._drawn = self._cells = self._surround = self._surround_picture = self.view = None

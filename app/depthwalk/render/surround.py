@@ -27,19 +27,19 @@ from depthwalk.types import Array, Mask
 
 SURROUND_SIZE = 1024  # texels along an edge of the map: along the horizon 0.12° each, two pixels of 1024 for 75°
 SURROUND_STEPS = 2  # fixed-point steps, as in a finished picture
-FACE = 192  # pixels along an edge of the pictures that are drawn of directions which no frame has seen
+SURROUND_VIEW_SIZE = 192  # pixels along an edge of the pictures that are drawn of what no frame has seen
 _NEAR_ENOUGH = 4.0  # metres: what was seen from farther away is shown, but counts as unknown
 _CELLS = 49  # directions along an edge of the map, of which it is known on the CPU from where they were seen
 _DIRECTIONS = direction_from_square(places(4).reshape(-1, 2), False).reshape(-1, 25, 3)  # in each cell of the map
 _WIDER = 1.1  # a frame than it is, where it is decided which cells it may cover: directions of a cell are 3° apart
 
 
-def faces(position: Array) -> list[View]:
-    """Return views of all directions from a place (3,), world, metres: those of a cube, level ones first."""
+def surround_views(position: Array) -> list[View]:
+    """Return views of all directions from a place (3,), world, metres: the sides of a cube, level ones first."""
     eye = glm.dvec3(*position)
     looks = (0, 0, 1), (1, 0, 0), (0, 0, -1), (-1, 0, 0), (0, -1, 0), (0, 1, 0)
     cameras = [Camera(components(eye), components(eye + glm.dvec3(look)), math.pi / 2) for look in looks]
-    return [View(camera, (FACE, FACE)) for camera in cameras]
+    return [View(camera, (SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE)) for camera in cameras]
 
 
 class Surround:

@@ -1,7 +1,7 @@
 """Draw what lies around a viewer, small and before it is looked at, so that a quick turn finds something there.
 
 Finished frames keep what they saw (`render.surround`). Where the viewer is about to see what none of them saw from
-near by, a face of a cube about him is drawn between two frames, of so few pixels that it takes about one slice.
+near by, a side of a cube about him is drawn between two frames, of so few pixels that it takes about one slice.
 """
 
 import time
@@ -11,16 +11,16 @@ import numpy as np
 
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.reprojection import Reprojection
-from depthwalk.render.surround import faces
+from depthwalk.render.surround import surround_views
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
 
 _RAYS = 8  # along either edge of a view, that tell how much of it is known
-_MOST_UNKNOWN = 0.1  # of a face, or of a view that is coming: where more is unknown, it is drawn
+_MOST_UNKNOWN = 0.1  # of a side, or of a view that is coming: where more is unknown, it is drawn
 
 
 class LookAround:
-    """Draw such faces, one at a time, in steps.
+    """Draw such sides, one at a time, in steps.
 
     Parameters
     ----------
@@ -40,15 +40,15 @@ class LookAround:
         self._steps: Iterator[str] | None = None
         self.knows_all = False
         self._knew_all = False  # once since the scene changed
-        self._is_due = False  # whether a frame has been finished since the last face of a viewer who moves
+        self._is_due = False  # whether a frame has been finished since the last side of a viewer who moves
 
     @property
     def is_drawing(self) -> bool:
-        """Return whether a face has been begun that is not finished yet."""
+        """Return whether one has been begun that is not finished yet."""
         return self._steps is not None
 
     def drop(self) -> None:
-        """Forget the face that has been begun."""
+        """Forget the side that has been begun."""
         self._steps = None
 
     def note_change(self) -> None:
@@ -57,13 +57,13 @@ class LookAround:
         self.knows_all = self._knew_all = False
 
     def note_frame(self) -> None:
-        """Note that a frame has been finished: a viewer who moves gets one face for each, lest frames come late."""
+        """Note that a frame has been finished: a viewer who moves gets one side for each, lest frames come late."""
         self._is_due = True
 
     def begin_for_walk(self, coming: list[View]) -> bool:
-        """Begin the face that shows most of what is not known of some views, if that is much.
+        """Begin the side that shows most of what is not known of some views, if that is much.
 
-        Where that is little, begin any face of which too little is known, until all were known once.
+        Where that is little, begin any side of which too little is known, until all were known once.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class LookAround:
         Returns
         -------
         bool
-            Whether a face was begun.
+            Whether one was begun.
         """
         if not self._is_due:
             return False
@@ -82,15 +82,15 @@ class LookAround:
         rays = np.concatenate([_rays(view) for view in coming])
         unknown = rays[~self._reprojection.surround.holds(rays, position)]
         if len(unknown) > _MOST_UNKNOWN * _RAYS**2:
-            every = faces(position)
-            shown = [(unknown @ face.axes[2] > np.abs(unknown @ face.axes[:2].T).max(-1)).sum() for face in every]
-            self._steps = self._draw(every[int(np.argmax(shown))])
+            sides = surround_views(position)
+            shown = [(unknown @ side.axes[2] > np.abs(unknown @ side.axes[:2].T).max(-1)).sum() for side in sides]
+            self._steps = self._draw(sides[int(np.argmax(shown))])
         elif not self._knew_all:
             self._knew_all = not self._begin_any(position)
         return self.is_drawing
 
     def begin_at_rest(self, position: Array) -> bool:
-        """Begin a face of which too little is known to who stands at a position (3,), world, metres; return whether.
+        """Begin a side of which too little is known to who stands at a position (3,), world, metres; return whether.
 
         Once there is none, `knows_all` is True.
         """
@@ -100,14 +100,14 @@ class LookAround:
 
     def _begin_any(self, position: Array) -> bool:
         surround = self._reprojection.surround
-        for face in faces(position):
-            if surround.holds(_rays(face), position).mean() < 1 - _MOST_UNKNOWN:
-                self._steps = self._draw(face)
+        for side in surround_views(position):
+            if surround.holds(_rays(side), position).mean() < 1 - _MOST_UNKNOWN:
+                self._steps = self._draw(side)
                 return True
         return False
 
     def advance(self, seconds: float) -> bool:
-        """Go on with the face for about `seconds`; return whether it is finished. Each step is waited for."""
+        """Go on with the side for about `seconds`; return whether it is finished. Each step is waited for."""
         assert self._steps is not None
         end = time.perf_counter() + seconds
         while next(self._steps, None) is not None:
@@ -117,11 +117,11 @@ class LookAround:
         self._steps = None
         return True
 
-    def _draw(self, face: View) -> Iterator[str]:
-        yield from self._renderer.coarse_steps(face, self._reprojection.face_canvas())
+    def _draw(self, side: View) -> Iterator[str]:
+        yield from self._renderer.coarse_steps(side, self._reprojection.surround_canvas())
         targets, fitted = self._renderer.targets, self._renderer.aside_view
         assert targets is not None and fitted is not None  # the last step has set them
-        self._reprojection.take_face(targets, fitted)
+        self._reprojection.take_surround(targets, fitted)
 
 
 def _rays(view: View) -> Array:
