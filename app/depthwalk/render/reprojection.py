@@ -185,12 +185,14 @@ class Reprojection:
         self.view = view
         self.surround.take(self._shown.colours.texture, distances.texture, view)
 
-    def take_surround(self, targets: Targets, view: View) -> None:
-        """Keep what was drawn into `surround_canvas` as part of what lies around the viewer; see `take`."""
+    def take_surround(self, targets: Targets, view: View, *, counts: bool = True) -> None:
+        """Keep what was drawn into `surround_canvas` as part of what lies around; see `take` and `Surround.take`."""
         if self._surround_picture is None:
             raise ValueError("nothing was drawn: there is no canvas yet")
         self._keep_distances(self._surround_picture, targets, view)
-        self.surround.take(self._surround_picture.colours.texture, self._surround_picture.distances.texture, view)
+        self.surround.take(
+            self._surround_picture.colours.texture, self._surround_picture.distances.texture, view, counts=counts
+        )
 
     def forget_surround(self) -> None:
         """Count as unknown what earlier pictures saw, as when the scene has changed; see `Surround.forget`."""

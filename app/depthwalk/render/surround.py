@@ -66,7 +66,7 @@ class Surround:
         """Count everything as unknown that was seen; it is shown where nothing newer is."""
         self._seen_from[:] = np.inf
 
-    def take(self, colours: moderngl.Texture, distances: moderngl.Texture, view: View) -> None:
+    def take(self, colours: moderngl.Texture, distances: moderngl.Texture, view: View, *, counts: bool = True) -> None:
         """Keep what a finished frame shows, in the place of what was seen in the same directions before.
 
         Parameters
@@ -74,6 +74,7 @@ class Surround:
         colours : of the frame, sRGB.
         distances : metres along its view axis; their signs do not count.
         view : the view of the frame.
+        counts : whether its directions are known from now on; not if the frame lacks something.
         """
         if self._origin is None:
             self._origin = view.position
@@ -88,7 +89,8 @@ class Surround:
         )
         with self._gl.state(into=self._framebuffer):
             fill_cells(self._capture, np.asarray(shows(view, _DIRECTIONS @ view.axes.T, _WIDER).any(1)))
-        self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
+        if counts:
+            self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
 
     def holds(self, rays: Array, position: Array) -> Mask:
         """Return which directions were seen from about where the viewer is.

@@ -17,6 +17,7 @@ from depthwalk.types import Array
 
 _RAYS = 8  # along either edge of a view, that tell how much of it is known
 _MOST_UNKNOWN = 0.1  # of a side, or of a view that is coming: where more is unknown, it is drawn
+_MOST_REDRAWN = 30  # sides that are drawn again: little memory may let assets come and go
 
 
 class LookAround:
@@ -40,6 +41,7 @@ class LookAround:
         self._steps: Iterator[str] | None = None
         self.knows_all = False
         self._knew_all = False  # once since the scene changed
+        self._redrawn = 0  # sides since then that lacked something
         self._is_due = False  # whether a frame has been finished since the last side of a viewer who moves
 
     @property
@@ -55,6 +57,7 @@ class LookAround:
         """Note that the scene or its settings have changed, so that nothing looks as it was seen."""
         self._reprojection.forget_surround()
         self.knows_all = self._knew_all = False
+        self._redrawn = 0
 
     def note_frame(self) -> None:
         """Note that a frame has been finished: a viewer who moves gets one side for each, lest frames come late."""
@@ -84,9 +87,9 @@ class LookAround:
         if len(unknown) > _MOST_UNKNOWN * _RAYS**2:
             sides = surround_views(position)
             shown = [(unknown @ side.axes[2] > np.abs(unknown @ side.axes[:2].T).max(-1)).sum() for side in sides]
-            self._steps = self._draw(sides[int(np.argmax(shown))])
+            self._steps = self._draw(sides[int(np.argmax(shown))], waits=False)
         elif not self._knew_all:
-            self._knew_all = not self._begin_any(position)
+            self._knew_all = not self._begin_any(position, waits=False)
         return self.is_drawing
 
     def begin_at_rest(self, position: Array) -> bool:
@@ -94,15 +97,15 @@ class LookAround:
 
         Once there is none, `knows_all` is True.
         """
-        self.knows_all = self.knows_all or not self._begin_any(position)
+        self.knows_all = self.knows_all or not self._begin_any(position, waits=True)
         self._knew_all |= self.knows_all
         return self.is_drawing
 
-    def _begin_any(self, position: Array) -> bool:
+    def _begin_any(self, position: Array, waits: bool) -> bool:
         surround = self._reprojection.surround
         for side in surround_views(position):
             if surround.holds(_rays(side), position).mean() < 1 - _MOST_UNKNOWN:
-                self._steps = self._draw(side)
+                self._steps = self._draw(side, waits)
                 return True
         return False
 
@@ -117,11 +120,14 @@ class LookAround:
         self._steps = None
         return True
 
-    def _draw(self, side: View) -> Iterator[str]:
+    def _draw(self, side: View, waits: bool) -> Iterator[str]:
+        """Draw a side. waits: whether it is to be drawn again if it lacks what is still to be brought to the GPU."""
         yield from self._renderer.coarse_steps(side, self._reprojection.surround_canvas())
         targets, fitted = self._renderer.targets, self._renderer.aside_view
         assert targets is not None and fitted is not None  # the last step has set them
-        self._reprojection.take_surround(targets, fitted)
+        again = waits and self._renderer.assets.is_waiting and self._redrawn < _MOST_REDRAWN
+        self._redrawn += again
+        self._reprojection.take_surround(targets, fitted, counts=not again)
 
 
 def _rays(view: View) -> Array:
