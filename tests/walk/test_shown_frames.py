@@ -60,6 +60,14 @@ class Window(OnScreen):
         return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(120, 160, 3).astype(int)
 
 
+@pytest.fixture(autouse=True)
+def _small_surround(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As small beside the window as in use, which saves time."""
+    monkeypatch.setattr("depthwalk.render.surround.SURROUND_SIZE", 256)
+    for module in ("surround", "reprojection"):
+        monkeypatch.setattr(f"depthwalk.render.{module}.SURROUND_VIEW_SIZE", 48)
+
+
 @pytest.fixture
 def sliced(gl_device: Device) -> Iterator[Window]:
     with Window(gl_device, "on") as window:
