@@ -2,10 +2,10 @@
 
 A viewer walks at 1.4 m/s and turns by 45° a second, that is along a circle of 1.8 m, for some seconds of real time. The
 pictures are those that the window shows (`walk.shown_frames`), without a window and its widgets. Measured are the time
-from one to the next, how long it takes until a picture shows what the user did, the part of them that no frame held,
-and afterwards, at some moments, their FLIP against the truth of 16 samples a pixel, over that of a whole frame of the
-same camera. Then the viewer stands still, until nothing is drawn any more. With `--wander` he goes and turns at random,
-by up to 90° a second, and everything after the first second counts.
+from one to the next, how long it takes until a picture shows what the user did, the part of them that neither the last
+frame held nor any picture from within some metres, and afterwards, at some moments, their FLIP against the truth of 16
+samples a pixel, over that of a whole frame of the same camera. Then the viewer stands still, until nothing is drawn any
+more. With `--wander` he goes and turns at random, by up to 90° a second, and everything after the first second counts.
 """
 
 import math
@@ -63,7 +63,7 @@ class Walked(NamedTuple):
     scene
         Seconds of work for a frame of the scene, the median.
     unseen
-        The part of the pictures that lay beyond the edges of the frame, the mean, 0 to 1.
+        The part of the pictures that no frame held, see `ShownFrames.unseen`, the mean, 0 to 1.
     kept
         Some of the pictures.
     idle

@@ -1,5 +1,6 @@
 """What a window shows while frames are slow, and when it rests."""
 
+import math
 from collections.abc import Iterator
 from typing import Literal
 
@@ -57,6 +58,14 @@ class Window(OnScreen):
 
     def pixels(self) -> NDArray[np.int64]:
         return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(120, 160, 3).astype(int)
+
+
+@pytest.fixture(autouse=True)
+def _small_surround(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As small beside the window as in use, which saves time."""
+    monkeypatch.setattr("depthwalk.render.surround.SURROUND_SIZE", 256)
+    for module in ("surround", "reprojection"):
+        monkeypatch.setattr(f"depthwalk.render.{module}.SURROUND_VIEW_SIZE", 48)
 
 
 @pytest.fixture
@@ -125,12 +134,72 @@ def test_who_starts_to_walk_waits_for_no_frame(gl_device: Device, monkeypatch: p
     monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 0.0)
     monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", 0.0)
     with Window(gl_device, "auto") as window:
+        monkeypatch.setattr(window.frames, "_catch_up", lambda view: pytest.fail("waited"))  # the second one is there
         window.rest()
         assert window.frames.in_slices
-        monkeypatch.setattr(window.frames, "_catch_up", lambda view: pytest.fail("waited"))
         monkeypatch.setattr(window.frames, "_draw_whole", lambda view, screen: pytest.fail("drew a whole frame"))
         for step in range(1, 4):
             window.round(0.02 * step)
+
+
+def turned(degrees: float, right: float = 0.0) -> Camera:
+    angle = math.radians(degrees)
+    return Camera((right, 1.2, 4.0), (right + math.sin(angle), 1.05, 4.0 - math.cos(angle)), 0.8)
+
+
+def test_who_turns_quickly_waits_for_no_frame_and_sees_what_is_there(
+    sliced: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sliced.rest()
+    monkeypatch.setattr(sliced.frames, "_catch_up", lambda view: pytest.fail("waited"))
+    for degrees in (100, 190, 250, 350):  # in one round each: none shows what the one before did
+        camera = turned(degrees)
+        sliced.frames.note(camera, 0.02, sliced.renderer.settings)
+        sliced.frames.draw(View(camera, SIZE), sliced.screen)
+        shown = sliced.pixels()
+        assert sliced.frames.unseen < 0.05
+        sliced.frames.finish()
+        sliced.draw(View(camera, SIZE))
+        off = np.abs(shown - sliced.pixels())
+        assert np.median(off) <= 4 and off.mean() < 12
+
+
+def test_who_jumps_and_turns_waits_for_a_frame(sliced: Window) -> None:
+    sliced.rest()
+    camera = turned(180, right=9.0)
+    sliced.frames.note(camera, 0.02, sliced.renderer.settings)
+    assert sliced.frames.draw(View(camera, SIZE), sliced.screen) and sliced.frames.unseen == 0
+
+
+def test_what_lies_around_is_drawn_at_rest_and_again_after_a_change(sliced: Window) -> None:
+    def unseen() -> list[float]:
+        return [sliced.frames._reprojection.unseen(View(turned(degrees), SIZE)) for degrees in (90, 180, 270)]
+
+    sliced.rest()
+    assert max(unseen()) < 0.1
+    sliced.renderer.settings.output.exposure = 1.0
+    sliced.round()
+    assert unseen() == [1, 1, 1]
+    sliced.rest()
+    assert max(unseen()) < 0.1
+
+
+def test_a_viewer_who_walks_at_once_knows_soon_what_lies_around(sliced: Window) -> None:
+    """Beside the frames, at most one side of the surround for each of them."""
+    sides = 0
+    for step in range(200):
+        before = sliced.finished
+        drawing = sliced.frames._around.is_drawing
+        sliced.round(0.005 * step)
+        sides += sliced.frames._around.is_drawing and not drawing
+        assert sides <= sliced.finished + 1 and sliced.finished >= before
+    assert sliced.frames._reprojection.unseen(View(turned(180, 1.0), SIZE)) < 0.02
+
+
+def test_nothing_is_drawn_around_who_looks_at_targets(sliced: Window) -> None:
+    sliced.frames.refines = False
+    sliced.rest()
+    assert sliced.frames._reprojection.unseen(View(turned(180), SIZE)) == 1
 
 
 def test_an_autofocus_follows_whole_frames(sliced: Window) -> None:
@@ -169,17 +238,21 @@ def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_dev
 
 def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sliced: Window) -> None:
     sliced.renderer.settings.reprojection.refine = False
+    sliced.renderer.settings.reprojection.frame_limit = 60_000.0  # however busy the machine is
+
+    def height() -> int:
+        assert sliced.frames._source is not None  # of the last frame
+        return sliced.frames._source.size[1]
+
     sliced.rest()
-    targets = sliced.renderer.targets
-    assert targets is not None and targets.size[1] >= SIZE[1]
+    whole = height()
+    assert whole >= SIZE[1]
     for step in range(1, 40):
         sliced.round(0.01 * step)
-    moving = sliced.renderer.targets
-    assert moving is not None and moving.size[1] == round(0.75 * targets.size[1])
+    assert height() == round(0.75 * whole)
     assert sliced.renderer.warp_limit is not None
     sliced.rest()
-    still = sliced.renderer.targets
-    assert still is not None and still.size == targets.size and sliced.renderer.warp_limit is None
+    assert height() == whole and sliced.renderer.warp_limit is None
 
 
 @pytest.mark.parametrize("mode", ["on", "off"])
@@ -231,7 +304,7 @@ def test_frames_that_take_too_long_get_smaller_and_larger_again(sliced: Window) 
     assert sliced.frames.scale == 1
 
     def walk() -> float:
-        for step in range(1, 60):
+        for step in range(1, 100):  # each change of a setting makes the surround outdated, too
             sliced.round(0.01 * step)
         return sliced.frames.scale
 

@@ -72,6 +72,7 @@ class Renderer:
     timers : milliseconds of each pass and of the steps on the CPU.
     plan : the draw lists of the frame drawn last; None before the first.
     view : the view of the frame drawn last, near and far plane fitted; None before the first.
+    aside_view : the same of the last picture of `fine_steps` or `coarse_steps`.
     """
 
     def __init__(
@@ -90,9 +91,11 @@ class Renderer:
         self.targets: Targets | None = None
         self.plan: FrameDrawLists | None = None
         self.view: View | None = None
+        self.aside_view: View | None = None
         self.timers = PassTimers(device)
         self._frames = self._new_memory()
         self._fine: FrameMemory | None = None  # made when somebody asks for such frames
+        self._coarse: FrameMemory | None = None  # likewise
         self._last_shadows = Shadows()
         self._shadows = ShadowPlanner(self.world, self.timers)
         self._shares: PixelShares | None = None  # made when somebody asks for it
@@ -159,6 +162,29 @@ class Renderer:
         finally:
             self.timers.drop_frame()
 
+    def coarse_steps(self, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
+        """Draw a small picture as `steps` does, of any direction, which frames of the same viewer may come to show.
+
+        It shows the shadow maps of the last frame, which may not reach there, and textures as fine as they happen to be
+        on the GPU. What others need stays there. It changes nothing that later frames remember, but what `targets`
+        hold. The caller may stop after any step.
+
+        Parameters
+        ----------
+        view : the camera, and the size of `screen`.
+        screen : the framebuffer to draw into.
+
+        Yields
+        ------
+        The name of the pass whose commands were just given to the GPU.
+        """
+        if self._coarse is None:
+            self._coarse = self._new_memory()
+        try:
+            yield from self._render(view, screen, False, 0, self._coarse)
+        finally:
+            self.timers.drop_frame()
+
     def _new_memory(self) -> FrameMemory:
         return FrameMemory(self.device, self.settings, self.world, self.timers)
 
@@ -184,8 +210,8 @@ class Renderer:
 
         memory: of its kind. Yields the names of the passes, see `steps`.
         """
-        fine, shared = memory is self._fine, common(self.settings)
-        if fine:
+        aside, shared = memory is not self._frames, common(self.settings)
+        if memory is self._fine:
             shared = replace(shared, aa=supersampled(shared.aa))
         if "lit" in self.keeps or not has_texture(screen, view.size):
             shared = replace(shared, aa=replace(shared.aa, shown=False))
@@ -197,7 +223,8 @@ class Renderer:
         in_sight = memory.phases.in_sight(view)
         view = self._fitted(view, in_sight)
         self.assets.budget = self.settings.gpu_memory
-        residency = FrameResidency(self.world, self.assets, self.upload_seconds)
+        coarse = memory is self._coarse
+        residency = FrameResidency(self.world, self.assets, self.upload_seconds, releases=not coarse)
         light = lighting(self.scene.environment)
         frame_of = partial(
             Frame,
@@ -210,27 +237,30 @@ class Renderer:
             transparent=transparent,
             lens_point=lens_point,
         )
+        materials_of = partial(self._materials, view, fits=not coarse)
         plans: list[FrameDrawLists] = []
         phases = PhaseInputs(
             view=view,
             targets=targets,
             residency=residency,
-            remembers=self.remembers and not fine,
-            warp_limit=None if fine else self.warp_limit,
+            remembers=self.remembers and not aside,
+            warp_limit=None if aside else self.warp_limit,
             tile_light=light.key if shared.lit_tiles else None,
         )
         for plan in memory.phases.plans(phases, in_sight):
             plans.append(plan)
             if shared.lit_tiles:
-                self._materials(view, plan)  # pass 1 looks textures up
+                materials_of(plan)  # pass 1 looks textures up
             yield from self._sequence.draw_objects(frame_of(plan=plan))
         whole = FrameDrawLists.joined(plans)
-        frame = frame_of(plan=whole, materials=self._materials(view, whole))
-        frame = replace(frame, shadows=self._last_shadows if fine else self._shadow_maps(frame, residency))
+        frame = frame_of(plan=whole, materials=materials_of(whole))
+        frame = replace(frame, shadows=self._shadows_beside(memory) or self._shadow_maps(frame, residency))
         yield from self._sequence.finish(frame, self.keeps)
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
-        if not fine:
+        if aside:
+            self.aside_view = view
+        else:
             self.plan, self.view = whole, view
 
     def _prepare_targets(self, view: View, samples: int, shared: Common, memory: FrameMemory) -> Targets:
@@ -261,8 +291,11 @@ class Renderer:
         near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
         return replace(view, near=near, far=far)
 
-    def _materials(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
-        """Return what `material_resolve` looks up of the depth-image objects of `plan`, and upload their textures."""
+    def _materials(self, view: View, plan: FrameDrawLists, *, fits: bool) -> MaterialRecords:
+        """Return what `material_resolve` looks up of the depth-image objects of `plan`, and upload their textures.
+
+        fits: whether textures that are on the GPU are to become as fine as this view asks for.
+        """
         with self.timers.measure_cpu("plan"):
             materials = material_records(view, self.world.arrays(), plan.object_rows, plan.tiled)
         if self.assets.textures.has_partial:
@@ -270,7 +303,7 @@ class Renderer:
                 asset = self.world.objects().asset[plan.object_rows]
                 footprint = least_footprints(view, asset, materials, self.world.table())
                 numbers, exact = materials.assets.tolist(), not self.remembers
-                self.assets.textures.fit(numbers, footprint, self.upload_seconds, exact=exact)
+                self.assets.textures.fit(numbers, footprint, self.upload_seconds, exact=exact, changes=fits)
         return materials
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
@@ -291,6 +324,12 @@ class Renderer:
             planned, portion=None if self.upload_seconds is None else portion, hurried=limit is not None
         )
         return self._last_shadows
+
+    def _shadows_beside(self, memory: FrameMemory) -> Shadows | None:
+        """Return the shadow maps that a picture shows which is no frame; None for frames. memory: of its kind."""
+        if memory is self._frames:
+            return None
+        return self._last_shadows if memory is self._fine else replace(self._last_shadows, portion=0)
 
     def sample_shares(self) -> PixelShares:
         """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.
@@ -363,7 +402,7 @@ class Renderer:
 
     @property
     def _memories(self) -> list[FrameMemory]:
-        return [self._frames] if self._fine is None else [self._frames, self._fine]
+        return [memory for memory in (self._frames, self._fine, self._coarse) if memory is not None]
 
     def _release_targets(self) -> None:
         for memory in self._memories:

@@ -2,9 +2,9 @@
 
 A finished frame is itself a depth image: its colours, how far away each is, and the camera that it was seen through. So
 while the next frame is drawn, which may take long, the last one can follow the viewer at the cost of a few texture
-reads per pixel. What the picture does not hold is filled: beyond its edges by the mirror image of what lies along
-them, behind an object that has moved aside from the farther side. The shader is
-shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojection`.
+reads per pixel. What the picture does not hold is filled: beyond its edges by what earlier frames saw there
+(`surround`), or else by the mirror image of what lies along them; behind an object that has moved aside from the
+farther side. The shader is shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojection`.
 """
 
 import math
@@ -20,12 +20,17 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
+from depthwalk.render.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
+from depthwalk.render.surround import SURROUND_VIEW_SIZE, Surround, shows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
+from depthwalk.types import Mask
 
 BEYOND = 1e6  # metres: how far away that counts as being which nothing was drawn, the sky
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
+_NEAREST = 1.0  # metres, of surfaces, where it is decided which cells of the screen need the surround
+_CORNERS = places(1)  # of these cells
 _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
 REFLECTED = 0.1  # of the picture's width or height, along its edges: what is mirrored beyond them
 STRIDE = 2  # pixels of a cell from one that is looked at to the next: narrower things may be overlooked
@@ -126,27 +131,39 @@ class Reprojection:
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
         self._programs = Variants(
-            lambda defines: Program(self._gl, vertex, "reprojection/reprojection.frag", defines=defines)
+            lambda defines: Program(self._gl, VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
         )
         self.view: View | None = None
         self._shown: _Picture | None = None
         self._drawn: _Picture | None = None  # what is being drawn
         self._cells: _Cells | None = None
+        self._surround: Surround | None = None  # made with the first picture
+        self._rehearsed = False
+        self._surround_picture: _Picture | None = None  # of what lies around; made when the first is drawn
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
         if self._drawn is None or self._drawn.size != size:
             self._free(self._drawn)
             self._drawn = None  # should there be no memory for the next
-            cells = -(-size[0] // CELL), -(-size[1] // CELL)
-            self._drawn = _Picture(
-                size=size,
-                colours=Image.make(self._gl, size),
-                distances=Image.make(self._gl, size, 1, "f4"),
-                nearest=Image.make(self._gl, cells, 1, "f4"),
-            )
-            self._drawn.colours.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+            self._drawn = self._picture(size)
         return self._drawn.colours.framebuffer
+
+    def surround_canvas(self) -> moderngl.Framebuffer:
+        """Return the framebuffer to draw a view of `surround.surround_views` into."""
+        if self._surround_picture is None:
+            self._surround_picture = self._picture((SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE))
+        return self._surround_picture.colours.framebuffer
+
+    def _picture(self, size: tuple[int, int]) -> _Picture:
+        cells = -(-size[0] // CELL), -(-size[1] // CELL)
+        colours, distances, nearest = (
+            Image.make(self._gl, size),
+            Image.make(self._gl, size, 1, "f4"),
+            Image.make(self._gl, cells, 1, "f4"),
+        )
+        colours.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        return _Picture(size=size, colours=colours, distances=distances, nearest=nearest)
 
     def take(self, targets: Targets, view: View) -> None:
         """Make what was drawn into `canvas` the finished picture.
@@ -158,17 +175,43 @@ class Reprojection:
         """
         if self._drawn is None:
             raise ValueError("no picture was drawn: there is no canvas yet")
+        self._keep_distances(self._drawn, targets, view)
         _, distances, nearest = self._drawn
-        targets.depth.use(0)
-        self._distance.set(depth_texture=0, planes=view.depth_range)
-        with self._gl.state(into=distances.framebuffer):
-            self._distance.fill()
         distances.texture.use(0)
         self._nearest.set(distances=0)
         with self._gl.state(into=nearest.framebuffer):
             self._nearest.fill()
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
+        self.surround.take(self._shown.colours.texture, distances.texture, view)
+
+    def take_surround(self, targets: Targets, view: View, *, counts: bool = True) -> None:
+        """Keep what was drawn into `surround_canvas` as part of what lies around; see `take` and `Surround.take`."""
+        if self._surround_picture is None:
+            raise ValueError("nothing was drawn: there is no canvas yet")
+        self._keep_distances(self._surround_picture, targets, view)
+        self.surround.take(
+            self._surround_picture.colours.texture, self._surround_picture.distances.texture, view, counts=counts
+        )
+
+    def forget_surround(self) -> None:
+        """Count as unknown what earlier pictures saw, as when the scene has changed; see `Surround.forget`."""
+        if self._surround is not None:
+            self._surround.forget()
+
+    def _keep_distances(self, picture: _Picture, targets: Targets, view: View) -> None:
+        """Fill in how far away the surfaces of a picture are, which `targets` hold; view: of the picture."""
+        targets.depth.use(0)
+        self._distance.set(depth_texture=0, planes=view.depth_range)
+        with self._gl.state(into=picture.distances.framebuffer):
+            self._distance.fill()
+
+    @property
+    def surround(self) -> Surround:
+        """Return what earlier pictures saw around the viewer."""
+        if self._surround is None:
+            self._surround = Surround(self._gl)
+        return self._surround
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
@@ -185,20 +228,52 @@ class Reprojection:
             defines = ("EXACT",) if same and is_part else ("TURNED",)
         self._shown.colours.texture.use(0)
         self._shown.distances.texture.use(1)
-        program = self._programs[defines]
-        program.set(
-            picture=0,
-            distances=1,
-            nearest=2,
-            cells_shown=tuple(size / (CELL * math.ceil(size / CELL)) for size in view.size),
-            ray_from_screen=tuple(rays.T.ravel()),
-            viewer=tuple(viewer),
-            axis=tuple(axis),
-            half_extent=self.view.half_extent,
-            margin=(wide // 2, high // 2),
-        )
+        uniforms: dict[str, object] = {
+            "picture": 0,
+            "distances": 1,
+            "nearest": 2,
+            "cells_shown": tuple(size / (CELL * math.ceil(size / CELL)) for size in view.size),
+            "ray_from_screen": tuple(rays.T.ravel()),
+            "viewer": tuple(viewer),
+            "axis": tuple(axis),
+            "half_extent": self.view.half_extent,
+            "margin": (wide // 2, high // 2),
+        }
+        around = self.surround.use(view, 3, 4) | {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
+        lacking = self._lacking(rays, viewer)
         with self._gl.state(into=screen):
-            program.fill()
+            if not self._rehearsed:
+                self._rehearse(screen)
+            self._fill(defines, ~lacking, uniforms)
+            if lacking.any():
+                self._fill((*defines, "AROUND"), lacking, uniforms | around)
+
+    def _fill(self, defines: tuple[str, ...], cells: Mask, uniforms: dict[str, object]) -> None:
+        """Draw some cells of the screen, see `fill_cells`, by the program with these defines."""
+        program = self._programs[defines]
+        program.set(**uniforms)
+        fill_cells(program, cells)
+
+    def _rehearse(self, screen: moderngl.Framebuffer) -> None:
+        """Draw a pixel by each program, so that no later picture waits for the compiler of the driver."""
+        whole = screen.viewport
+        screen.viewport = (0, 0, 1, 1)
+        try:
+            for moved in ((), ("TURNED",)):
+                for defines in (moved, (*moved, "AROUND")):
+                    self._fill(defines, np.ones(CELL_ROWS * CELL_COLUMNS, bool), {})
+        finally:
+            screen.viewport = whole
+        self._rehearsed = True
+
+    def _lacking(self, rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Mask:
+        """Return in which cells of the screen the finished picture may end, (CELL_ROWS · CELL_COLUMNS,).
+
+        What is nearer than `_NEAREST` is not thought of. Arguments: see `seen_from`.
+        """
+        assert self.view is not None
+        far = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])]) @ rays.T
+        return np.asarray(~(shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)).all(1))
 
     def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Image:
         """Return how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
@@ -224,16 +299,16 @@ class Reprojection:
         return nearest
 
     def unseen(self, view: View) -> float:
-        """Return which part of what `view` sees lies beyond the edges of the finished picture, 0 to 1.
+        """Return which part of what `view` sees no picture holds, 0 to 1: neither the last one nor the surround.
 
         It is judged by some rays, as if all that they meet were far away; 1 without a picture.
         """
         if self.view is None:
             return 1.0
         x, y = np.meshgrid(*(2 * (np.arange(count) + 0.5) / count - 1 for count in _JUDGED))
-        rays = np.stack([x, y, np.ones_like(x)], -1) @ seen_from(self.view, view)[0].T
-        beyond = np.abs(rays[..., :2]) > rays[..., 2:] * np.array(self.view.half_extent)
-        return float(beyond.any(-1).mean())
+        rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T
+        beyond = rays[~shows(self.view, rays @ self.view.axes.T)]
+        return float((~self.surround.holds(beyond, view.position)).sum() / len(rays))
 
     def distance_at(self, view: View, across: float, down: float) -> float:
         """Return how far away the surface is that `show` shows at a place. Waits for the GPU.
@@ -284,4 +359,4 @@ class Reprojection:
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._shown = self._drawn = self._cells = self.view = None
+        self._shown = self._drawn = self._cells = self._surround = self._surround_picture = self.view = None

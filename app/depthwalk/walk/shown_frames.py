@@ -23,6 +23,7 @@ from depthwalk.render.still_picture import StillPicture
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.frame_scale import FrameScale
+from depthwalk.walk.look_around import LookAround
 from depthwalk.walk.motion import Motion
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
@@ -59,6 +60,7 @@ class ShownFrames:
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
         self._reprojection = Reprojection(renderer.device)
+        self._around = LookAround(renderer, self._reprojection)
         self._motion = Motion()
         self.scene_seconds = 0.0
         self.in_slices = False
@@ -88,7 +90,8 @@ class ShownFrames:
     @property
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
-        return not self._unshown and self._is_settled and (self._still_done or not self._wants_still)
+        knows_around = self._around.knows_all or not (self.in_slices and self.refines)
+        return not self._unshown and self._is_settled and knows_around and (self._still_done or not self._wants_still)
 
     @property
     def _is_settled(self) -> bool:
@@ -105,7 +108,7 @@ class ShownFrames:
     @property
     def is_drawing(self) -> bool:
         """Return whether a frame, or a still picture, has been begun that is not finished yet."""
-        return self._steps is not None or self._still_steps is not None
+        return self._steps is not None or self._still_steps is not None or self._around.is_drawing
 
     @property
     def scale(self) -> float:
@@ -133,9 +136,11 @@ class ShownFrames:
         self._motion.follow(camera, dt)
         if state != self._known:
             self._known, self._settled = deepcopy(state), 0
+            self._around.note_change()
         self._moved = camera != self._camera
         if self._moved:
             self._camera, self._settled = camera, 0
+            self._around.knows_all = False
 
     def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Show the scene; where frames are drawn in slices, what `work` has finished of it.
@@ -174,19 +179,34 @@ class ShownFrames:
         """
         if not self.in_slices or self._view is None or self.is_current:
             return
-        if not self._is_settled:
+        if self._looks_around(self._view):
+            self._around.advance(self._slice_seconds(self._view))
+        elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
         elif self._wants_still and not self._still_done:
             seconds = _LONGEST_SLICES * self._renderer.settings.reprojection.slice / 1e3  # nothing moves
             self._still_done = self._draw_still(self._view, seconds)
             self._unshown |= self._still_done
 
+    def _looks_around(self, view: View) -> bool:
+        """Return whether something beside what `view` shows is drawn now, and begin with it if it is wanted."""
+        if self._around.is_drawing:
+            return True
+        if self.is_drawing or not self.refines or self._reprojection.view is None:
+            return False
+        if self._moved:
+            return self._around.begin_for_walk([view, View(self._motion.ahead(self._delay), view.size)])
+        return self._is_settled and self._around.begin_at_rest(view.position)
+
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Draw a frame at once, or the still picture; return whether it was a frame."""
         self._unshown = False
         if not (self._is_settled and self._wants_still):
             self._drop_still()
-            self._draw_whole(view, screen)
+            if self._renderer.settings.reprojection.mode == "auto" and min(self._durations, default=0.0) > _SLOW:
+                self._draw_first(view, screen)
+            else:
+                self._draw_whole(view, screen)
             return True
         if not self._still_done:
             self._still_done = self._draw_still(view, np.inf)
@@ -226,6 +246,7 @@ class ShownFrames:
     def finish(self) -> None:
         """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
         self._drop_still()
+        self._around.drop()
         while self._steps is not None:
             self._advance(np.inf)
 
@@ -255,6 +276,13 @@ class ShownFrames:
         of_passes = sum(self._renderer.timers.milliseconds.values()) / 1e3  # a GPU works behind the CPU
         self._end_frame(max(time.perf_counter() - start, of_passes))
 
+    def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
+        """Draw a frame at once, but as in slices: if it takes long as well, it is there to be moved later."""
+        self._begin(view.camera, view, hurried=self._moved)
+        self._hurried, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
+        self.finish()
+        self._reprojection.show(view, screen)
+
     def _end_frame(self, seconds: float) -> None:
         self._durations.append(seconds)
         self.scene_seconds = seconds
@@ -272,6 +300,7 @@ class ShownFrames:
         hurried: whether it has fewer pixels, and limits to its work, since somebody waits for it.
         """
         self._drop_still()
+        self._around.drop()
         settings = self._renderer.settings.reprojection
         self._hurried = hurried
         self._source = widened(View(camera, view.size), settings.margin)
@@ -312,6 +341,7 @@ class ShownFrames:
                 self._spent += now - start
                 return False
         self._take_finished()
+        self._around.note_frame()
         now = time.perf_counter()
         self._delay = now - self._began
         if self._hurried:
@@ -357,5 +387,6 @@ class ShownFrames:
         """Free everything on the GPU, and forget a frame that has been begun."""
         self._steps = None
         self._drop_still()
+        self._around.drop()
         self._still.release()
         self._reprojection.release()

@@ -93,6 +93,15 @@ def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 1, 2]
 
 
+def test_a_picture_beside_the_frames_makes_nothing_give_way(store: AssetStore) -> None:
+    sizes = [store.parts.cooked(number).bytes for number in range(4, 8)]
+    store.budget = sum(sizes[:2])
+    assert there(store, [4]) == [0]
+    assert np.flatnonzero(store.stream([5, 6, 7], None, releases=False)[4:]).tolist() == [0, 1]
+    assert (not store.is_waiting and there(store, [6]) == [0, 2]) or there(store, [6]) == [1, 2]
+    assert store.gpu_bytes <= store.budget
+
+
 @pytest.fixture
 def fine(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[AssetStore]:
     """A store of one ball, of whose texture some may be left out."""

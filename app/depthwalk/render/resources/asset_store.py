@@ -108,7 +108,7 @@ class AssetStore:
         """
         return self._captured.views(asset, params, wait=self.background is None)
 
-    def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
+    def stream(self, needed: Sequence[int], seconds: float | None, *, releases: bool = True) -> NDArray[np.bool_]:
         """Upload what a frame needs, and release what was not used for longest where the budget does not allow both.
 
         What the frame needs is never released; where that alone is more than the budget, a warning says so once.
@@ -119,6 +119,8 @@ class AssetStore:
             Numbers of the depth objects that the frame needs, the most urgent first.
         seconds
             Time after which no further upload begins, so that frames take equally long; None: all are uploaded.
+        releases
+            Whether others give way where the budget does not allow all. If not, what does not fit is not uploaded.
 
         Returns
         -------
@@ -129,12 +131,14 @@ class AssetStore:
         start = time.perf_counter()
         self._deferred = False
         for number in needed:
-            if number in self._depth:
+            if releases and number in self._depth:
                 self._depth[number] = self._depth.pop(number)
         for number in needed:
             if number in self._depth:
                 continue
             cooked = self.parts.cooked(number)
+            if not releases and self.gpu_bytes + cooked.bytes > self.budget:
+                continue
             is_held = isinstance(cooked.load, HeldArrays) and cooked.load.is_held
             # Where a mesh has just given way to depth images, the frame would otherwise show neither.
             if seconds is not None and time.perf_counter() - start > seconds and not is_held:
@@ -142,7 +146,8 @@ class AssetStore:
                 continue
             self._make_room(cooked.bytes, set(needed))
             self.depth_object(number)
-        self._make_room(0, set(needed))  # an earlier frame may have needed more than the budget
+        if releases:
+            self._make_room(0, set(needed))  # an earlier frame may have needed more than the budget
         resident = np.ones(len(self.parts), bool)
         first = self.parts.first
         resident[first:] = [number in self._depth for number in range(first, len(self.parts))]

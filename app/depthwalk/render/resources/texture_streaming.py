@@ -71,7 +71,15 @@ class TextureStreaming:
         else:
             self._objects[number].texture = upload_texture(self._gl, texture, Detail.FULL)
 
-    def fit(self, numbers: Sequence[int], footprint: Array, seconds: float | None, *, exact: bool = False) -> None:
+    def fit(
+        self,
+        numbers: Sequence[int],
+        footprint: Array,
+        seconds: float | None,
+        *,
+        exact: bool = False,
+        changes: bool = True,
+    ) -> None:
         """Upload as much of each object's texture as its pixels show, and no more.
 
         Textures are changed in steps, see `Detail`. Where there is no time, what is on the GPU is shown on: coarser
@@ -89,6 +97,8 @@ class TextureStreaming:
         exact
             Whether no texture may have more than it needs, so that pictures do not depend on those before. Otherwise it
             keeps that while the viewer is not much farther away, lest it come and go.
+        changes
+            Whether textures that are on the GPU may be replaced. If not, only what has none gets one.
         """
         start, shown = time.perf_counter(), set(numbers)
 
@@ -103,6 +113,8 @@ class TextureStreaming:
             wanted, lasting = (detail_for(c, self._texels[number]) for c in (covered, covered / _LASTING))
             if drawn.texture is None:
                 self._show(number, Detail.QUARTER if is_late() else wanted, shown)
+            elif not changes:
+                continue
             elif seconds is None and (drawn.texture.detail > wanted or (exact and drawn.texture.detail != wanted)):
                 self._show(number, wanted, shown)
             elif not lasting <= drawn.texture.detail <= wanted or number in self._reading:

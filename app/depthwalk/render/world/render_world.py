@@ -222,18 +222,20 @@ class FrameResidency:
     world : the world whose objects are drawn.
     assets : the store that brings assets to the GPU.
     seconds : time after which no further upload begins, see `AssetStore.stream`; None: the frame waits for all.
+    releases : whether what other frames need may give way, see `AssetStore.stream`.
     """
 
-    def __init__(self, world: RenderWorld, assets: AssetStore, seconds: float | None) -> None:
+    def __init__(self, world: RenderWorld, assets: AssetStore, seconds: float | None, *, releases: bool = True) -> None:
         self._asset, self._meshes = world.objects().asset, world.table().meshes
-        self._assets, self._seconds = assets, seconds
+        self._assets, self._seconds, self._releases = assets, seconds, releases
         self._needed: list[int] = []
         self._is_needed = np.zeros(len(assets.parts), bool)
         self._is_needed[: assets.parts.first] = True  # meshes, which are always there
         self._on_gpu: Mask | None = None  # of all numbers, when `resident` was called last
         self._asked = np.zeros(len(assets.parts), bool)  # for which meshes `is_mesh_resident` was
         self._has_mesh = np.zeros(len(assets.parts), bool)
-        assets.meshes.begin_frame()
+        if releases:
+            assets.meshes.begin_frame()
 
     def resident(self, rows: Rows, distance: Array | None = None) -> Mask:
         """Return which objects have their assets on the GPU, after uploading what fits the time and the budget.
@@ -254,7 +256,7 @@ class FrameResidency:
             self._needed += _in_order(new, None if distance is None else distance[is_new])
             self._is_needed[new] = True
         if len(new) or self._on_gpu is None or not self._on_gpu[self._needed].all():
-            self._on_gpu = self._assets.stream(self._needed, self._seconds)
+            self._on_gpu = self._assets.stream(self._needed, self._seconds, releases=self._releases)
         return self._on_gpu[asset]
 
     def is_mesh_resident(self, meshes: Rows) -> Mask:

@@ -1,0 +1,77 @@
+"""Keep and look up what lies around a viewer: the twin of shaders/reprojection/capture.frag and surround.glsl."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.geometry.view_directions import direction_from_square, square_from_direction
+from depthwalk.reference.reprojection import look_up
+from depthwalk.render.surround import SURROUND_STEPS, shows
+from depthwalk.render.view.view import View
+from depthwalk.types import Array, Mask
+
+
+def captured(picture: View, distances: Array, places: Array) -> NDArray[np.float64]:
+    """Return what a map of all directions keeps of a picture.
+
+    Parameters
+    ----------
+    picture
+        The view of the picture.
+    distances
+        (h, w) metres along the picture's view axis, lower row first.
+    places
+        (n, 2) of the map, 0 to 1.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (n, 4) from where each direction was seen, world, and how far away its surface is, metres; 0 where the picture
+        shows nothing.
+    """
+    seen = direction_from_square(2 * places - 1, False) @ picture.axes.T
+    inside = shows(picture, seen)
+    ahead = np.where(inside, seen[:, 2], 1.0)
+    place = 0.5 + 0.5 * seen[:, :2] / (ahead[:, None] * np.array(picture.half_extent))
+    away = look_up(distances, np.where(inside[:, None], place, 0)) / ahead
+    surfaces = np.column_stack([np.tile(picture.position, (len(places), 1)), away])
+    return np.where(inside[:, None], surfaces, 0.0)
+
+
+def places_around(surfaces: Array, viewer: Array, rays: Array) -> tuple[NDArray[np.float64], Mask]:
+    """Return where in a map of all directions the surfaces on a viewer's rays were seen.
+
+    Fixed-point steps take turns between how far away the surface in a place of the map is and where in the map what is
+    so far along the ray lies.
+
+    Parameters
+    ----------
+    surfaces
+        (size, size, 4) as `captured` returns them, for the middles of all texels, lowest row first.
+    viewer
+        (3,) world, metres.
+    rays
+        (n, 3) unit, world.
+
+    Returns
+    -------
+    tuple[NDArray[np.float64], Mask]
+        (n, 2) places, 0 to 1, and (n,) whether anything is known there.
+    """
+
+    def surface_at(place: Array) -> NDArray[np.float64]:
+        return np.stack([look_up(surfaces[..., k], place) for k in range(4)], -1)
+
+    place = 0.5 + 0.5 * square_from_direction(rays, False)
+    surface = surface_at(place)
+    known = surface[:, 3] > 0
+    goes_on = known
+    for _ in range(SURROUND_STEPS):
+        offset = surface[:, :3] - viewer
+        point = offset + surface[:, 3:] * direction_from_square(2 * place - 1, False)
+        along = np.maximum((point * rays).sum(1), 1e-2)
+        following = 0.5 + 0.5 * square_from_direction(along[:, None] * rays - offset, False)
+        there = surface_at(following)
+        goes_on = goes_on & (there[:, 3] > 0)
+        place = np.where(goes_on[:, None], following, place)
+        surface = np.where(goes_on[:, None], there, surface)
+    return place, known

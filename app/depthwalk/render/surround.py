@@ -1,0 +1,142 @@
+"""Keep what lies around a viewer, as finished frames saw it: an environment map with depth.
+
+A viewer who turns quickly sees past the edges of the last finished frame before the next one is finished. What earlier
+frames saw there is kept in one octahedral map of all directions. Each texel holds a colour, how far away its surface
+is and from where it was seen, so that it is placed right for a viewer who has walked on since. The shaders are
+shaders/reprojection/capture.frag and surround.glsl, their twin in NumPy is `reference.surround`.
+"""
+
+import math
+
+import moderngl
+import numpy as np
+from pyglm import glm
+
+from depthwalk.geometry.vectors import components
+from depthwalk.geometry.view_directions import (
+    direction_from_square,
+    octahedral_directions,
+    square_from_direction,
+)
+from depthwalk.gpu.device import Scope
+from depthwalk.gpu.program import Program
+from depthwalk.render.picture_cells import VERTEX_SHADER, fill_cells, places
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+from depthwalk.types import Array, Mask
+
+SURROUND_SIZE = 1024  # texels along an edge of the map: along the horizon 0.12° each, two pixels of 1024 for 75°
+SURROUND_STEPS = 2  # fixed-point steps, as in a finished picture
+SURROUND_VIEW_SIZE = 192  # pixels along an edge of the pictures that are drawn of what no frame has seen
+_NEAR_ENOUGH = 4.0  # metres: what was seen from farther away is shown, but counts as unknown
+_CELLS = 49  # directions along an edge of the map, of which it is known on the CPU from where they were seen
+_DIRECTIONS = direction_from_square(places(4).reshape(-1, 2), False).reshape(-1, 25, 3)  # in each cell of the map
+_WIDER = 1.1  # a frame than it is, where it is decided which cells it may cover: directions of a cell are 3° apart
+
+
+def surround_views(position: Array) -> list[View]:
+    """Return views of all directions from a place (3,), world, metres: the sides of a cube, level ones first."""
+    eye = glm.dvec3(*position)
+    looks = (0, 0, 1), (1, 0, 0), (0, 0, -1), (-1, 0, 0), (0, -1, 0), (0, 1, 0)
+    cameras = [Camera(components(eye), components(eye + glm.dvec3(look)), math.pi / 2) for look in looks]
+    return [View(camera, (SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE)) for camera in cameras]
+
+
+class Surround:
+    """Keep the colours and distances of all directions that finished frames have seen.
+
+    Parameters
+    ----------
+    gl : the owner of the map, which frees it.
+    """
+
+    def __init__(self, gl: Scope) -> None:
+        self._gl = gl
+        self._capture = Program(gl, VERTEX_SHADER, "reprojection/capture.frag")
+        self._origin: Array | None = None  # world, metres: what positions in the map are relative to
+        self._directions = octahedral_directions(_CELLS, False)
+        self._seen_from = np.full((_CELLS**2, 3), np.inf)
+        size = SURROUND_SIZE, SURROUND_SIZE
+        self.colours, self.surfaces = gl.texture(size, 4), gl.texture(size, 4, "f4")
+        self.colours.filter = moderngl.LINEAR, moderngl.LINEAR
+        self._framebuffer = gl.framebuffer([self.colours, self.surfaces])
+        self._framebuffer.clear()
+
+    def forget(self) -> None:
+        """Count everything as unknown that was seen; it is shown where nothing newer is."""
+        self._seen_from[:] = np.inf
+
+    def take(self, colours: moderngl.Texture, distances: moderngl.Texture, view: View, *, counts: bool = True) -> None:
+        """Keep what a finished frame shows, in the place of what was seen in the same directions before.
+
+        Parameters
+        ----------
+        colours : of the frame, sRGB.
+        distances : metres along its view axis; their signs do not count.
+        view : the view of the frame.
+        counts : whether its directions are known from now on; not if the frame lacks something.
+        """
+        if self._origin is None:
+            self._origin = view.position
+        colours.use(0)
+        distances.use(1)
+        self._capture.set(
+            picture=0,
+            distances=1,
+            picture_from_world=tuple(view.axes.T.ravel()),
+            half_extent=view.half_extent,
+            seen_from=tuple(view.position - self._origin),
+        )
+        with self._gl.state(into=self._framebuffer):
+            fill_cells(self._capture, np.asarray(shows(view, _DIRECTIONS @ view.axes.T, _WIDER).any(1)))
+        if counts:
+            self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
+
+    def holds(self, rays: Array, position: Array) -> Mask:
+        """Return which directions were seen from about where the viewer is.
+
+        Parameters
+        ----------
+        rays : (n, 3), world, of any length above 0.
+        position : (3,), of the viewer, world, metres.
+
+        Returns
+        -------
+        (n,), whether some frame saw that direction from at most `_NEAR_ENOUGH` metres away.
+        """
+        column, row = np.round((square_from_direction(rays, False) + 1) / 2 * (_CELLS - 1)).astype(int).T
+        seen_from = self._seen_from[row * _CELLS + column]
+        return np.asarray(np.linalg.norm(seen_from - position, axis=-1) <= _NEAR_ENOUGH)
+
+    def use(self, view: View, colours: int, surfaces: int) -> dict[str, object]:
+        """Bind the map to two texture units, and return the uniforms that surround.glsl needs.
+
+        Parameters
+        ----------
+        view : of the viewer.
+        colours, surfaces : the units.
+        """
+        self.colours.use(colours)
+        self.surfaces.use(surfaces)
+        return {
+            "surround": colours,
+            "surround_surfaces": surfaces,
+            "surround_viewer": tuple(view.position - (view.position if self._origin is None else self._origin)),
+        }
+
+
+def shows(view: View, points: Array, wider: float = 1.0) -> Mask:
+    """Return which points lie within a picture.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    points : (…, 3), right, up and ahead of its camera, metres.
+    wider : how many times as wide and high the picture is taken to be.
+
+    Returns
+    -------
+    (…), whether each does.
+    """
+    within: Mask = np.abs(points[..., :2]) <= points[..., 2:] * (wider * np.array(view.half_extent))
+    return np.logical_and(within[..., 0], within[..., 1])

@@ -1,0 +1,136 @@
+"""Draw what lies around a viewer, small and before it is looked at, so that a quick turn finds something there.
+
+Finished frames keep what they saw (`render.surround`). Where the viewer is about to see what none of them saw from
+near by, a side of a cube about him is drawn between two frames, of so few pixels that it takes about one slice.
+"""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.reprojection import Reprojection
+from depthwalk.render.surround import surround_views
+from depthwalk.render.view.view import View
+from depthwalk.types import Array
+
+_RAYS = 8  # along either edge of a view, that tell how much of it is known
+_MOST_UNKNOWN = 0.1  # of a side, or of a view that is coming: where more is unknown, it is drawn
+_MOST_REDRAWN = 30  # sides that are drawn again: little memory may let assets come and go
+
+
+class LookAround:
+    """Draw such sides, one at a time, in steps.
+
+    Parameters
+    ----------
+    renderer
+        Draws them; no frame may be begun while one is being drawn.
+    reprojection
+        Keeps them.
+
+    Attributes
+    ----------
+    knows_all
+        Whether enough is known of what lies around a viewer who stands still; set this to False when he moves.
+    """
+
+    def __init__(self, renderer: Renderer, reprojection: Reprojection) -> None:
+        self._renderer, self._reprojection = renderer, reprojection
+        self._steps: Iterator[str] | None = None
+        self.knows_all = False
+        self._knew_all = False  # once since the scene changed
+        self._redrawn = 0  # sides since then that lacked something
+        self._is_due = False  # whether a frame has been finished since the last side of a viewer who moves
+
+    @property
+    def is_drawing(self) -> bool:
+        """Return whether one has been begun that is not finished yet."""
+        return self._steps is not None
+
+    def drop(self) -> None:
+        """Forget the side that has been begun."""
+        self._steps = None
+
+    def note_change(self) -> None:
+        """Note that the scene or its settings have changed, so that nothing looks as it was seen."""
+        self._reprojection.forget_surround()
+        self.knows_all = self._knew_all = False
+        self._redrawn = 0
+
+    def note_frame(self) -> None:
+        """Note that a frame has been finished: a viewer who moves gets one side for each, lest frames come late."""
+        self._is_due = True
+
+    def begin_for_walk(self, coming: list[View]) -> bool:
+        """Begin the side that shows most of what is not known of some views, if that is much.
+
+        Where that is little, begin any side of which too little is known, until all were known once.
+
+        Parameters
+        ----------
+        coming
+            Views that the viewer has now and will have soon.
+
+        Returns
+        -------
+        bool
+            Whether one was begun.
+        """
+        if not self._is_due:
+            return False
+        self._is_due = False
+        position = coming[0].position
+        rays = np.concatenate([_rays(view) for view in coming])
+        unknown = rays[~self._reprojection.surround.holds(rays, position)]
+        if len(unknown) > _MOST_UNKNOWN * _RAYS**2:
+            sides = surround_views(position)
+            shown = [(unknown @ side.axes[2] > np.abs(unknown @ side.axes[:2].T).max(-1)).sum() for side in sides]
+            self._steps = self._draw(sides[int(np.argmax(shown))], waits=False)
+        elif not self._knew_all:
+            self._knew_all = not self._begin_any(position, waits=False)
+        return self.is_drawing
+
+    def begin_at_rest(self, position: Array) -> bool:
+        """Begin a side of which too little is known to who stands at a position (3,), world, metres; return whether.
+
+        Once there is none, `knows_all` is True.
+        """
+        self.knows_all = self.knows_all or not self._begin_any(position, waits=True)
+        self._knew_all |= self.knows_all
+        return self.is_drawing
+
+    def _begin_any(self, position: Array, waits: bool) -> bool:
+        surround = self._reprojection.surround
+        for side in surround_views(position):
+            if surround.holds(_rays(side), position).mean() < 1 - _MOST_UNKNOWN:
+                self._steps = self._draw(side, waits)
+                return True
+        return False
+
+    def advance(self, seconds: float) -> bool:
+        """Go on with the side for about `seconds`; return whether it is finished. Each step is waited for."""
+        assert self._steps is not None
+        end = time.perf_counter() + seconds
+        while next(self._steps, None) is not None:
+            self._renderer.device.context.finish()
+            if time.perf_counter() > end:
+                return False
+        self._steps = None
+        return True
+
+    def _draw(self, side: View, waits: bool) -> Iterator[str]:
+        """Draw a side. waits: whether it is to be drawn again if it lacks what is still to be brought to the GPU."""
+        yield from self._renderer.coarse_steps(side, self._reprojection.surround_canvas())
+        targets, fitted = self._renderer.targets, self._renderer.aside_view
+        assert targets is not None and fitted is not None  # the last step has set them
+        again = waits and self._renderer.assets.is_waiting and self._redrawn < _MOST_REDRAWN
+        self._redrawn += again
+        self._reprojection.take_surround(targets, fitted, counts=not again)
+
+
+def _rays(view: View) -> Array:
+    """Return rays (n, 3), world, that are spread evenly over a view."""
+    x, y = np.meshgrid(*[2 * (np.arange(_RAYS) + 0.5) / _RAYS - 1] * 2)
+    return np.asarray(np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T)
