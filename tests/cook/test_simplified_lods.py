@@ -102,7 +102,7 @@ def drapery(pleats: int = 8) -> Mesh:
     angle, y = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(0, 1, rows + 1))
     radius = 0.4 - 0.04 * np.maximum(np.cos(pleats * angle + 0.6 * np.sin(2 * np.pi * y)), 0)
     position = np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], -1).reshape(-1, 3)
-    faces = lattice(columns, rows)
+    faces = lattice(columns, rows).astype(np.int64)
     facing = vertex_directions(position, faces)
     return mesh_of(position, faces, facing / np.linalg.norm(facing, axis=1)[:, None])
 

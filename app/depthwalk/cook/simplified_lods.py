@@ -37,8 +37,8 @@ _FOLIAGE_TOLERANCES = 1.0, 1.4  # of more such where all others have far fewer t
 _FOLIAGE_DENSITY = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
 _DILATION_VOXEL = 0.5  # foliage is made to meet as many voxels of this edge as it did
 _SHARPEST = 0.18  # where meshes begin to stand in: nobody sees less, nor do shadows show it
-# Within which vertices become one, in all other levels. Where folds are narrower than this, surfaces tear; but what is left
-# of leaves holds together the better the larger it is.
+# Within which vertices become one, in all other levels. Folds that are narrower tear; of leaves, less than two texels
+# brought no better picture for as many triangles.
 _COARSE_VOXEL, _FOLIAGE_VOXEL = 1.0, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
