@@ -39,7 +39,7 @@ _DILATION_VOXEL = 0.5  # foliage is made to meet as many voxels of this edge as 
 _SHARPEST = 0.18  # where meshes begin to stand in: nobody sees less, nor do shadows show it
 # Within which vertices become one, in all other levels. Folds that are narrower tear; of leaves, less than two texels
 # brought no better picture for as many triangles.
-_COARSE_VOXEL, _FOLIAGE_VOXEL = 1.0, 2.0
+_COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
