@@ -63,7 +63,7 @@ def mesh_of(
     )
 
 
-def _lattice(columns: int, rows: int) -> Rows:
+def lattice(columns: int, rows: int) -> Rows:
     """Quads of a (rows + 1) × (columns + 1) lattice as triangles, counter-clockwise where column × row points out."""
     i, j = np.meshgrid(np.arange(columns), np.arange(rows))
     a = (j * (columns + 1) + i).ravel()
@@ -75,7 +75,7 @@ def sphere(radius: float = 1.0, columns: int = 256, rows: int = 128, **look: Unp
     """A sphere that stands on the origin."""
     phi, theta = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(-np.pi / 2, np.pi / 2, rows + 1))
     normals = np.stack([np.cos(theta) * np.sin(phi), np.sin(theta), np.cos(theta) * np.cos(phi)], -1).reshape(-1, 3)
-    faces = _lattice(columns, rows)
+    faces = lattice(columns, rows)
     corners = normals[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return mesh_of(normals * radius + [0, radius, 0], faces[area > 1e-9], normals, **look)

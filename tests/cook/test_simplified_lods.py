@@ -6,16 +6,19 @@ import trimesh
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.images import BakedObject, Face
+from depthwalk.bake.raycast import RayCaster
 from depthwalk.cook.foliage_dilation import count_voxels
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT, LodGeometry
 from depthwalk.cook.simplified_lods import _bulged, _coarse_surface, build_simplified_lods
 from depthwalk.cook.vertex_clustering import cluster_vertices
 from depthwalk.cook.view_selection import NOWHERE, select_views
+from depthwalk.geometry.indexed_triangles import vertex_directions
 from depthwalk.geometry.triangles import face_normals
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.lod.selection import error_level
 from depthwalk.types import Array
-from shapes import bake, box, joined, leaves, mesh_of, sphere
+from shapes import bake, box, joined, lattice, leaves, mesh_of, sphere
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +94,50 @@ def test_triangles_look_into_images_that_hold_them(baked: BakedObject, levels: L
     assert near > 0.95 * len(last)
     assert len({number >> FACE_SHIFT for number in sampled} & set((flags & EDGE - 1) >> FACE_SHIFT)) >= 3
     assert Face.SIDE in set((flags & EDGE - 1) >> FACE_SHIFT)
+
+
+def drapery(pleats: int = 8) -> Mesh:
+    """An open tube, 1 m high, with grooves 4 cm deep that wind about it."""
+    columns, rows = 24 * pleats, 40
+    angle, y = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(0, 1, rows + 1))
+    radius = 0.4 - 0.04 * np.maximum(np.cos(pleats * angle + 0.6 * np.sin(2 * np.pi * y)), 0)
+    position = np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], -1).reshape(-1, 3)
+    faces = lattice(columns, rows).astype(np.int64)
+    facing = vertex_directions(position, faces)
+    return mesh_of(position, faces, facing / np.linalg.norm(facing, axis=1)[:, None])
+
+
+def share_of_holes(mesh: Mesh, baked: BakedObject, corners: Array) -> float:
+    """Part of the rays from all around that meet a mesh, but triangles (t, 3, 3) not within four texels behind it."""
+    level = mesh_of(
+        corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), np.eye(3)[[2] * 3 * len(corners)]
+    )
+    truth, drawn = RayCaster(mesh, two_sided=False), RayCaster(level, two_sided=False)
+    across, up = (
+        axis.reshape(-1, 1) for axis in np.meshgrid(np.linspace(-0.36, 0.36, 100), np.linspace(0.1, 0.9, 100))
+    )
+    holes, rays = 0, 0
+    for angle in np.arange(8) * 0.8 + 0.1:  # no multiple of the pleats'
+        away = np.array([np.sin(angle), 0, np.cos(angle)])
+        origin = across * np.array([away[2], 0, -away[0]]) + up * np.array([0, 1, 0]) + 2 * away
+        inward = np.broadcast_to(-away, origin.shape)
+        wanted = truth.first(origin, inward).distance
+        found = drawn.first(origin - np.asarray(baked.position), inward).distance
+        met = np.isfinite(wanted)
+        holes += int((met & ~(found < wanted + 4 * square_texel(baked))).sum())
+        rays += int(met.sum())
+    return holes / rays
+
+
+@pytest.mark.slow
+def test_pleats_do_not_tear_where_vertices_are_merged() -> None:
+    """Merged within two texels instead of one, these levels had 3 holes in 10,000 rays, and half again the error."""
+    mesh = drapery()
+    baked = bake(mesh, 64)
+    levels = build_simplified_lods(baked)
+    holes = [share_of_holes(mesh, baked, points(levels)[levels.drawn(level)].astype(np.float64)) for level in (2, 3, 4)]
+    assert max(holes) < 1e-4
+    assert levels.error[2] < 0.25 * square_texel(baked) and len(levels.drawn(2)) < 1500
 
 
 def test_folds_are_found_nowhere(baked: BakedObject, levels: LodGeometry) -> None:

@@ -80,6 +80,8 @@ def test_the_help_fits_a_small_window(overlay_io: IO, width: int, left: float) -
     window = imgui.internal.find_window_by_name("help")
     assert window.pos.x >= 0 and window.pos.x + window.size.x <= width
     assert window.pos.y >= 0 and window.pos.y + window.size.y <= 480
+    over_the_hud = window.pos.x < left
+    assert (window.draw_list.vtx_buffer[0].col >> 24 == 255) == over_the_hud  # or texts are read through each other
 
 
 def slow_walk() -> Any:

@@ -37,7 +37,9 @@ _FOLIAGE_TOLERANCES = 1.0, 1.4  # of more such where all others have far fewer t
 _FOLIAGE_DENSITY = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
 _DILATION_VOXEL = 0.5  # foliage is made to meet as many voxels of this edge as it did
 _SHARPEST = 0.18  # where meshes begin to stand in: nobody sees less, nor do shadows show it
-_COARSE_VOXEL = 2.0  # within which vertices become one, in all other levels
+# Within which vertices become one, in all other levels. Folds that are narrower tear; of leaves, less than two texels
+# brought no better picture for as many triangles.
+_COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
@@ -124,15 +126,15 @@ def _surfaces(
     def clustered(voxel: float) -> tuple[Array, Ints]:
         return cluster_vertices(point, triangles, rank, voxel * texel)
 
-    def coarse_levels(bulged: bool) -> list[tuple[ClusteredSurface, float]]:
-        return _coarse_levels(_coarse_surface(*clustered(_COARSE_VOXEL), bulged), texel, parallel)
+    def coarse_levels(voxel: float, bulged: bool) -> list[tuple[ClusteredSurface, float]]:
+        return _coarse_levels(_coarse_surface(*clustered(voxel), bulged), texel, parallel)
 
-    coarse_beside = begin(lambda: coarse_levels(bulged=True), parallel)
+    coarse_beside = begin(lambda: coarse_levels(_COARSE_VOXEL, bulged=True), parallel)
     fine = _fine_surface(*clustered(_FINE_VOXEL), parallel)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
     # Leaves that became one are on no arc.
-    coarse = coarse_levels(bulged=False) if foliage else coarse_beside()
+    coarse = coarse_levels(_FOLIAGE_VOXEL, bulged=False) if foliage else coarse_beside()
     coarsest, _ = coarse[0]
     between = (_BETWEEN,) if foliage else ()
     for tolerance in sorted(_FINE_TOLERANCES + between + _FOLIAGE_TOLERANCES):

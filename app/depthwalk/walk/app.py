@@ -434,7 +434,7 @@ class _Walk:
         size = self._overlay.io.display_size
         right, floor = size.x, size.y
         if state.panel:
-            areas.append(panel := draw_panel(state))
+            areas.append(panel := draw_panel(state, left))
             right = panel[0]
         if state.help:
             hud.draw_help(left, right)

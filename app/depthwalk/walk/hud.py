@@ -123,9 +123,10 @@ def draw_help(left: float, right: float) -> None:
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
-    middle = (left + right) / 2 if right - left > 2 * half else max(half, display.x - half)  # over the HUD, if need be
+    fits = right - left > 2 * half
+    middle = (left + right) / 2 if fits else max(half, display.x - half)  # over the HUD, if need be: then opaque
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
-    _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92)
+    _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92 if fits else 1.0)
     _table("help", HELP)
     imgui.end()
     imgui.pop_style_var()

@@ -23,12 +23,15 @@ _SUN_MAX = 5.0  # the end of the slider; Ctrl+click takes more
 Area = tuple[float, float, float, float]  # left, top, right, bottom, window coordinates
 
 
-def draw_panel(state: State) -> Area:
+def draw_panel(state: State, left: float) -> Area:
     """Draw the panel of the walk `state` at the window's right edge, and apply to the walk what the user changes.
 
+    Where it lies over the HUD, whose right end is `left`, it is opaque, or one text would be read through the other.
     Returns the rectangle that the panel covers: left, top, right, bottom, window coordinates.
     """
     display = imgui.get_io().display_size
+    if display.x - _WIDTH - _MARGIN < left:
+        imgui.set_next_window_bg_alpha(1.0)
     imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
     imgui.set_next_window_size_constraints((_WIDTH, 0), (_WIDTH, max(display.y - 2 * _MARGIN, 60)))
     flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
