@@ -1,7 +1,9 @@
-"""Choose for each object that is drawn by `auto` whether its mesh or its depth images are quicker.
+"""Choose for each object whether its mesh is drawn or its depth images.
 
-A mesh costs by its triangles, depth images by the pixels they cover. Measured as the curves of `depthwalk tables`, both
-are nearly linear, so that the mesh is quicker where
+Near by, where a texel would cover more than a pixel, depth images would only be magnified, and the mesh is drawn unless
+it has many triangles for its pixels. What is drawn by `auto` is drawn as its mesh also where that is quicker. A mesh
+costs by its triangles, depth images by the pixels they cover. Measured as the curves of `depthwalk tables`, both are
+linear, so that the mesh is quicker where
 
     triangles ≤ TRIANGLES_PER_PIXEL · pixels + FREE_TRIANGLES,
 
@@ -18,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbacks
+from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
@@ -28,6 +30,10 @@ from depthwalk.types import Array, Mask, Rows
 # Measured by `depthwalk tables --only triangles,objects,pixels` on Mesa llvmpipe.
 TRIANGLES_PER_PIXEL = 0.8
 FREE_TRIANGLES = 3000.0
+
+# A mesh near by may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as
+# long as with depth images alone; without a limit, half as long again.
+MOST_TRIANGLES_PER_PIXEL = 2
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels
@@ -107,6 +113,36 @@ def advised_at(advised: NDArray[np.int8], size: Array, was_mesh: Mask) -> NDArra
     return np.where(low == high, low, np.where((low == before) | (high == before), before, low))
 
 
+def farthest_as_mesh(
+    view: View, fallbacks: MeshFallbacks, triangles: Array, advised: NDArray[np.int8] | None, magnification: float
+) -> Array:
+    """Return how far objects may be for a mesh to replace them, by the number of the depth object.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    fallbacks : which meshes show the same as which depth objects.
+    triangles : (a,) of the mesh of each depth object; +inf where that is not known.
+    advised : (a, BINS) see `MeshChoice`; None where nothing chooses.
+    magnification : how many pixels a texel of the depth images may cover, above 0.
+
+    Returns
+    -------
+    (a,) metres, object frames, from the viewer to the cylinder that encloses the asset; +inf: however far.
+    """
+    reach = view.detail_pixels / magnification * fallbacks.texel
+    if advised is None:
+        return np.asarray(reach)
+    pixels = np.maximum(triangles / HYSTERESIS - FREE_TRIANGLES, 0) / TRIANGLES_PER_PIXEL  # from so many on
+    area = 4 * fallbacks.cylinder_radius * fallbacks.half_height
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quicker = view.detail_pixels * np.sqrt(area / pixels) - fallbacks.cylinder_radius
+    quicker = np.where(pixels > math.prod(view.whole_size), 0.0, np.where(pixels > 0, quicker, np.inf))
+    has_advice = advised[:, 0] != UNKNOWN  # advice of an asset holds for all sizes
+    quicker = np.where(has_advice, np.where((advised == AS_MESH).any(1), np.inf, 0.0), quicker)
+    return np.asarray(np.maximum(reach, quicker))
+
+
 class MeshChooser:
     """Choose, frame by frame, and remember for how long the choice should stay as it is."""
 
@@ -114,17 +150,17 @@ class MeshChooser:
         self._was_mesh = np.zeros(0, bool)
         self._made_for: object = None
 
-    def quicker_as_mesh(
+    def as_meshes(
         self,
         view: View,
         objects: Objects,
         rows: Rows,
-        choice: MeshChoice,
+        choice: MeshChoice | None,
         fallbacks: MeshFallbacks,
         levels: MeshLevels,
-        is_resident: IsResident,
+        rule: MeshFallbackRule,
     ) -> Rows:
-        """Return which of some objects are drawn as meshes because that is quicker.
+        """Return which of some objects are replaced by their meshes.
 
         All depth objects that show one asset in one place are, or none.
 
@@ -133,44 +169,44 @@ class MeshChooser:
         view : the view of the picture.
         objects : all objects of the scene.
         rows : (m,) rows of the objects that the view shows, nearest first.
-        choice : which objects choose, and what was measured.
+        choice : which objects choose, and what was measured; None where none does.
         fallbacks : which meshes show the same as which depth objects.
-        levels : the triangles of the meshes that are loaded.
-        is_resident : returns which meshes are on the GPU; the others begin to be read.
+        levels : the levels of detail of the meshes that are loaded.
+        rule : how near objects must be, and which meshes are resident; the others begin to be read.
 
         Returns
         -------
         (k,) numbers of the objects among the m, rising.
         """
-        if self._made_for is not choice:  # other objects, or other assets
+        if not rule.magnification:
+            return np.zeros(0, np.int64)
+        if self._made_for is not choice or len(self._was_mesh) != len(objects):  # other objects, or other assets
             self._made_for, self._was_mesh = choice, np.zeros(len(objects), bool)
-        number = objects.asset[rows]
-        able = (choice.chooses[rows] & (fallbacks.mesh[number] >= 0)).nonzero()[0]
-        first = rows[able] - fallbacks.part[number[able]]
-        number = objects.asset[first]
-        size, pixels = _on_screen(view, objects, first, number, fallbacks)
-        advised = advised_at(choice.advised[number], size, self._was_mesh[first])
-        asked = (advised != AS_IMAGES).nonzero()[0]
-        mesh = fallbacks.mesh[number[asked]]
-        triangles = np.where(is_resident(mesh), levels.triangles[mesh, 0], np.inf)
-        modelled = mesh_is_quicker(triangles, pixels[asked], self._was_mesh[first[asked]])
-        found = asked[np.isfinite(triangles) & (modelled | (advised[asked] == AS_MESH))]
-        self._was_mesh[first] = False
+        triangles = _triangles(fallbacks, levels)
+        reach = farthest_as_mesh(
+            view, fallbacks, triangles, None if choice is None else choice.advised, rule.magnification
+        )
+        near, nearest = fallbacks.nearer_than(view, objects, rows, reach)
+        number = objects.asset[rows[near]]
+        first = rows[near] - fallbacks.part[number]
+        middle = (nearest + fallbacks.cylinder_radius[number]) / view.detail_pixels
+        pixels = fallbacks.pixels(number, middle, math.prod(view.whole_size))
+        quicker = None
+        if choice is not None:
+            size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
+            was_mesh = self._was_mesh[first]
+            advised = advised_at(choice.advised[number], size, was_mesh)
+            modelled = mesh_is_quicker(triangles[number], pixels, was_mesh)
+            quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
+        found = fallbacks.allowed(
+            number, nearest / view.detail_pixels, pixels, levels, rule, MOST_TRIANGLES_PER_PIXEL, quicker
+        )
+        self._was_mesh[rows] = False
         self._was_mesh[first[found]] = True
-        return np.asarray(able[found])
+        return near[found]
 
 
-def _on_screen(
-    view: View, objects: Objects, first: Rows, number: Rows, fallbacks: MeshFallbacks
-) -> tuple[Array, Array]:
-    """Return how large the assets of depth objects are on the screen: (k,) pixels along, and (k,) of the rectangle.
-
-    first : (k,) rows of the depth objects; those of parts, of the first part.
-    number : (k,) their numbers in `CookedParts`.
-    """
-    radius, half = fallbacks.cylinder_radius[number], fallbacks.half_height[number]
-    reach = np.hypot(radius, half) * objects.scale[first]
-    distance = np.linalg.norm(objects.position[first] - view.position, axis=1)
-    per_metre = view.detail_pixels * objects.scale[first] / np.maximum(distance, reach)
-    area = np.minimum(4 * radius * half * per_metre**2, math.prod(view.whole_size))
-    return 2 * np.maximum(radius, half) * per_metre, area
+def _triangles(fallbacks: MeshFallbacks, levels: MeshLevels) -> Array:
+    """Return the triangles (a,) of the mesh of each depth object: as counted where it was read, else as is told."""
+    read = levels.triangles[fallbacks.mesh, 0]
+    return np.where(read > 0, read, fallbacks.triangles[fallbacks.mesh])

@@ -219,7 +219,9 @@ def _cast_as(
     """
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     nearest, middle = (texel / objects.scale[rows] for texel in view.texels(bounds.take(rows)))
-    found = table.mesh_fallbacks.allowed(objects.asset[rows], nearest, middle, table.meshes, rule, triangles_per_texel)
+    number = objects.asset[rows]
+    texels = table.mesh_fallbacks.pixels(number, middle)
+    found = table.mesh_fallbacks.allowed(number, nearest, texels, table.meshes, rule, triangles_per_texel)
     if not found.any():
         return objects.take(rows), bounds.take(rows)
     meshes, others = table.mesh_fallbacks.meshes(objects, rows[found]), rows[~found]
