@@ -71,7 +71,7 @@ def draw(
     scene_file: Path, kind: Representation | None, overrides: Mapping[str, str] | None = None
 ) -> tuple[np.ndarray, dict[str, float]]:
     """Return the picture from 8 m, where no texel is magnified, and what was counted."""
-    scene = load_scene(scene_file, overrides={"render.lod.magnification": "0", **(overrides or {})})
+    scene = load_scene(scene_file, overrides={"render.lod.magnification": "1000", **(overrides or {})})
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE, kind) as headless:
         headless.draw(View(Camera((0, 1, 8), (0, 1, 0), 0.8), SIZE))
         assert headless.renderer.plan is not None
@@ -83,7 +83,7 @@ def draw(
 def test_auto_draws_one_of_both_by_the_model(tiny_scene: Path, limit: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The picture is that of the mesh, or that of the depth images, and forced or written in the scene is the same."""
     monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", limit)
-    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 0.0)
+    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 1e-9)
     picture, counts = draw(tiny_scene, AUTO)
     assert (counts["mesh_fallbacks"], counts["dpci"]) == ((1, 0) if limit else (0, 1))
     assert np.array_equal(picture, draw(tiny_scene, MESH if limit else DPCI)[0])
@@ -95,7 +95,7 @@ def test_auto_draws_one_of_both_by_the_model(tiny_scene: Path, limit: float, mon
 @pytest.mark.parametrize("mesh", (True, False))
 def test_auto_follows_advice_against_the_model(tiny_scene: Path, mesh: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", 0.0 if mesh else 1e9)
-    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 0.0)
+    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 1e-9)
     (tiny_scene.parent / "a.json").write_text(
         '{"version": 1, "renderer": "x", "want_flip": 0.1, "assets": {"ball": '
         f'[{{"pixels": 30.0, "mesh": {str(mesh).lower()}, "quickest": "mesh"}}]}}}}'
@@ -112,7 +112,7 @@ def test_other_objects_of_the_scene_do_not_choose(tiny_scene: Path, monkeypatch:
     scene.write_text(
         tiny_scene.read_text().replace(
             "  - {asset: ball}\n",
-            "  - {asset: ball, position: [-1.5, 0, 0]}\n"
+            "  - {asset: ball, position: [-1.5, 0, 0], representation: dpci}\n"
             "  - {asset: ball, position: [1.5, 0, 0], representation: auto}\n",
         )
     )

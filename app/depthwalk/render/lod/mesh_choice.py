@@ -3,7 +3,7 @@
 Near by, where a texel would cover more than a pixel, depth images would only be magnified, and the mesh is drawn unless
 it has many triangles for its pixels. What is drawn by `auto` is drawn as its mesh also where that is quicker. A mesh
 costs by its triangles, depth images by the pixels they cover. Measured as the curves of `depthwalk tables`, both are
-linear, so that the mesh is quicker where
+nearly linear, so that the mesh is quicker where
 
     triangles ≤ TRIANGLES_PER_PIXEL · pixels + FREE_TRIANGLES,
 
@@ -133,9 +133,9 @@ def farthest_as_mesh(
     reach = view.detail_pixels / magnification * fallbacks.texel
     if advised is None:
         return np.asarray(reach)
-    pixels = np.maximum(triangles / HYSTERESIS - FREE_TRIANGLES, 0) / TRIANGLES_PER_PIXEL  # from so many on
     area = 4 * fallbacks.cylinder_radius * fallbacks.half_height
     with np.errstate(divide="ignore", invalid="ignore"):
+        pixels = (triangles / HYSTERESIS - FREE_TRIANGLES) / TRIANGLES_PER_PIXEL  # from so many on
         quicker = view.detail_pixels * np.sqrt(area / pixels) - fallbacks.cylinder_radius
     quicker = np.where(pixels > math.prod(view.whole_size), 0.0, np.where(pixels > 0, quicker, np.inf))
     has_advice = advised[:, 0] != UNKNOWN  # advice of an asset holds for all sizes
