@@ -155,6 +155,18 @@ class MeshFallbacks:
         """
         return np.minimum(4 * self.cylinder_radius[number] * self.half_height[number] / middle**2, max_pixels)
 
+    def has_fewer_triangles(self, number: Rows, triangles: Ints) -> Mask:
+        """Return which (m,) depth objects have a mesh with fewer triangles than all depth objects of the asset.
+
+        Parameters
+        ----------
+        number : (m,) numbers of the depth objects in `CookedParts`.
+        triangles : (m,) of each depth object; those of the other parts of its asset are taken to have as many.
+        """
+        parts = np.bincount(self.mesh[self.mesh >= 0], minlength=len(self.mesh))
+        mesh = self.mesh[number]
+        return (mesh >= 0) & (self.triangles[mesh] < parts[mesh] * triangles)
+
     def allowed(
         self,
         number: Rows,

@@ -165,7 +165,7 @@ def shadow_map(
 
     Every object is drawn at the coarsest level that is off by `rule.error` texels at most, or at the finest whose
     triangles are affordable, if that is coarser. Where depth images would only be magnified, and the mesh has not too
-    many triangles, the mesh is drawn instead.
+    many triangles, the mesh is drawn instead; so it is where `auto` may choose and the mesh has fewer triangles.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def shadow_map(
     placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
     as_grid = ~placed.of_mesh
-    level = np.where(as_grid, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
+    level = np.where(as_grid, _grid_level(nearest, middle, placed.asset, table, rule.error, triangles_per_texel), 0)
     simplified = np.isin(placed.representation, SIMPLIFIED)
     level = np.where(simplified, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
     pieces = np.full(len(placed), ALL_PIECES)
@@ -214,14 +214,21 @@ def _cast_as(
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
 
-    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images. Parts of
-    one asset may disagree near a lamp; then both cast.
+    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images. They do
+    where these would be magnified, and of objects that choose where the mesh has fewer triangles, which are all that it
+    costs here. Parts of one asset may disagree near a lamp; then both cast.
     """
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     nearest, middle = (texel / objects.scale[rows] for texel in view.texels(bounds.take(rows)))
     number = objects.asset[rows]
     texels = table.mesh_fallbacks.pixels(number, middle)
-    found = table.mesh_fallbacks.allowed(number, nearest, texels, table.meshes, rule, triangles_per_texel)
+    quicker = None
+    if scene.choice is not None:
+        level = _grid_level(nearest, middle, number, table, rule.error, triangles_per_texel)
+        quicker = scene.choice.chooses[rows] & table.mesh_fallbacks.has_fewer_triangles(
+            number, table.triangles[number, level]
+        )
+    found = table.mesh_fallbacks.allowed(number, nearest, texels, table.meshes, rule, triangles_per_texel, quicker)
     if not found.any():
         return objects.take(rows), bounds.take(rows)
     meshes, others = table.mesh_fallbacks.meshes(objects, rows[found]), rows[~found]
@@ -230,15 +237,15 @@ def _cast_as(
 
 
 def _grid_level(
-    nearest: Array, middle: Array, placed: Objects, table: AssetTable, error: float, triangles_per_texel: float
+    nearest: Array, middle: Array, number: Rows, table: AssetTable, error: float, triangles_per_texel: float
 ) -> NDArray[np.int64]:
     """Return the level (n,) at which depth images are drawn.
 
     That is the coarsest which is off by `error` texels at most, or the finest with affordable triangles, if that is
     coarser. nearest, middle: what a texel covers (n,) where the objects come nearest to the light and at their middles,
-    metres in the frames of the objects.
+    metres in the frames of the objects. number: (n,) of the objects in `CookedParts`.
     """
-    texels = table.area[placed.asset] / middle**2
-    affordable = affordable_level(table.triangles[placed.asset], texels, triangles_per_texel)
-    allowed = error_level(table.error[placed.asset], error * nearest)
-    return np.maximum(allowed, np.minimum(affordable, table.levels[placed.asset]))
+    texels = table.area[number] / middle**2
+    affordable = affordable_level(table.triangles[number], texels, triangles_per_texel)
+    allowed = error_level(table.error[number], error * nearest)
+    return np.maximum(allowed, np.minimum(affordable, table.levels[number]))
