@@ -52,6 +52,8 @@ def test_near_the_even_point_the_choice_stays() -> None:
         for before in (False, True):
             was = np.array([before])
             assert mesh_is_quicker(factor * even, pixels, was) == was
+        for before in (False, True):
+            assert mesh_is_quicker(factor * even, pixels, np.array([before]), 1.0) == (factor <= 1)
     assert mesh_is_quicker(even / (1.01 * HYSTERESIS), pixels, np.array([False]))
     assert not mesh_is_quicker(even * 1.01 * HYSTERESIS, pixels, np.array([True]))
 
@@ -70,6 +72,7 @@ def test_a_size_that_wavers_about_a_change_of_advice_changes_nothing() -> None:
     for size in (38.0, 40.0, 42.0):
         for before, expected in ((False, AS_IMAGES), (True, AS_MESH)):
             assert advised_at(advised, np.array([size]), np.array([before])) == expected
+            assert advised_at(advised, np.array([size]), np.array([before]), 1.0) == (AS_IMAGES, AS_MESH)[size >= 40]
     assert advised_at(advised, np.array([20.0]), np.array([True])) == AS_IMAGES
     assert advised_at(advised, np.array([80.0]), np.array([False])) == AS_MESH
 

@@ -72,24 +72,27 @@ def advised_table(count: int, names: Mapping[int, str], advice: Mapping[str, Adv
     return table
 
 
-def mesh_is_quicker(triangles: Array, pixels: Array, was_mesh: Mask) -> Mask:
+def mesh_is_quicker(triangles: Array, pixels: Array, was_mesh: Mask, hysteresis: float = HYSTERESIS) -> Mask:
     """Return for which of n objects the cost model prefers the mesh.
 
     Parameters
     ----------
     triangles : (n,) of the mesh.
     pixels : (n,) of the rectangle about the object.
-    was_mesh : (n,) whether the mesh was drawn before, which is kept unless depth images are by `HYSTERESIS` quicker.
+    was_mesh : (n,) whether the mesh was drawn before, which is kept unless depth images are by `hysteresis` quicker.
+    hysteresis : at least 1, at most `HYSTERESIS`; 1: what was drawn before has no part in it.
 
     Returns
     -------
     (n,) whether the mesh is to be drawn.
     """
-    bias = np.where(was_mesh, HYSTERESIS, 1 / HYSTERESIS)
+    bias = np.where(was_mesh, hysteresis, 1 / hysteresis)
     return np.asarray(triangles <= bias * (TRIANGLES_PER_PIXEL * pixels + FREE_TRIANGLES))
 
 
-def advised_at(advised: NDArray[np.int8], size: Array, was_mesh: Mask) -> NDArray[np.int8]:
+def advised_at(
+    advised: NDArray[np.int8], size: Array, was_mesh: Mask, hysteresis: float = HYSTERESIS
+) -> NDArray[np.int8]:
     """Return what was advised for n objects, of which those near a change of advice stay as they are.
 
     Parameters
@@ -97,6 +100,7 @@ def advised_at(advised: NDArray[np.int8], size: Array, was_mesh: Mask) -> NDArra
     advised : (n, BINS) of the assets of the objects.
     size : (n,) larger of height and width, pixels.
     was_mesh : (n,) whether the mesh was drawn before.
+    hysteresis : by so much larger or smaller than at the change an object must be; see `mesh_is_quicker`.
 
     Returns
     -------
@@ -108,7 +112,7 @@ def advised_at(advised: NDArray[np.int8], size: Array, was_mesh: Mask) -> NDArra
         place = np.floor(BINS_PER_OCTAVE * np.log2(np.maximum(scale * size, 1.0))).astype(np.int64)
         return np.asarray(advised[rows, np.minimum(place, BINS - 1)])
 
-    low, high = at(1 / HYSTERESIS), at(HYSTERESIS)
+    low, high = at(1 / hysteresis), at(hysteresis)
     before = np.where(was_mesh, AS_MESH, AS_IMAGES).astype(np.int8)
     return np.where(low == high, low, np.where((low == before) | (high == before), before, low))
 
@@ -159,6 +163,7 @@ class MeshChooser:
         fallbacks: MeshFallbacks,
         levels: MeshLevels,
         rule: MeshFallbackRule,
+        remembers: bool = True,
     ) -> Rows:
         """Return which of some objects are replaced by their meshes.
 
@@ -173,6 +178,7 @@ class MeshChooser:
         fallbacks : which meshes show the same as which depth objects.
         levels : the levels of detail of the meshes that are loaded.
         rule : how near objects must be, and which meshes are resident; the others begin to be read.
+        remembers : whether earlier calls have a part in the choice.
 
         Returns
         -------
@@ -194,9 +200,9 @@ class MeshChooser:
         quicker = None
         if choice is not None:
             size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
-            was_mesh = self._was_mesh[first]
-            advised = advised_at(choice.advised[number], size, was_mesh)
-            modelled = mesh_is_quicker(triangles[number], pixels, was_mesh)
+            before = self._was_mesh[first], HYSTERESIS if remembers else 1.0
+            advised = advised_at(choice.advised[number], size, *before)
+            modelled = mesh_is_quicker(triangles[number], pixels, *before)
             quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
         found = fallbacks.allowed(
             number, nearest / view.detail_pixels, pixels, levels, rule, MOST_TRIANGLES_PER_PIXEL, quicker
