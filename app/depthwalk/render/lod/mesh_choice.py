@@ -188,7 +188,7 @@ class MeshChooser:
             return np.zeros(0, np.int64)
         if self._made_for is not choice or len(self._was_mesh) != len(objects):  # other objects, or other assets
             self._made_for, self._was_mesh = choice, np.zeros(len(objects), bool)
-        triangles = _triangles(fallbacks, levels)
+        triangles = fallbacks.triangles[fallbacks.mesh]  # not as read, so that pictures do not depend on what was
         reach = farthest_as_mesh(
             view, fallbacks, triangles, None if choice is None else choice.advised, rule.magnification
         )
@@ -210,9 +210,3 @@ class MeshChooser:
         self._was_mesh[rows] = False
         self._was_mesh[first[found]] = True
         return near[found]
-
-
-def _triangles(fallbacks: MeshFallbacks, levels: MeshLevels) -> Array:
-    """Return the triangles (a,) of the mesh of each depth object: as counted where it was read, else as is told."""
-    read = levels.triangles[fallbacks.mesh, 0]
-    return np.where(read > 0, read, fallbacks.triangles[fallbacks.mesh])
