@@ -2,8 +2,8 @@
 
 Near by, where a texel would cover more than a pixel, depth images would only be magnified, and the mesh is drawn unless
 it has many triangles for its pixels. What is drawn by `auto` is drawn as its mesh also where that is quicker. A mesh
-costs by its triangles, depth images by the pixels they cover. Both are nearly linear, as the curves of `depthwalk tables`
-show, so that the mesh is quicker where
+costs by its triangles, depth images by the pixels they cover. Both are nearly linear, as the curves of `depthwalk
+tables` show, so that the mesh is quicker where
 
     triangles ≤ TRIANGLES_PER_PIXEL · pixels + FREE_TRIANGLES,
 
@@ -28,8 +28,7 @@ from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
 # Measured on walks through crowds on Mesa llvmpipe, where most impostors are those of earlier frames, and what a draw
-# costs is shared by many. Where a lone
-# object is warped in every frame, a mesh pays at several times as many triangles; but few such frames are slow.
+# costs is shared by many. A lone object, warped in every frame, could have more triangles; but its frames are quick.
 TRIANGLES_PER_PIXEL = 0.4
 FREE_TRIANGLES = 100.0
 
