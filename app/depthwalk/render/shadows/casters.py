@@ -159,7 +159,12 @@ def find_casters(view: LightView, bounds: Bounds) -> NDArray[np.intp]:
 
 
 def shadow_map(
-    view: LightView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
+    view: LightView,
+    rows: Rows,
+    scene: SceneArrays,
+    rule: MeshFallbackRule,
+    triangles_per_texel: float,
+    chooses: bool = True,
 ) -> ShadowMap:
     """Plan what is drawn into a shadow map.
 
@@ -179,6 +184,8 @@ def shadow_map(
         When meshes take the place of depth images; its pixels are texels here.
     triangles_per_texel
         How many triangles an object may have for each texel that it covers.
+    chooses
+        Whether `auto` may choose meshes that have fewer triangles.
 
     Returns
     -------
@@ -186,7 +193,7 @@ def shadow_map(
         The map, with the draws of its casters.
     """
     table = scene.table
-    placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
+    placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel, chooses)
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
     as_grid = ~placed.of_mesh
     level = np.where(as_grid, _grid_level(nearest, middle, placed.asset, table, rule.error, triangles_per_texel), 0)
@@ -210,7 +217,12 @@ def shadow_map(
 
 
 def _cast_as(
-    view: LightView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
+    view: LightView,
+    rows: Rows,
+    scene: SceneArrays,
+    rule: MeshFallbackRule,
+    triangles_per_texel: float,
+    chooses: bool,
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
 
@@ -223,7 +235,7 @@ def _cast_as(
     number = objects.asset[rows]
     texels = table.mesh_fallbacks.pixels(number, middle)
     quicker = None
-    if scene.choice is not None:
+    if chooses and scene.choice is not None:
         level = _grid_level(nearest, middle, number, table, rule.error, triangles_per_texel)
         quicker = scene.choice.chooses[rows] & table.mesh_fallbacks.has_fewer_triangles(
             number, table.triangles[number, level]
