@@ -54,17 +54,16 @@ among the program's own assets. Lengths are in metres, angles in degrees, colour
 from 0 to 1. World, up and directions of rotation are those of [conventions](conventions.md).
 
 An asset is scaled to its `height`. An object's `position` is where it stands: the centre of the base of its bounding
-box. `up: z` turns z-up files upright; x stays x. A `representation` says how an object is drawn: `dpci` by its depth
-images, warped to an impostor, which is the default where its asset has them; `mesh` as polygons; `mesh-lod` as polygons
-that are simplified with distance; `mesh-clusters` as polygons of which each patch is simplified with its own distance;
-`dmesh` by the same depth images, warped straight to the screen. A relief, one planar
-depth image, can also be drawn as its rivals do it: by relief mapping (`relief`), per-pixel displacement with distance
-functions (`distance`), parallax occlusion mapping (`parallax`), as a bump-mapped plane (`bump`), as a grid of displaced
-vertices (`displacement`), or warped by the processor and drawn as a texture (`relief-texture`). A mesh can also be
-drawn by pictures of it from many directions: the three nearest, blended (`octahedral`), or the nearest of some all
-around on an upright rectangle (`billboard`).
-An asset with a mesh and depth images can also be drawn by `auto`: each object as
-the one or the other, whichever is [quicker](architecture.md#the-quicker-of-both).
+box. `up: z` turns z-up files upright; x stays x. A `representation` says how an object is drawn: `auto`, the default
+where its asset has a mesh and depth images, as the one or the other, whichever is
+[quicker](architecture.md#mesh-or-depth-images); `dpci` by its depth images, warped to an impostor, and near by, where
+these would be magnified, by its mesh; `mesh` as polygons; `mesh-lod` as polygons that are simplified with distance;
+`mesh-clusters` as polygons of which each patch is simplified with its own distance; `dmesh` by the same depth images,
+warped straight to the screen. A relief, one planar depth image, can also be drawn as its rivals do it: by relief
+mapping (`relief`), per-pixel displacement with distance functions (`distance`), parallax occlusion mapping
+(`parallax`), as a bump-mapped plane (`bump`), as a grid of displaced vertices (`displacement`), or warped by the
+processor and drawn as a texture (`relief-texture`). A mesh can also be drawn by pictures of it from many directions:
+the three nearest, blended (`octahedral`), or the nearest of some all around on an upright rectangle (`billboard`).
 
 Any value can be replaced from the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
 

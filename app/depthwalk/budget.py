@@ -6,18 +6,14 @@ thousand times. So readers tell what they are about to need, from the file's hea
 """
 
 import os
-import re
 from functools import cache
 from pathlib import Path
 
 from depthwalk import limits
 from depthwalk.errors import InputError
-from depthwalk.limits import MEMORY_SHARE
+from depthwalk.limits import MEMORY_SHARE, size_in_bytes
 
 CACHE_LIMIT = "DEPTHWALK_CACHE_LIMIT"  # the variable of the environment, which processes that are started inherit
-
-_SIZE = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*([kMGT]?)(i?)B?", re.IGNORECASE | re.ASCII)
-_PREFIXES = ("", "k", "m", "g", "t")
 
 _SMALL = 256 << 20  # bytes that every machine has, so that it need not be asked
 
@@ -64,21 +60,6 @@ def cache_limit() -> int:
     """
     text = os.environ.get(CACHE_LIMIT)
     return parse_size(text, CACHE_LIMIT) if text else limits.MAX_CACHE_BYTES
-
-
-def size_in_bytes(text: str) -> int | None:
-    """Return the bytes that a text such as `500MB`, `4 GiB` or `1000` stands for; None if it is no size.
-
-    Parameters
-    ----------
-    text
-        A number, and B, kB, MB, GB or TB in powers of 1000, KiB, MiB, GiB or TiB in powers of 1024.
-    """
-    match = _SIZE.fullmatch(text.strip())
-    if match is None:
-        return None
-    number, prefix, binary = match.groups()
-    return int(float(number) * (1024 if binary else 1000) ** _PREFIXES.index(prefix.lower()))
 
 
 def parse_size(text: str, name: str) -> int:

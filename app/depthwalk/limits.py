@@ -5,6 +5,11 @@ would take all memory or all of a day before it fails; with one it fails at once
 and the limit. Each bound is well above what the program can make good use of, so that nobody meets one by honest work.
 """
 
+import re
+
+_SIZE = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*([kMGT]?)(i?)B?", re.IGNORECASE | re.ASCII)
+_PREFIXES = ("", "k", "m", "g", "t")
+
 MAX_COORDINATE = 1e6
 """Metres from the origin at which files and options may place anything: float32 still resolves 6 cm there."""
 
@@ -96,3 +101,18 @@ MAX_IMAGE_SIDE = 16_384
 
 MAX_IMAGE_PIXELS = 1 << 26
 """Pixels of a picture, `--resolution`: 8192 × 8192. A frame takes some 50 bytes per pixel on the GPU, so 3 GB."""
+
+
+def size_in_bytes(text: str) -> int | None:
+    """Return the bytes that a text such as `500MB`, `4 GiB` or `1000` stands for; None if it is no size.
+
+    Parameters
+    ----------
+    text
+        A number, and B, kB, MB, GB or TB in powers of 1000, KiB, MiB, GiB or TiB in powers of 1024.
+    """
+    match = _SIZE.fullmatch(text.strip())
+    if match is None:
+        return None
+    number, prefix, binary = match.groups()
+    return int(float(number) * (1024 if binary else 1000) ** _PREFIXES.index(prefix.lower()))

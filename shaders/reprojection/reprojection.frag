@@ -6,7 +6,6 @@
 // by more than its width: a ray that misses it meets what is behind it in the next step.
 // EXACT: the camera is that of the picture; TURNED: it stands where that stood. AROUND: what lies beyond the picture's edges is
 // what earlier pictures saw there.
-#from depthwalk.render.reprojection import CELL
 #from depthwalk.render.reprojection import FIXED_POINT_STEPS
 #from depthwalk.render.reprojection import HIDDEN
 #from depthwalk.render.reprojection import REFLECTED

@@ -148,6 +148,8 @@ def test_images_past_their_limit_are_not_read(path: Path, monkeypatch: pytest.Mo
         ("steps", 0, "steps is 0, not a number from 1 to 7"),
         ("left_out", 1.5, "left_out is 1.5, not a number from 0 to 1"),
         ("left_out", "half", "left_out is 'half', not a number from 0 to 1"),
+        ("mesh_triangles", 0, "mesh_triangles is 0, not a whole number above 0"),
+        ("mesh_triangles", 12.0, "mesh_triangles is 12.0, not a whole number above 0"),
         ("steps", -3, "steps is -3, not a number"),
         ("steps", MAX_STEPS + 1, "steps is 8, not a number"),
         ("steps", "many", "steps is 'many', not a number"),
@@ -376,6 +378,13 @@ def test_channels_left_out_for_lack_of_memory_are_no_damage(path: Path, monkeypa
     monkeypatch.setattr(OpenEXR, "File", without_pixels)
     with pytest.raises(MemoryError):
         read_baked(path)
+
+
+@pytest.mark.parametrize("triangles", (None, 24))
+def test_files_say_how_many_triangles_the_mesh_has(tmp_path: Path, baked: BakedObject, triangles: int | None) -> None:
+    path = tmp_path / "x.dpci.exr"
+    write_baked(path, model_of(replace(baked, mesh_triangles=triangles)))
+    assert [part.mesh_triangles for part in read_baked(path).parts] == [triangles]
 
 
 @pytest.fixture(scope="module")

@@ -270,7 +270,7 @@ def test_info_describes_files(
     mesh = rows(run("info", meshes[0]).stdout)
     assert (mesh["kind"], mesh["triangles"], mesh["size"]) == ("mesh", "960", "2 × 2 × 2 m")
     scene = rows(run("info", tiny_scene).stdout)
-    assert (scene["objects"], scene["drawn as"], scene["asset ball"]) == ("1", "dpci 1", "ball.ply, 1 objects")
+    assert (scene["objects"], scene["drawn as"], scene["asset ball"]) == ("1", "auto 1", "ball.ply, 1 objects")
     walk = rows(run("info", tiny_scene.with_name("walk.yaml")).stdout)
     assert (walk["keyframes"], walk["frames"], walk["duration"]) == ("3", "3 at 1 a second, step", "2 s")
     run("bake", meshes[0], "--dpci-resolution", 64, "--layers", 1)

@@ -1,6 +1,7 @@
 """Cooked objects in files: read back as they were, apart by their options, and gone where damaged."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,20 @@ def test_objects_are_read_as_they_were(made: tuple[CookedObject, ...], folder: P
             for name, value in vars(one).items():
                 np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
                 assert type(value) is type(getattr(other, name))
+
+
+def test_how_many_triangles_the_mesh_has_is_kept(made: tuple[CookedObject, ...], folder: Path) -> None:
+    """Of an object that tells it; any other number than one above 0 is damage."""
+
+    def found(triangles: int | None) -> tuple[CookedObject, ...] | None:
+        told = replace(made[0], outline=replace(made[0].outline, mesh_triangles=triangles))
+        keep_cooked("abc", CookOptions(), (told,))
+        return find_cooked("abc", CookOptions())
+
+    for triangles in 12, None:
+        objects = found(triangles)
+        assert objects is not None and objects[0].outline.mesh_triangles == triangles
+    assert found(0) is None
 
 
 def test_other_options_are_another_file(made: tuple[CookedObject, ...], folder: Path) -> None:

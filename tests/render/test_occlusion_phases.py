@@ -87,7 +87,12 @@ def assert_same(pictures: Sequence[Rows], representation: Representation | None 
     near by; of two surfaces that are equally far the first is seen.
     """
     differ = (pictures[0] != pictures[1]).any(-1)
-    images = representation in (None, Representation.DPCI, *HEIGHT_FIELDS)  # no object here can be a height field
+    images = representation in (
+        None,
+        Representation.AUTO,
+        Representation.DPCI,
+        *HEIGHT_FIELDS,
+    )  # no object here can be a height field
     allowed = 0.002 if images else 0
     allowed = 1e-4 if representation in (Representation.MESH_CLUSTERS, *CAPTURED) else allowed
     assert differ.mean() <= allowed

@@ -44,7 +44,7 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
     monkeypatch.setattr(
         shadow_planner,
         "shadow_map",
-        lambda view, rows, scene, rule, most: Planned(view=view, rows=rows.tolist(), rule=rule, most=most),
+        lambda view, rows, scene, rule, most, chooses: Planned(view=view, rows=rows.tolist(), rule=rule, most=most),
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
     world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None, changes=0)
@@ -102,7 +102,7 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
     planned, searched = [], []
 
-    def shadow_map(view: Any, rows: Rows, scene: Any, rule: Any, most: float) -> Planned:
+    def shadow_map(view: Any, rows: Rows, scene: Any, rule: Any, most: float, chooses: bool) -> Planned:
         rule.is_resident(np.array([7]))
         planned.append(view)
         return Planned(view=view, rows=rows.tolist(), rule=rule, most=most)

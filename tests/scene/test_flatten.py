@@ -54,7 +54,7 @@ def test_rows_come_in_the_order_of_the_file_groups_first() -> None:
         (
             "{asset: baked, representation: bump}",
             [
-                "must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'octahedral', 'billboard', 'dmesh' or 'auto', "
+                "must be 'auto', 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'octahedral', 'billboard' or 'dmesh', "
                 "not 'bump': asset 'baked' is "
                 "no relief, one planar depth image"
             ],
@@ -67,9 +67,9 @@ def test_references(item: str, errors: list[str]) -> None:
     assert [str(error).split(": ", 2)[2] for error in found] == errors
 
 
-def test_what_is_not_said_is_drawn_by_depth_images_where_there_are_some() -> None:
+def test_what_is_not_said_is_chosen_where_there_is_a_choice() -> None:
     objects = flat("objects: [{asset: baked}, {asset: plain}, {asset: relief}]").objects
-    assert objects.representation.tolist() == [Representation.DPCI, Representation.MESH, Representation.DPCI]
+    assert objects.representation.tolist() == [Representation.AUTO, Representation.MESH, Representation.DPCI]
     assert objects.asset.tolist() == [0, 1, 2]
 
 

@@ -47,12 +47,12 @@ def test_smallest_scene_has_the_defaults(tmp_path: Path) -> None:
     assert scene.objects.rotation.tolist() == [[0, 0, 0, 1]]
 
 
-def test_representation_defaults_to_dpci_where_the_asset_has_it(tmp_path: Path) -> None:
+def test_representation_defaults_to_auto_where_the_asset_has_both(tmp_path: Path) -> None:
     relief = "{depth_image: {depth: box.obj, colour: box.obj, size: [2, 1], range: 0.1}}"
     text = f"version: 1\nassets: {{b: {{mesh: box.obj, dpci: {{}}}}, p: {{mesh: box.obj}}, r: {relief}}}\n"
     text += "objects: [{asset: b}, {asset: p}, {asset: r}, {asset: b, representation: dmesh}]\n"
     scene = load(tmp_path, text)
-    wanted = [Representation.DPCI, Representation.MESH, Representation.DPCI, Representation.DMESH]
+    wanted = [Representation.AUTO, Representation.MESH, Representation.DPCI, Representation.DMESH]
     assert scene.objects.representation.tolist() == wanted
     assert isinstance(scene.assets[2], DepthImageAsset)
     assert scene.assets[2].size == (2, 1)

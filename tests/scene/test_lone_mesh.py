@@ -22,7 +22,7 @@ def test_stands_on_the_origin_with_the_depth_images_that_bake_makes(ball: Path) 
     assert isinstance(asset, MeshAsset)
     assert (scene.path, asset.name, asset.mesh, asset.dpci) == (ball, "model", ball, DpciParams())
     assert scene.objects.position.tolist() == [[0, 0, 0]]
-    assert scene.objects.representation.tolist() == [Representation.DPCI]
+    assert scene.objects.representation.tolist() == [Representation.AUTO]
     assert scene.camera is None and scene.environment.ground is None
 
 

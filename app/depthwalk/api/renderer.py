@@ -111,7 +111,7 @@ class Renderer:
         Width and height of the pictures, pixels.
     representation
         How to draw every object whose asset allows it, from near by too; "auto" as its mesh or its depth images,
-        whichever is quicker; None leaves it to the scene file, and draws meshes in place of depth images near by.
+        whichever is quicker; None leaves it to the scene file, and to "auto" where that says nothing.
     passes
         The passes of a frame in their order: `default_passes()` with others in between. None uses the default ones.
     reuse

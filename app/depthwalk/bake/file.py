@@ -30,6 +30,7 @@ from depthwalk.bake.header import (
     GEOMETRY,
     LEFT_OUT,
     LISTS,
+    MESH_TRIANGLES,
     PLACEMENT,
     TEXTURE,
     TEXTURE_CHANNELS,
@@ -192,6 +193,7 @@ def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
         position=header.position,
         rotation=header.rotation,
         texture=_texture(stored[TEXTURE]) if TEXTURE in stored else None,
+        mesh_triangles=header.mesh_triangles,
     )
 
 
@@ -223,6 +225,8 @@ def _header(baked: BakedObject) -> dict[str, Any]:
     values |= {name: np.float32(v) for name, v in zip(PLACEMENT, (*baked.position, *baked.rotation), strict=True)}
     values |= {"steps": baked.steps, "key": baked.key}
     values["shininess"] = np.float32(baked.shininess)
+    if baked.mesh_triangles is not None:
+        values[MESH_TRIANGLES] = baked.mesh_triangles
     header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 

@@ -22,6 +22,7 @@ ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
 LEFT_OUT = "left_out"  # attribute that files need not have
+MESH_TRIANGLES = "mesh_triangles"  # likewise
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 TEXTURE = "texture"  # name of the part that holds the texture
 COORDINATES = "uv"  # channel of texture coordinates
@@ -54,6 +55,8 @@ class Header:
         CRC-32 in hex over all pixels of the file.
     left_out
         See `BakedModel`; None where the file does not say.
+    mesh_triangles
+        See `BakedObject`; None where the file does not say.
     """
 
     cylinder: Cylinder
@@ -64,6 +67,7 @@ class Header:
     key: str
     checksum: str
     left_out: float | None = None
+    mesh_triangles: int | None = None
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
@@ -201,6 +205,9 @@ def _parsed(part: dict[str, Any]) -> Header:
     left_out = values.get(LEFT_OUT)
     if left_out is not None and not (type(left_out) is float and 0 <= left_out <= 1):
         raise ValueError(f"{LEFT_OUT} is {left_out!r:.40}, not a number from 0 to 1")
+    triangles = values.get(MESH_TRIANGLES)
+    if triangles is not None and not (type(triangles) is int and triangles > 0):
+        raise ValueError(f"{MESH_TRIANGLES} is {triangles!r:.40}, not a whole number above 0")
     return Header(
         cylinder=cylinder,
         position=(x, y, z),
@@ -210,6 +217,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         key=key,
         checksum=checksum,
         left_out=left_out,
+        mesh_triangles=triangles,
     )
 
 

@@ -201,6 +201,9 @@ class BakedObject:
         (h, w, 3) uint8, sRGB, row 0 at v = 0, for the coordinates of the images; None where they have none.
     meso
         Relief that is laid over the images when they are drawn, None for none. Baking and files know nothing of it.
+    mesh_triangles
+        Triangles of the whole mesh that the asset was baked from, at least 1; None where it was none, or an older file
+        does not say.
     """
 
     cylinder: Cylinder
@@ -213,6 +216,7 @@ class BakedObject:
     rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     texture: NDArray[np.uint8] | None = None
     meso: Meso | None = None
+    mesh_triangles: int | None = None
 
 
 def face_outward(face: Face) -> NDArray[np.float64]:

@@ -69,8 +69,13 @@ def bake_model(
             pieces = (submesh(mesh, part_faces(mesh, cell, _OVERLAP * texel)) for cell in cells)
             options = workers, max_stepped, texel, caster.two_sided
             baked = (_bake_placed(piece, params, key, progress, *options) for piece in pieces)
-            return BakedModel(parts=tuple(baked))
-    return BakedModel(parts=(_bake_placed(mesh, params, key, progress, workers, max_stepped),))
+            return _of_mesh(mesh, *baked)
+    return _of_mesh(mesh, _bake_placed(mesh, params, key, progress, workers, max_stepped))
+
+
+def _of_mesh(mesh: Mesh, *parts: BakedObject) -> BakedModel:
+    """Return a model of `parts`, which say how many triangles `mesh` has."""
+    return BakedModel(parts=tuple(replace(part, mesh_triangles=len(mesh.faces)) for part in parts))
 
 
 def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:

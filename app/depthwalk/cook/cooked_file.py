@@ -242,6 +242,7 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
         "rotation": [float(x) for x in outline.rotation],
         "footprint": cooked.footprint.tolist(),
         "bytes": cooked.bytes,
+        "mesh_triangles": outline.mesh_triangles,
     }
 
 
@@ -256,6 +257,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         key=header["key"],
         position=tuple(header["position"]),
         rotation=tuple(header["rotation"]),
+        mesh_triangles=_count_or_none(header.get("mesh_triangles")),
     )
     return CookedObject(
         outline=outline,
@@ -264,6 +266,13 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         bytes=header["bytes"],
         load=_loader(path, number),
     )
+
+
+def _count_or_none(value: Any) -> int | None:
+    """Return a number of triangles, None where files do not tell it. Raises ValueError for what can be none."""
+    if value is not None and not (type(value) is int and value > 0):
+        raise ValueError(f"mesh_triangles is {value!r:.40}, not a whole number above 0")
+    return value
 
 
 def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) -> str:

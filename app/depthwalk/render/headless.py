@@ -34,7 +34,7 @@ class HeadlessRenderer:
     library : reads, bakes and caches the scene's assets. All assets that are drawn are loaded at once.
     size : width and height of the pictures, pixels.
     representation : how to draw every object whose asset allows it, and nothing else in its place; None: as the scene
-        says, with meshes in place of depth images near by.
+        says, with meshes in place of depth images near by and, by `auto`, where they are quicker.
     passes : the passes of a frame; see `Renderer`.
 
     Attributes

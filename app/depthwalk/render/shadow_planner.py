@@ -42,12 +42,14 @@ class _Detail:
     """Say how fine a map's casters are.
 
     magnification: texels of the map that a texel of a depth image may cover. error: geometric, texels of the map.
-    triangles_per_texel: at most, of the map.
+    triangles_per_texel: at most, of the map. chooses: whether meshes cast that have fewer triangles than images, which
+    would be read for them: worth it where more frames follow.
     """
 
     magnification: float
     error: float
     triangles_per_texel: float
+    chooses: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,6 +153,7 @@ class ShadowPlanner:
                         magnification=magnification,
                         error=params.error,
                         triangles_per_texel=params.triangles_per_texel * part * detail,
+                        chooses=may_wait,
                     ),
                     uploads.is_mesh_resident,
                 )
@@ -190,7 +193,7 @@ class ShadowPlanner:
             return answer
 
         fallback = MeshFallbackRule(magnification=detail.magnification, is_resident=noted, error=detail.error)
-        map_ = shadow_map(view, rows, self._world.arrays(), fallback, detail.triangles_per_texel)
+        map_ = shadow_map(view, rows, self._world.arrays(), fallback, detail.triangles_per_texel, detail.chooses)
         self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, detail=detail, asked=asked)
         return map_
 

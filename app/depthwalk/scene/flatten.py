@@ -237,8 +237,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     if isinstance(asset, DepthImageAssetParams):
         return ("dpci", "dmesh", *_HEIGHT_FIELDS) if asset.depth_image.size else ("dpci", "dmesh")
     if isinstance(asset, BakedAssetParams):
-        return ("dpci", *_OF_MESH, "dmesh", "auto") if asset.mesh else ("dpci", "dmesh")
-    return ("dpci", *_OF_MESH, "dmesh", "auto") if asset.dpci else _OF_MESH
+        return ("auto", "dpci", *_OF_MESH, "dmesh") if asset.mesh else ("dpci", "dmesh")
+    return ("auto", "dpci", *_OF_MESH, "dmesh") if asset.dpci else _OF_MESH
 
 
 def _looks(rows: list[ListedItem], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from depthwalk.budget import size_in_bytes
+from depthwalk.limits import size_in_bytes
 from depthwalk.params import Params, param
 
 
@@ -219,7 +219,8 @@ class LodParams(Params):
     magnification: float = param(
         1.0,
         "Draw an object as its mesh, in shadow maps too, when it is so near that one texel of its depth images could "
-        "cover more than this; 0 never does, nor does a `--representation` other than scene",
+        "cover more than this; 0 never does, not even where `auto` takes the mesh for quicker, nor does a "
+        "`--representation` other than scene and auto",
         unit="pixels",
         ge=0,
         le=1e6,

@@ -277,7 +277,7 @@ class ObjectParams(PlacedParams):
     asset: str = param(..., "Name of the asset")
     scale: Scale = param(1.0, "Size relative to the asset")
     representation: RepresentationName | None = param(
-        None, "How it is drawn; left out: dpci if the asset has it, else mesh"
+        None, "How it is drawn; left out: auto if the asset has mesh and depth images, else as what it has"
     )
 
 
@@ -289,7 +289,7 @@ class GridParams(PlacedParams):
     spacing: Extent = param(..., "Distance between neighbours along x and z", unit="m")
     scale: Scale = param(1.0, "Size of each object relative to the asset")
     representation: RepresentationName | None = param(
-        None, "How they are drawn; left out: dpci if the asset has it, else mesh"
+        None, "How they are drawn; left out: auto if the asset has mesh and depth images, else as what it has"
     )
 
 
@@ -305,7 +305,7 @@ class ScatterParams(PlacedParams):
         (1.0, 1.0), "Size of each object relative to the asset, or [low, high] to choose it from at random"
     )
     representation: RepresentationName | None = param(
-        None, "How they are drawn; left out: dpci if the asset has it, else mesh"
+        None, "How they are drawn; left out: auto if the asset has mesh and depth images, else as what it has"
     )
 
 
@@ -318,7 +318,7 @@ class PlacesParams(PlacedParams):
     )
     scale: Scale = param(1.0, "Multiplies the sizes in the file")
     representation: RepresentationName | None = param(
-        None, "How they are drawn; left out: dpci if the asset has it, else mesh"
+        None, "How they are drawn; left out: auto if the asset has mesh and depth images, else as what it has"
     )
 
 

@@ -115,7 +115,7 @@ def test_objects_near_enough_for_their_meshes(seed: int) -> None:
     fallbacks.part[:] = parts
     fallbacks.offset[:] = rng.normal(0, 0.5, (6, 3))
     fallbacks.turn[:] = (turn := rng.normal(size=(6, 4))) / np.linalg.norm(turn, axis=1, keepdims=True)
-    fallbacks.texel[:], fallbacks.span[:] = 0.01, 3.0
+    fallbacks.span[:] = 3.0
     fallbacks.half_height[:], fallbacks.cylinder_radius[:] = rng.uniform(0.3, 1, (2, 6))
     for column in (fallbacks.half_height, fallbacks.cylinder_radius):  # of the asset, as its parts are
         column[[2, 4]] = column[[1, 3]]
@@ -132,7 +132,8 @@ def test_objects_near_enough_for_their_meshes(seed: int) -> None:
     for column in (objects.position, objects.scale):
         column[1::2] = column[::2]
     view, rows = random_view(rng), np.arange(count)
-    (near, metres), (found, compiled) = both(lambda: fallbacks.magnified(view, objects, rows, 2.0))
+    reach = np.array([0, 4, 4, 1, 1, np.inf])
+    (near, metres), (found, compiled) = both(lambda: fallbacks.nearer_than(view, objects, rows, reach))
     np.testing.assert_array_equal(near, found)
     np.testing.assert_allclose(compiled, metres, rtol=1e-4, atol=1e-4)
     assert 5 < len(near) < count / 2

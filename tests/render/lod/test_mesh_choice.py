@@ -1,12 +1,15 @@
 """Meshes in the place of depth images because they are quicker: `representation: auto`."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.model import BakedModel
+from depthwalk.gpu.device import Device
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lod import mesh_choice
 from depthwalk.render.lod.mesh_choice import (
@@ -17,15 +20,19 @@ from depthwalk.render.lod.mesh_choice import (
     HYSTERESIS,
     TRIANGLES_PER_PIXEL,
     UNKNOWN,
+    MeshChooser,
     advice_bins,
     advised_at,
     advised_table,
     mesh_is_quicker,
 )
+from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
+from shapes import ShapeLibrary, bake, scene_of, sphere
+from stage import NEAR, SlowLibrary, Walk, draws_until
 
 SIZE = 96, 72
 AUTO, DPCI, MESH = Representation.AUTO, Representation.DPCI, Representation.MESH
@@ -45,6 +52,8 @@ def test_near_the_even_point_the_choice_stays() -> None:
         for before in (False, True):
             was = np.array([before])
             assert mesh_is_quicker(factor * even, pixels, was) == was
+        for before in (False, True):
+            assert mesh_is_quicker(factor * even, pixels, np.array([before]), 1.0) == (factor <= 1)
     assert mesh_is_quicker(even / (1.01 * HYSTERESIS), pixels, np.array([False]))
     assert not mesh_is_quicker(even * 1.01 * HYSTERESIS, pixels, np.array([True]))
 
@@ -63,6 +72,7 @@ def test_a_size_that_wavers_about_a_change_of_advice_changes_nothing() -> None:
     for size in (38.0, 40.0, 42.0):
         for before, expected in ((False, AS_IMAGES), (True, AS_MESH)):
             assert advised_at(advised, np.array([size]), np.array([before])) == expected
+            assert advised_at(advised, np.array([size]), np.array([before]), 1.0) == (AS_IMAGES, AS_MESH)[size >= 40]
     assert advised_at(advised, np.array([20.0]), np.array([True])) == AS_IMAGES
     assert advised_at(advised, np.array([80.0]), np.array([False])) == AS_MESH
 
@@ -71,7 +81,7 @@ def draw(
     scene_file: Path, kind: Representation | None, overrides: Mapping[str, str] | None = None
 ) -> tuple[np.ndarray, dict[str, float]]:
     """Return the picture from 8 m, where no texel is magnified, and what was counted."""
-    scene = load_scene(scene_file, overrides={"render.lod.magnification": "0", **(overrides or {})})
+    scene = load_scene(scene_file, overrides={"render.lod.magnification": "1000", **(overrides or {})})
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE, kind) as headless:
         headless.draw(View(Camera((0, 1, 8), (0, 1, 0), 0.8), SIZE))
         assert headless.renderer.plan is not None
@@ -83,7 +93,7 @@ def draw(
 def test_auto_draws_one_of_both_by_the_model(tiny_scene: Path, limit: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The picture is that of the mesh, or that of the depth images, and forced or written in the scene is the same."""
     monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", limit)
-    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 0.0)
+    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 1e-9)
     picture, counts = draw(tiny_scene, AUTO)
     assert (counts["mesh_fallbacks"], counts["dpci"]) == ((1, 0) if limit else (0, 1))
     assert np.array_equal(picture, draw(tiny_scene, MESH if limit else DPCI)[0])
@@ -95,7 +105,7 @@ def test_auto_draws_one_of_both_by_the_model(tiny_scene: Path, limit: float, mon
 @pytest.mark.parametrize("mesh", (True, False))
 def test_auto_follows_advice_against_the_model(tiny_scene: Path, mesh: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", 0.0 if mesh else 1e9)
-    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 0.0)
+    monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 1e-9)
     (tiny_scene.parent / "a.json").write_text(
         '{"version": 1, "renderer": "x", "want_flip": 0.1, "assets": {"ball": '
         f'[{{"pixels": 30.0, "mesh": {str(mesh).lower()}, "quickest": "mesh"}}]}}}}'
@@ -112,7 +122,7 @@ def test_other_objects_of_the_scene_do_not_choose(tiny_scene: Path, monkeypatch:
     scene.write_text(
         tiny_scene.read_text().replace(
             "  - {asset: ball}\n",
-            "  - {asset: ball, position: [-1.5, 0, 0]}\n"
+            "  - {asset: ball, position: [-1.5, 0, 0], representation: dpci}\n"
             "  - {asset: ball, position: [1.5, 0, 0], representation: auto}\n",
         )
     )
@@ -121,3 +131,59 @@ def test_other_objects_of_the_scene_do_not_choose(tiny_scene: Path, monkeypatch:
     half = SIZE[0] // 2
     assert np.array_equal(picture[:, :half], draw(scene, DPCI)[0][:, :half])
     assert np.array_equal(picture[:, half:], draw(scene, MESH)[0][:, half:])
+
+
+def chosen(gl_device: Device, told: int | None, budget: int = 2 << 30) -> tuple[bool, bool]:
+    """Whether a ball of 224 triangles, of which its images tell `told`, is drawn as its mesh, and read at all."""
+    mesh = sphere(0.5, columns=16, rows=8)
+    images = replace(bake(mesh, resolution=32, layers=1), mesh_triangles=told)
+    library = SlowLibrary([mesh], [BakedModel(parts=(images,))])
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=AUTO)
+    scene.render.lod.magnification, scene.render.gpu_memory = 1000.0, budget
+    with Walk(gl_device, scene, library, seconds=0.01) as walk:
+        walk.look(NEAR)
+        assert walk.counts["mesh_fallbacks"] == 0  # which waits for nothing
+        library.may.set()
+        if told == len(mesh.faces) and budget > 1:
+            draws_until(walk, lambda: walk.counts["mesh_fallbacks"] == 1)
+        for _ in range(3):
+            walk.look(NEAR)
+        return bool(walk.counts["mesh_fallbacks"]), walk.renderer.assets.is_waiting or bool(library.read)
+
+
+@pytest.mark.gl
+def test_a_mesh_is_read_only_where_it_would_be_drawn(gl_device: Device) -> None:
+    """Not where it has too many triangles, nobody knows how many, or there is no room for it."""
+    assert chosen(gl_device, 224) == (True, True)
+    assert chosen(gl_device, 10_000_000) == (False, False)
+    assert chosen(gl_device, None) == (False, False)
+    assert chosen(gl_device, 224, budget=1) == (False, False)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("triangles", (50, 1000, 30_000))
+def test_no_object_is_left_out_by_the_distance_that_is_tested_first(
+    gl_device: Device, triangles: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From near by to far away, the choice is the one of the model alone."""
+    mesh = sphere(0.5, columns=16, rows=8)
+    images = replace(bake(mesh, resolution=32, layers=1), mesh_triangles=triangles)
+    distances = np.geomspace(0.8, 60.0, 24)
+    objects = [(0, (0.0, 0.0, -float(d)), 0.0, 1.0) for d in distances]
+    scene = scene_of(*objects, representation=AUTO)
+    scene.render.lod.magnification = 1e-6
+    drawn = []
+    for reach in (None, np.inf):
+        if reach is not None:
+            monkeypatch.setattr(
+                mesh_choice, "farthest_as_mesh", lambda view, table, *_: np.full(len(table.mesh), np.inf)
+            )
+        with Walk(gl_device, scene, ShapeLibrary([mesh], [BakedModel(parts=(images,))]), seconds=None) as walk:
+            arrays = walk.renderer.world.arrays()
+            rule = MeshFallbackRule(magnification=1000.0, is_resident=lambda m: np.ones(len(m), bool), error=1.0)
+            view = View(Camera((0, 0.5, 0), (0, 0.5, -1), 0.9), (640, 480))
+            kept = arrays.objects, np.arange(len(objects)), arrays.choice, arrays.table.mesh_fallbacks
+            drawn.append(MeshChooser().as_meshes(view, *kept, arrays.table.meshes, rule).tolist())
+    assert drawn[0] == drawn[1] == list(range(len(drawn[0])))
+    assert (len(drawn[0]) == len(objects)) == (triangles < FREE_TRIANGLES / HYSTERESIS)
+    assert len(drawn[0]) > 0

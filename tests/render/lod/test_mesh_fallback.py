@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import depthwalk.render.lod.mesh_fallback
 import depthwalk.render.resources.mesh_reader
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
@@ -19,6 +20,7 @@ from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.render_settings import DEFAULT_BUDGET
 from depthwalk.types import Array
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere, two_halves
 from stage import AWAY, NEAR, SlowLibrary, Walk, draws_until
@@ -138,6 +140,10 @@ def test_a_walk_does_not_wait_for_meshes(gl_device: Device, ball: Mesh) -> None:
         for _ in range(3):
             walk.look(AWAY)
         assert library.forgotten == [0] and walk.renderer.assets.meshes.fallback_bytes == 0
+        for _ in range(3):  # where there is no room, nothing is read
+            walk.look(NEAR)
+            assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"], library.read) == (1, 0, [0])
+        walk.renderer.settings.gpu_memory = DEFAULT_BUDGET
         draws_until(walk, lambda: walk.counts["mesh_fallbacks"] == 1)
     assert +gl_device.live == +before
 
@@ -176,7 +182,8 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(
 
 
 def test_large_meshes_stand_in_simplified(gl_device: Device, dense: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(depthwalk.render.resources.mesh_reader, "_MAX_UNSIMPLIFIED", 1000)
+    for module in (depthwalk.render.resources.mesh_reader, depthwalk.render.lod.mesh_fallback):
+        monkeypatch.setattr(module, "MOST_UNSIMPLIFIED", 1000)
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0

@@ -1,8 +1,11 @@
 """Meshes that cast shadows in the stead of depth images, whose texels maps would show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
@@ -17,6 +20,7 @@ from studio import Studio
 
 TO_SUN = np.array([0.5, 0.8, 0.3])
 GROUND = {"ground": {"height": 0.0}, "sun": {"direction": tuple(-TO_SUN)}}
+AUTO = Representation.AUTO
 TREE, BALL = (0, (-0.8, 0.5, 0), 0.3, 1.5), (1, (1.2, 0, 0.4), 2.0, 1.0)
 
 
@@ -48,6 +52,23 @@ def test_meshes_cast_what_images_would_only_magnify(studio: Studio, library: Sha
     assert held == [(3, 0)] * 3
     off, images_off = ((np.abs(depth - wanted) > 1e-4).sum() for depth in (standing, images))
     assert images_off > 1000 and off < 0.03 * images_off  # quaternions round
+
+
+@pytest.mark.parametrize(("told", "fewer"), [(8, True), (None, False), (10**6, False)])
+def test_meshes_of_few_triangles_cast_where_more_frames_follow(
+    gl_device: Device, library: ShapeLibrary, told: int | None, fewer: bool
+) -> None:
+    """If files tell how few, and the object is drawn by `auto`."""
+    images = replace(bake(sphere(0.5, columns=16, rows=8), 32, 1), mesh_triangles=told)
+    own = ShapeLibrary([library.mesh(1)], [BakedModel(parts=(images,))])
+    for kind, remembers in (AUTO, True), (AUTO, False), (Representation.DPCI, True):
+        scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=kind, **GROUND)
+        scene.render.lod.magnification, scene.render.shadows.enabled = 1000.0, True
+        with Walk(gl_device, scene, own, seconds=None) as walk:
+            walk.renderer.remembers = remembers
+            walk.look(NEAR)
+            assert walk.counts["shadow_maps"] == 3
+            assert (walk.counts["shadow_triangles"] == 0) == (fewer and kind is AUTO and remembers)
 
 
 def all_have(meshes: Rows) -> Mask:

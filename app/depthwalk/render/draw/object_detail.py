@@ -135,14 +135,13 @@ class DetailSelector:
         self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
     ) -> Rows:
         """Return the numbers (k,) of those of the objects `rows` (m,) that are near enough for a mesh, or quicker."""
-        near = _near_enough_for_mesh(view, scene, rows, settings, is_resident)
-        if scene.choice is None:
-            return near
         table = scene.table
-        quicker = self._chooser.quicker_as_mesh(
-            view, scene.objects, rows, scene.choice, table.mesh_fallbacks, table.meshes, is_resident
+        rule = MeshFallbackRule(
+            magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
         )
-        return np.union1d(near, quicker)
+        return self._chooser.as_meshes(
+            view, scene.objects, rows, scene.choice, table.mesh_fallbacks, table.meshes, rule, settings.remembers
+        )
 
     def describe(self, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
         """Return how some objects are drawn.
@@ -162,16 +161,6 @@ class DetailSelector:
             return describe(view, scene, rows, lod)
         viewer = _viewers(view, scene, rows)
         return _described(view, scene, rows, lod, viewer, self._frozen.level[rows], self._frozen.pieces[rows])
-
-
-def _near_enough_for_mesh(
-    view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
-) -> Rows:
-    """Return the numbers (k,) of those of the objects `rows` (m,) that a mesh replaces, see `MeshFallbacks.near_by`."""
-    rule = MeshFallbackRule(
-        magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
-    )
-    return scene.table.mesh_fallbacks.near_by(view, scene.objects, rows, scene.table.meshes, rule)
 
 
 def _all_resident(meshes: Rows) -> Mask:

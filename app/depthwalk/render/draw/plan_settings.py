@@ -18,6 +18,8 @@ class PlanSettings:
     atlas_size : width and height of the tile atlas, texels.
     warp_limit : how many triangles may be warped. What cannot wait is warped coarser beyond that, and again later;
         None: everything is warped as finely as it should be.
+    remembers : whether an object that was drawn as its mesh stays so for as long as depth images are not clearly
+        quicker. If not, no earlier frame has a part in the choice.
     tile_light : what lit colours in tiles depend on besides what is planned here; None where tiles are not lit. Tiles
         of frames with other light are not reused.
     """
@@ -27,4 +29,5 @@ class PlanSettings:
     polygons: MeshLodParams
     atlas_size: tuple[int, int]
     warp_limit: int | None = None
+    remembers: bool = True
     tile_light: Hashable = None

@@ -223,8 +223,8 @@ def surfaces(
     return record, low, high
 
 
-@compiled("I1 F2 F2 F1 N1 D1 I1 I1 D2 D2 D1 D1 D2 D1 D1 f")
-def magnified(
+@compiled("I1 F2 F2 F1 N1 D1 I1 I1 D2 D2 D1 D1 D2 D1 D1")
+def nearer_than(
     rows: Rows,
     position: Array,
     rotation: Array,
@@ -235,22 +235,21 @@ def magnified(
     part: Rows,
     offset: Array,
     turn: Array,
-    texel: Array,
+    reach: Array,
     span: Array,
     asset_centre: Array,
     half_height: Array,
     cylinder_radius: Array,
-    metres_per_texel: float,
 ) -> tuple[Rows, Array]:
-    """Return which objects are so near that their depth images would be magnified, see `MeshFallbacks.magnified`.
+    """Return which objects with a mesh are nearer to the viewer than `reach`, see `MeshFallbacks.nearer_than`.
 
     Parameters
     ----------
     rows : (m,) rows of the objects.
     position, rotation, scale, asset : (n, …) all objects.
     eye : (3,) the viewer, metres, world.
-    mesh, part, offset, turn, texel, span, asset_centre, half_height, cylinder_radius : (a, …) see `MeshFallbacks`.
-    metres_per_texel : distance, for each metre of a texel, at which that is as large as it may be.
+    mesh, part, offset, turn, span, asset_centre, half_height, cylinder_radius : (a, …) see `MeshFallbacks`.
+    reach : (a,) metres, object frames.
 
     Returns
     -------
@@ -263,9 +262,8 @@ def magnified(
         a = asset[row]
         if mesh[a] < 0:
             continue
-        farthest = metres_per_texel * texel[a]
         x, y, z = eye[0] - position[row, 0], eye[1] - position[row, 1], eye[2] - position[row, 2]
-        if _length(x, y, z) >= (farthest + span[a]) * scale[row]:
+        if _length(x, y, z) >= (reach[a] + span[a]) * scale[row]:
             continue
         row -= part[a]  # all parts of an asset are replaced, or none: by where the first is
         a = asset[row]
@@ -274,7 +272,7 @@ def magnified(
         for i in range(3):
             turned[i] = matrix[i, 0] * viewer[0] + matrix[i, 1] * viewer[1] + matrix[i, 2] * viewer[2] + offset[a, i]
         metres = _outside(turned, asset_centre[a], half_height[a], cylinder_radius[a])
-        if metres < farthest:
+        if metres < reach[a]:
             found[count], nearest[count] = k, metres
             count += 1
     return found[:count], nearest[:count]

@@ -10,7 +10,7 @@ _config: Any = numba.config
 _default, _config.CACHE_DIR = _config.CACHE_DIR, str(folder())
 try:
     from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
-    from depthwalk.render.kernels.detail_loops import describe, magnified, surfaces
+    from depthwalk.render.kernels.detail_loops import describe, nearer_than, surfaces
     from depthwalk.render.kernels.layout_loops import place
     from depthwalk.render.kernels.prewarp_loops import prewarp
     from depthwalk.render.kernels.reprojection_loops import errors
@@ -27,7 +27,7 @@ __all__ = [
     "describe",
     "errors",
     "hidden",
-    "magnified",
+    "nearer_than",
     "place",
     "prewarp",
     "released",

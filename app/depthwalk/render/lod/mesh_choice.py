@@ -1,7 +1,9 @@
-"""Choose for each object that is drawn by `auto` whether its mesh or its depth images are quicker.
+"""Choose for each object whether its mesh is drawn or its depth images.
 
-A mesh costs by its triangles, depth images by the pixels they cover. Measured as the curves of `depthwalk tables`, both
-are nearly linear, so that the mesh is quicker where
+Near by, where a texel would cover more than a pixel, depth images would only be magnified, and the mesh is drawn unless
+it has many triangles for its pixels. What is drawn by `auto` is drawn as its mesh also where that is quicker. A mesh
+costs by its triangles, depth images by the pixels they cover. Both are nearly linear, as the curves of `depthwalk
+tables` show, so that the mesh is quicker where
 
     triangles ≤ TRIANGLES_PER_PIXEL · pixels + FREE_TRIANGLES,
 
@@ -18,16 +20,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbacks
+from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
-# Measured by `depthwalk tables --only triangles,objects,pixels` on Mesa llvmpipe.
-TRIANGLES_PER_PIXEL = 0.8
-FREE_TRIANGLES = 3000.0
+# Measured on walks through crowds on Mesa llvmpipe, where most impostors are those of earlier frames, and what a draw
+# costs is shared by many. A lone object, warped in every frame, could have more triangles; but its frames are quick.
+TRIANGLES_PER_PIXEL = 0.4
+FREE_TRIANGLES = 100.0
+
+# A mesh near by may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as
+# long as with depth images alone; without a limit, half as long again.
+MOST_TRIANGLES_PER_PIXEL = 2
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels
@@ -66,24 +73,27 @@ def advised_table(count: int, names: Mapping[int, str], advice: Mapping[str, Adv
     return table
 
 
-def mesh_is_quicker(triangles: Array, pixels: Array, was_mesh: Mask) -> Mask:
+def mesh_is_quicker(triangles: Array, pixels: Array, was_mesh: Mask, hysteresis: float = HYSTERESIS) -> Mask:
     """Return for which of n objects the cost model prefers the mesh.
 
     Parameters
     ----------
     triangles : (n,) of the mesh.
     pixels : (n,) of the rectangle about the object.
-    was_mesh : (n,) whether the mesh was drawn before, which is kept unless depth images are by `HYSTERESIS` quicker.
+    was_mesh : (n,) whether the mesh was drawn before, which is kept unless depth images are by `hysteresis` quicker.
+    hysteresis : at least 1, at most `HYSTERESIS`; 1: what was drawn before has no part in it.
 
     Returns
     -------
     (n,) whether the mesh is to be drawn.
     """
-    bias = np.where(was_mesh, HYSTERESIS, 1 / HYSTERESIS)
+    bias = np.where(was_mesh, hysteresis, 1 / hysteresis)
     return np.asarray(triangles <= bias * (TRIANGLES_PER_PIXEL * pixels + FREE_TRIANGLES))
 
 
-def advised_at(advised: NDArray[np.int8], size: Array, was_mesh: Mask) -> NDArray[np.int8]:
+def advised_at(
+    advised: NDArray[np.int8], size: Array, was_mesh: Mask, hysteresis: float = HYSTERESIS
+) -> NDArray[np.int8]:
     """Return what was advised for n objects, of which those near a change of advice stay as they are.
 
     Parameters
@@ -91,6 +101,7 @@ def advised_at(advised: NDArray[np.int8], size: Array, was_mesh: Mask) -> NDArra
     advised : (n, BINS) of the assets of the objects.
     size : (n,) larger of height and width, pixels.
     was_mesh : (n,) whether the mesh was drawn before.
+    hysteresis : by so much larger or smaller than at the change an object must be; see `mesh_is_quicker`.
 
     Returns
     -------
@@ -102,9 +113,39 @@ def advised_at(advised: NDArray[np.int8], size: Array, was_mesh: Mask) -> NDArra
         place = np.floor(BINS_PER_OCTAVE * np.log2(np.maximum(scale * size, 1.0))).astype(np.int64)
         return np.asarray(advised[rows, np.minimum(place, BINS - 1)])
 
-    low, high = at(1 / HYSTERESIS), at(HYSTERESIS)
+    low, high = at(1 / hysteresis), at(hysteresis)
     before = np.where(was_mesh, AS_MESH, AS_IMAGES).astype(np.int8)
     return np.where(low == high, low, np.where((low == before) | (high == before), before, low))
+
+
+def farthest_as_mesh(
+    view: View, fallbacks: MeshFallbacks, triangles: Array, advised: NDArray[np.int8] | None, magnification: float
+) -> Array:
+    """Return how far objects may be for a mesh to replace them, by the number of the depth object.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    fallbacks : which meshes show the same as which depth objects.
+    triangles : (a,) of the mesh of each depth object; +inf where that is not known.
+    advised : (a, BINS) see `MeshChoice`; None where nothing chooses.
+    magnification : how many pixels a texel of the depth images may cover, above 0.
+
+    Returns
+    -------
+    (a,) metres, object frames, from the viewer to the cylinder that encloses the asset; +inf: however far.
+    """
+    reach = view.detail_pixels / magnification * fallbacks.texel
+    if advised is None:
+        return np.asarray(reach)
+    area = 4 * fallbacks.cylinder_radius * fallbacks.half_height
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pixels = (triangles / HYSTERESIS - FREE_TRIANGLES) / TRIANGLES_PER_PIXEL  # from so many on
+        quicker = view.detail_pixels * np.sqrt(area / pixels) - fallbacks.cylinder_radius
+    quicker = np.where(pixels > math.prod(view.whole_size), 0.0, np.where(pixels > 0, quicker, np.inf))
+    has_advice = advised[:, 0] != UNKNOWN  # advice of an asset holds for all sizes
+    quicker = np.where(has_advice, np.where((advised == AS_MESH).any(1), np.inf, 0.0), quicker)
+    return np.asarray(np.maximum(reach, quicker))
 
 
 class MeshChooser:
@@ -114,17 +155,18 @@ class MeshChooser:
         self._was_mesh = np.zeros(0, bool)
         self._made_for: object = None
 
-    def quicker_as_mesh(
+    def as_meshes(
         self,
         view: View,
         objects: Objects,
         rows: Rows,
-        choice: MeshChoice,
+        choice: MeshChoice | None,
         fallbacks: MeshFallbacks,
         levels: MeshLevels,
-        is_resident: IsResident,
+        rule: MeshFallbackRule,
+        remembers: bool = True,
     ) -> Rows:
-        """Return which of some objects are drawn as meshes because that is quicker.
+        """Return which of some objects are replaced by their meshes.
 
         All depth objects that show one asset in one place are, or none.
 
@@ -133,44 +175,39 @@ class MeshChooser:
         view : the view of the picture.
         objects : all objects of the scene.
         rows : (m,) rows of the objects that the view shows, nearest first.
-        choice : which objects choose, and what was measured.
+        choice : which objects choose, and what was measured; None where none does.
         fallbacks : which meshes show the same as which depth objects.
-        levels : the triangles of the meshes that are loaded.
-        is_resident : returns which meshes are on the GPU; the others begin to be read.
+        levels : the levels of detail of the meshes that are loaded.
+        rule : how near objects must be, and which meshes are resident; the others begin to be read.
+        remembers : whether earlier calls have a part in the choice.
 
         Returns
         -------
         (k,) numbers of the objects among the m, rising.
         """
-        if self._made_for is not choice:  # other objects, or other assets
+        if not rule.magnification:
+            return np.zeros(0, np.int64)
+        if self._made_for is not choice or len(self._was_mesh) != len(objects):  # other objects, or other assets
             self._made_for, self._was_mesh = choice, np.zeros(len(objects), bool)
-        number = objects.asset[rows]
-        able = (choice.chooses[rows] & (fallbacks.mesh[number] >= 0)).nonzero()[0]
-        first = rows[able] - fallbacks.part[number[able]]
-        number = objects.asset[first]
-        size, pixels = _on_screen(view, objects, first, number, fallbacks)
-        advised = advised_at(choice.advised[number], size, self._was_mesh[first])
-        asked = (advised != AS_IMAGES).nonzero()[0]
-        mesh = fallbacks.mesh[number[asked]]
-        triangles = np.where(is_resident(mesh), levels.triangles[mesh, 0], np.inf)
-        modelled = mesh_is_quicker(triangles, pixels[asked], self._was_mesh[first[asked]])
-        found = asked[np.isfinite(triangles) & (modelled | (advised[asked] == AS_MESH))]
-        self._was_mesh[first] = False
+        triangles = fallbacks.triangles[fallbacks.mesh]  # not as read, so that pictures do not depend on what was
+        reach = farthest_as_mesh(
+            view, fallbacks, triangles, None if choice is None else choice.advised, rule.magnification
+        )
+        near, nearest = fallbacks.nearer_than(view, objects, rows, reach)
+        number = objects.asset[rows[near]]
+        first = rows[near] - fallbacks.part[number]
+        middle = (nearest + fallbacks.cylinder_radius[number]) / view.detail_pixels
+        pixels = fallbacks.pixels(number, middle, math.prod(view.whole_size))
+        quicker = None
+        if choice is not None:
+            size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
+            before = self._was_mesh[first], HYSTERESIS if remembers else 1.0
+            advised = advised_at(choice.advised[number], size, *before)
+            modelled = mesh_is_quicker(triangles[number], pixels, *before)
+            quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
+        found = fallbacks.allowed(
+            number, nearest / view.detail_pixels, pixels, levels, rule, MOST_TRIANGLES_PER_PIXEL, quicker
+        )
+        self._was_mesh[rows] = False
         self._was_mesh[first[found]] = True
-        return np.asarray(able[found])
-
-
-def _on_screen(
-    view: View, objects: Objects, first: Rows, number: Rows, fallbacks: MeshFallbacks
-) -> tuple[Array, Array]:
-    """Return how large the assets of depth objects are on the screen: (k,) pixels along, and (k,) of the rectangle.
-
-    first : (k,) rows of the depth objects; those of parts, of the first part.
-    number : (k,) their numbers in `CookedParts`.
-    """
-    radius, half = fallbacks.cylinder_radius[number], fallbacks.half_height[number]
-    reach = np.hypot(radius, half) * objects.scale[first]
-    distance = np.linalg.norm(objects.position[first] - view.position, axis=1)
-    per_metre = view.detail_pixels * objects.scale[first] / np.maximum(distance, reach)
-    area = np.minimum(4 * radius * half * per_metre**2, math.prod(view.whole_size))
-    return 2 * np.maximum(radius, half) * per_metre, area
+        return near[found]

@@ -1,9 +1,8 @@
-"""Mesh fallback: near by, draw an object as its mesh, which has detail where its depth images would be magnified.
+"""Hold which meshes may replace which depth images, and where they place them; `mesh_choice` says when they do.
 
 This holds for scenes that are drawn as their files say. Where one representation is asked for, only that is drawn.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,7 +13,7 @@ from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject
 from depthwalk.geometry.quaternions import conjugate, multiply, rotate
 from depthwalk.render import kernels
-from depthwalk.render.lod.mesh_lod import MeshLevels
+from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED, MeshLevels
 from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View, viewer_in_object
@@ -24,10 +23,6 @@ from depthwalk.types import Array, Ints, Mask, Rows
 IsResident = Callable[[Rows], Mask]
 """Returns which (n,) of the meshes (n,), numbers in `CookedParts`, are on the GPU; the others are being read."""
 
-# A mesh may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as long as
-# with depth images alone; without a limit, half as long again.
-_TRIANGLES_PER_PIXEL = 2
-
 
 @dataclass(frozen=True, kw_only=True)
 class MeshFallbackRule:
@@ -35,7 +30,8 @@ class MeshFallbackRule:
 
     Attributes
     ----------
-    magnification : how many pixels a texel of the depth images may cover before the mesh is drawn; 0: never draw it.
+    magnification : how many pixels a texel of the depth images may cover before the mesh is drawn; 0: never draw it,
+        not even where it is quicker.
     is_resident : returns which (n,) of the meshes (n,), numbers in `CookedParts`, can be drawn in this frame.
     error : geometric error that the mesh's level of detail may have, pixels, see `mesh_level`.
     """
@@ -52,6 +48,7 @@ class MeshFallbacks:
     Attributes
     ----------
     mesh : (a,) number of the mesh that shows the same asset as the depth object; −1 where none does.
+    triangles : (a,) of the mesh with each number, as the depth images tell without it; +inf where they do not.
     part : (a,) which part of its asset each depth object shows.
     offset : (a, 3) position of each depth object in its asset's frame, metres.
     turn : (a, 4) rotation of each depth object in its asset's frame, unit quaternion (x, y, z, w).
@@ -63,6 +60,7 @@ class MeshFallbacks:
     """
 
     mesh: Ints
+    triangles: Array
     part: Ints
     offset: Array
     turn: Array
@@ -77,6 +75,7 @@ class MeshFallbacks:
         """Return a table for `count` numbers of `CookedParts`, of which no depth object has a mesh."""
         return cls(
             mesh=np.full(count, -1),
+            triangles=np.full(count, np.inf),
             part=np.full(count, -1),
             offset=np.zeros((count, 3)),
             turn=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
@@ -101,6 +100,7 @@ class MeshFallbacks:
         centre = (low + high) / 2
         rows = slice(numbers.start, numbers.stop)
         self.mesh[rows], self.part[rows] = mesh, np.arange(len(objects))
+        self.triangles[mesh] = objects[0].mesh_triangles or np.inf
         self.texel[rows] = max(map(square_texel, objects))
         self.centre[rows], self.half_height[rows] = centre, (high - low)[1] / 2
         self.cylinder_radius[rows] = np.hypot(*(corners - centre).T[[0, 2]]).max()
@@ -108,59 +108,32 @@ class MeshFallbacks:
             self.offset[number], self.turn[number] = baked.position, baked.rotation
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
 
-    def near_by(self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, rule: MeshFallbackRule) -> Rows:
-        """Return which of some objects are replaced by their meshes.
-
-        All depth objects that show one asset in one place are replaced, or none.
-
-        Parameters
-        ----------
-        view : the view of the picture.
-        objects : all objects of the scene.
-        rows : (m,) rows of the objects that the view shows, nearest first.
-        levels : the levels of detail of the meshes that are loaded.
-        rule : how near objects must be, and which meshes are resident.
-
-        Returns
-        -------
-        (k,) numbers of the objects that are replaced, rising.
-        """
-        near, nearest = self.magnified(view, objects, rows, rule.magnification)
-        if not len(near):
-            return near
-        number = objects.asset[rows[near]]
-        metres = nearest / view.detail_pixels, (nearest + self.cylinder_radius[number]) / view.detail_pixels
-        max_pixels = math.prod(view.whole_size)
-        return near[self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, max_pixels)]
-
-    def magnified(self, view: View, objects: Objects, rows: Rows, magnification: float) -> tuple[Rows, Array]:
-        """Return which of some objects have a mesh and are so near that their depth images would be magnified.
+    def nearer_than(self, view: View, objects: Objects, rows: Rows, reach: Array) -> tuple[Rows, Array]:
+        """Return which of some objects have a mesh and are nearer to the viewer than is asked for.
 
         Parameters
         ----------
         view : the view of the picture.
         objects : all objects of the scene.
         rows : (m,) rows of the objects.
-        magnification : how many pixels a texel of the depth images may cover; 0: any number.
+        reach : (a,) metres, object frames, from the cylinder that encloses the asset of each depth object.
 
         Returns
         -------
         (k,) numbers of those objects among the m, rising, and (k,) metres, object frames, from the viewer to the
         cylinder that encloses the asset.
         """
-        if not magnification:
-            return np.zeros(0, np.int64), np.zeros(0)
-        farthest, loops = view.detail_pixels / magnification, kernels.loaded()
+        loops = kernels.loaded()
         if loops is not None:
             placed = objects.position, objects.rotation, objects.scale, objects.asset, view.position
-            parts = self.mesh, self.part, self.offset, self.turn, self.texel, self.span
-            near, nearest = loops.magnified(
-                rows, *placed, *parts, self.centre, self.half_height, self.cylinder_radius, farthest
+            parts = self.mesh, self.part, self.offset, self.turn, reach, self.span
+            near, nearest = loops.nearer_than(
+                rows, *placed, *parts, self.centre, self.half_height, self.cylinder_radius
             )
             return near, nearest
         asset = objects.asset[rows]
         near = (self.mesh[asset] >= 0).nonzero()[0]  # few, by a quick test, for which it is worth testing exactly
-        limit = farthest * self.texel[asset[near]] + self.span[asset[near]]
+        limit = reach[asset[near]] + self.span[asset[near]]
         distance = np.linalg.norm(objects.position[rows[near]] - view.position, axis=1)
         near = near[distance < limit * objects.scale[rows[near]]]
         first = rows[near] - self.part[asset[near]]
@@ -168,43 +141,75 @@ class MeshFallbacks:
         viewer = viewer_in_object(view, objects.position[first], objects.rotation[first], objects.scale[first])
         viewer = rotate(self.turn[asset], viewer) + self.offset[asset]
         nearest = outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
-        magnified = nearest < farthest * self.texel[asset]
-        return near[magnified], nearest[magnified]
+        is_nearer = nearest < reach[asset]
+        return near[is_nearer], nearest[is_nearer]
+
+    def pixels(self, number: Rows, middle: Array, max_pixels: float = np.inf) -> Array:
+        """Return the pixels (m,) of the rectangle about the asset of each depth object.
+
+        Parameters
+        ----------
+        number : (m,) numbers of the depth objects in `CookedParts`.
+        middle : (m,) length that a pixel covers at the middle of each object, metres in its frame.
+        max_pixels : the most pixels that any object may cover.
+        """
+        return np.minimum(4 * self.cylinder_radius[number] * self.half_height[number] / middle**2, max_pixels)
+
+    def has_fewer_triangles(self, number: Rows, triangles: Ints) -> Mask:
+        """Return which (m,) depth objects have a mesh with fewer triangles than all depth objects of the asset.
+
+        Parameters
+        ----------
+        number : (m,) numbers of the depth objects in `CookedParts`.
+        triangles : (m,) of each depth object; those of the other parts of its asset are taken to have as many.
+        """
+        parts = np.bincount(self.mesh[self.mesh >= 0], minlength=len(self.mesh))
+        mesh = self.mesh[number]
+        return (mesh >= 0) & (self.triangles[mesh] < parts[mesh] * triangles)
 
     def allowed(
         self,
         number: Rows,
         nearest: Array,
-        middle: Array,
+        pixels: Array,
         levels: MeshLevels,
         rule: MeshFallbackRule,
         triangles_per_pixel: float,
-        max_pixels: float = np.inf,
+        quicker: Mask | None = None,
     ) -> Mask:
-        """Return which depth objects are so near that a mesh replaces them, if it is resident and has few triangles.
+        """Return which depth objects are replaced by a mesh that is resident.
+
+        A mesh replaces those that are so near that they would be magnified, if it has few triangles for its pixels, and
+        those for which it is quicker.
 
         Parameters
         ----------
         number : (m,) numbers of the depth objects in `CookedParts`.
         nearest : (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
-        middle : (m,) length that a pixel covers at the middle of each object, metres in its frame.
+        pixels : (m,) that each object covers, see `pixels`.
         levels : the levels of detail of the meshes that are loaded.
         rule : how near objects must be, and which meshes are resident.
         triangles_per_pixel : how many triangles a mesh may have for each of its pixels.
-        max_pixels : the most pixels that any object may cover.
+        quicker : (m,) for which depth objects the mesh is quicker; None: for none.
 
         Returns
         -------
         (m,) whether each depth object is replaced.
         """
+        found = np.zeros(len(number), bool)
+        if not rule.magnification:
+            return found
         magnified = (self.mesh[number] >= 0) & (nearest * rule.magnification < self.texel[number])
-        rows = np.flatnonzero(magnified) if rule.magnification else np.zeros(0, np.intp)
-        rows = rows[rule.is_resident(self.mesh[number[rows]])]
-        number, mesh = number[rows], self.mesh[number[rows]]
+        mesh, most = self.mesh[number], triangles_per_pixel * pixels
+        triangles, is_read = self.triangles[mesh], levels.triangles[mesh, 0] > 0
+        # Read in vain would be what has too many triangles, and no simplified levels that have less.
+        magnified &= is_read | (triangles <= most) | (triangles > MOST_UNSIMPLIFIED)
+        quicker = np.zeros_like(found) if quicker is None else quicker
+        rows = np.flatnonzero(magnified | quicker)
+        rows = rows[rule.is_resident(mesh[rows])]
+        mesh = mesh[rows]
         level = error_level(levels.error[mesh], rule.error * nearest[rows])
-        pixels = np.minimum(4 * self.cylinder_radius[number] * self.half_height[number] / middle[rows] ** 2, max_pixels)
-        found = np.zeros(len(magnified), bool)
-        found[rows] = levels.triangles[mesh, level] <= triangles_per_pixel * pixels
+        found[rows] = quicker[rows] | (levels.triangles[mesh, level] <= most[rows])
         return found
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:

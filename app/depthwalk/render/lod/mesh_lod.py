@@ -11,6 +11,10 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Ints
 
+# Triangles of a fallback mesh that is read without simplified levels: two cores draw so many in 30 ms, and simplifying
+# them takes 4 s.
+MOST_UNSIMPLIFIED = 200_000
+
 
 @dataclass(kw_only=True)
 class MeshLevels:

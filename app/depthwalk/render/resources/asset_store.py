@@ -20,10 +20,11 @@ from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth
 from depthwalk.render.resources.height_field import HeightFields
 from depthwalk.render.resources.library import Background, Library
-from depthwalk.render.resources.mesh_object import WHITE
+from depthwalk.render.resources.mesh_object import BYTES_PER_TRIANGLE, WHITE
 from depthwalk.render.resources.mesh_store import MeshStore
 from depthwalk.render.resources.texture_streaming import TextureStreaming
 from depthwalk.scene.render_settings import DEFAULT_BUDGET
+from depthwalk.types import Array
 
 log = logging.getLogger(__name__)
 
@@ -152,6 +153,38 @@ class AssetStore:
         first = self.parts.first
         resident[first:] = [number in self._depth for number in range(first, len(self.parts))]
         return resident
+
+    def within_budget(self, meshes: Sequence[int], triangles: Array, needed: Sequence[int]) -> list[int]:
+        """Return which fallback meshes are read already, or may be because the budget has room for them.
+
+        Parameters
+        ----------
+        meshes
+            Numbers of the meshes, the most urgent first.
+        triangles
+            (len(parts),) of the mesh with each number; +inf where that is not known: then it is read while there is any
+            room.
+        needed
+            Numbers of the depth objects that the frame needs; others may go.
+
+        Returns
+        -------
+        list[int]
+            Those of the numbers, in their order.
+        """
+        unread = [mesh for mesh in meshes if mesh not in self.meshes.reader.meshes]
+        if not unread:
+            return list(meshes)
+        of_images = sum(self._depth[number].bytes for number in needed if number in self._depth)
+        room = float(self.budget - of_images - self.meshes.wanted_bytes)
+        too_large = set()
+        for mesh in unread:
+            taken = BYTES_PER_TRIANGLE * triangles[mesh] if np.isfinite(triangles[mesh]) else 0.0
+            if room <= 0 or taken > room:
+                too_large.add(mesh)
+            else:
+                room -= taken
+        return [mesh for mesh in meshes if mesh not in too_large]
 
     @property
     def gpu_bytes(self) -> int:

@@ -21,6 +21,8 @@ PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "
 PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
 POSITION_LAYOUT = ("3f 24x", "in_position")
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
+# Of a mesh that was not read yet, a guess: a smooth one has half a vertex for each triangle, one of facets three.
+BYTES_PER_TRIANGLE = 3 * 4 + _VERTEX.itemsize
 
 
 class MaterialLook(NamedTuple):

@@ -8,13 +8,10 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
+from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED
 from depthwalk.render.resources.meshlets import Meshlets, build_meshlets
 
 log = logging.getLogger(__name__)
-
-# Triangles of a fallback mesh that is used without simplified levels: two cores draw so many in 30 ms, and simplifying
-# them takes 4 s.
-_MAX_UNSIMPLIFIED = 200_000
 
 
 class MeshLibrary(Protocol):
@@ -236,7 +233,7 @@ class MeshReader:
         """Read the mesh of `asset`, and find out what takes too long for a frame."""
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
-        simplified = simplified or len(mesh.faces) > _MAX_UNSIMPLIFIED
+        simplified = simplified or len(mesh.faces) > MOST_UNSIMPLIFIED
         levels = self._library.mesh_levels(asset) if simplified else (MeshLevel(mesh, 0.0),)
         meshlets = tuple(build_meshlets(level.mesh) for level in levels)
         if clustered:

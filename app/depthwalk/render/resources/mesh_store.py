@@ -134,7 +134,16 @@ class MeshStore:
     @property
     def fallback_bytes(self) -> int:
         """Return how many bytes of GPU memory the buffers of fallback meshes take."""
-        levels = (level for asset in self.reader.meshes for level in self._drawn.get(asset, {}).values())
+        return self._bytes(set(self.reader.meshes))
+
+    @property
+    def wanted_bytes(self) -> int:
+        """Return how many of `fallback_bytes` those that are not `unwanted_fallbacks` take."""
+        return self._bytes(self.reader.meshes.keys() - self.unwanted_fallbacks)
+
+    def _bytes(self, assets: set[int]) -> int:
+        """Return how many bytes of GPU memory the buffers of the meshes of some assets take."""
+        levels = (level for asset in assets for level in self._drawn.get(asset, {}).values())
         return sum(level.vertices.size + level.indices.size for level in levels)
 
     @property

@@ -159,13 +159,18 @@ def find_casters(view: LightView, bounds: Bounds) -> NDArray[np.intp]:
 
 
 def shadow_map(
-    view: LightView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
+    view: LightView,
+    rows: Rows,
+    scene: SceneArrays,
+    rule: MeshFallbackRule,
+    triangles_per_texel: float,
+    chooses: bool = True,
 ) -> ShadowMap:
     """Plan what is drawn into a shadow map.
 
     Every object is drawn at the coarsest level that is off by `rule.error` texels at most, or at the finest whose
     triangles are affordable, if that is coarser. Where depth images would only be magnified, and the mesh has not too
-    many triangles, the mesh is drawn instead.
+    many triangles, the mesh is drawn instead; so it is where `auto` may choose and the mesh has fewer triangles.
 
     Parameters
     ----------
@@ -179,6 +184,8 @@ def shadow_map(
         When meshes take the place of depth images; its pixels are texels here.
     triangles_per_texel
         How many triangles an object may have for each texel that it covers.
+    chooses
+        Whether `auto` may choose meshes that have fewer triangles.
 
     Returns
     -------
@@ -186,10 +193,10 @@ def shadow_map(
         The map, with the draws of its casters.
     """
     table = scene.table
-    placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
+    placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel, chooses)
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
     as_grid = ~placed.of_mesh
-    level = np.where(as_grid, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
+    level = np.where(as_grid, _grid_level(nearest, middle, placed.asset, table, rule.error, triangles_per_texel), 0)
     simplified = np.isin(placed.representation, SIMPLIFIED)
     level = np.where(simplified, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
     pieces = np.full(len(placed), ALL_PIECES)
@@ -210,16 +217,30 @@ def shadow_map(
 
 
 def _cast_as(
-    view: LightView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
+    view: LightView,
+    rows: Rows,
+    scene: SceneArrays,
+    rule: MeshFallbackRule,
+    triangles_per_texel: float,
+    chooses: bool,
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
 
-    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images. Parts of
-    one asset may disagree near a lamp; then both cast.
+    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images. They do
+    where these would be magnified, and of objects that choose where the mesh has fewer triangles, which are all that it
+    costs here. Parts of one asset may disagree near a lamp; then both cast.
     """
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     nearest, middle = (texel / objects.scale[rows] for texel in view.texels(bounds.take(rows)))
-    found = table.mesh_fallbacks.allowed(objects.asset[rows], nearest, middle, table.meshes, rule, triangles_per_texel)
+    number = objects.asset[rows]
+    texels = table.mesh_fallbacks.pixels(number, middle)
+    quicker = None
+    if chooses and scene.choice is not None:
+        level = _grid_level(nearest, middle, number, table, rule.error, triangles_per_texel)
+        quicker = scene.choice.chooses[rows] & table.mesh_fallbacks.has_fewer_triangles(
+            number, table.triangles[number, level]
+        )
+    found = table.mesh_fallbacks.allowed(number, nearest, texels, table.meshes, rule, triangles_per_texel, quicker)
     if not found.any():
         return objects.take(rows), bounds.take(rows)
     meshes, others = table.mesh_fallbacks.meshes(objects, rows[found]), rows[~found]
@@ -228,15 +249,15 @@ def _cast_as(
 
 
 def _grid_level(
-    nearest: Array, middle: Array, placed: Objects, table: AssetTable, error: float, triangles_per_texel: float
+    nearest: Array, middle: Array, number: Rows, table: AssetTable, error: float, triangles_per_texel: float
 ) -> NDArray[np.int64]:
     """Return the level (n,) at which depth images are drawn.
 
     That is the coarsest which is off by `error` texels at most, or the finest with affordable triangles, if that is
     coarser. nearest, middle: what a texel covers (n,) where the objects come nearest to the light and at their middles,
-    metres in the frames of the objects.
+    metres in the frames of the objects. number: (n,) of the objects in `CookedParts`.
     """
-    texels = table.area[placed.asset] / middle**2
-    affordable = affordable_level(table.triangles[placed.asset], texels, triangles_per_texel)
-    allowed = error_level(table.error[placed.asset], error * nearest)
-    return np.maximum(allowed, np.minimum(affordable, table.levels[placed.asset]))
+    texels = table.area[number] / middle**2
+    affordable = affordable_level(table.triangles[number], texels, triangles_per_texel)
+    allowed = error_level(table.error[number], error * nearest)
+    return np.maximum(allowed, np.minimum(affordable, table.levels[number]))

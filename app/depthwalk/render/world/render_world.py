@@ -226,7 +226,8 @@ class FrameResidency:
     """
 
     def __init__(self, world: RenderWorld, assets: AssetStore, seconds: float | None, *, releases: bool = True) -> None:
-        self._asset, self._meshes = world.objects().asset, world.table().meshes
+        self._asset, table = world.objects().asset, world.table()
+        self._meshes, self._triangles = table.meshes, table.mesh_fallbacks.triangles
         self._assets, self._seconds, self._releases = assets, seconds, releases
         self._needed: list[int] = []
         self._is_needed = np.zeros(len(assets.parts), bool)
@@ -276,7 +277,8 @@ class FrameResidency:
         new = meshes[~self._asked[meshes]]
         if len(new):
             self._asked[new] = True
-            resident = self._assets.meshes.mesh_fallbacks(_in_order(new), wait=self._seconds is None)
+            within = self._assets.within_budget(_in_order(new), self._triangles, self._needed)
+            resident = self._assets.meshes.mesh_fallbacks(within, wait=self._seconds is None)
             for number, levels in resident.items():
                 self._meshes.add(number, levels)
             self._has_mesh[list(resident)] = True
