@@ -18,15 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbacks
+from depthwalk.render.lod.mesh_fallback import TRIANGLES_PER_PIXEL, IsResident, MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
-# Measured by `depthwalk tables --only triangles,objects,pixels` on Mesa llvmpipe.
-TRIANGLES_PER_PIXEL = 0.8
+# Measured as `TRIANGLES_PER_PIXEL` was.
 FREE_TRIANGLES = 3000.0
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise

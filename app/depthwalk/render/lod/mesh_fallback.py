@@ -24,9 +24,9 @@ from depthwalk.types import Array, Ints, Mask, Rows
 IsResident = Callable[[Rows], Mask]
 """Returns which (n,) of the meshes (n,), numbers in `CookedParts`, are on the GPU; the others are being read."""
 
-# A mesh may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as long as
-# with depth images alone; without a limit, half as long again.
-_TRIANGLES_PER_PIXEL = 2
+# A mesh may have so many triangles for each pixel of the rectangle about the object; with more it is slower than depth
+# images. Measured by `depthwalk tables --only triangles,objects,pixels` on Mesa llvmpipe.
+TRIANGLES_PER_PIXEL = 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +131,7 @@ class MeshFallbacks:
         number = objects.asset[rows[near]]
         metres = nearest / view.detail_pixels, (nearest + self.cylinder_radius[number]) / view.detail_pixels
         max_pixels = math.prod(view.whole_size)
-        return near[self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, max_pixels)]
+        return near[self.allowed(number, *metres, levels, rule, TRIANGLES_PER_PIXEL, max_pixels)]
 
     def magnified(self, view: View, objects: Objects, rows: Rows, magnification: float) -> tuple[Rows, Array]:
         """Return which of some objects have a mesh and are so near that their depth images would be magnified.
