@@ -66,28 +66,37 @@ def cache_limit() -> int:
     return parse_size(text, CACHE_LIMIT) if text else limits.MAX_CACHE_BYTES
 
 
-def parse_size(text: str, name: str) -> int:
-    """Return the bytes that a text such as `500MB`, `4 GiB` or `1000` stands for.
+def size_in_bytes(text: str) -> int | None:
+    """Return the bytes that a text such as `500MB`, `4 GiB` or `1000` stands for; None if it is no size.
 
     Parameters
     ----------
     text
         A number, and B, kB, MB, GB or TB in powers of 1000, KiB, MiB, GiB or TiB in powers of 1024.
-    name
-        The option or variable that the text was given for, to begin the message.
+    """
+    match = _SIZE.fullmatch(text.strip())
+    if match is None:
+        return None
+    number, prefix, binary = match.groups()
+    return int(float(number) * (1024 if binary else 1000) ** _PREFIXES.index(prefix.lower()))
 
-    Returns
-    -------
-    int
-        Bytes.
+
+def parse_size(text: str, name: str) -> int:
+    """Return the bytes that a text stands for, see `size_in_bytes`.
+
+    Parameters
+    ----------
+    text
+        What an option or variable was given.
+    name
+        That option or variable, to begin the message.
 
     Raises
     ------
     InputError
         Where the text is no size.
     """
-    match = _SIZE.fullmatch(text.strip())
-    if match is None:
+    found = size_in_bytes(text)
+    if found is None:
         raise InputError(f"{name} {text}: must be a size such as 500MB or 4GB")
-    number, prefix, binary = match.groups()
-    return int(float(number) * (1024 if binary else 1000) ** _PREFIXES.index(prefix.lower()))
+    return found

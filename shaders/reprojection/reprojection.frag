@@ -2,8 +2,8 @@
 //
 // Coordinates are those of the picture's camera: right, up and ahead of it, metres. Each pixel looks for the surface on its
 // ray by fixed-point steps: how far away the picture's surface is in one place tells in which place to look next (Bowles et
-// al. 2012, "Iterative Image Warping"). They begin with what is there if everything is infinitely far, and once more with
-// the nearest surface that has come there: a thing may have moved by more than its width.
+// al. 2012, "Iterative Image Warping"). They begin with the nearest surface that has come there, since a thing may have moved
+// by more than its width: a ray that misses it meets what is behind it in the next step.
 // EXACT: the camera is that of the picture; TURNED: it stands where that stood.
 #from depthwalk.render.reprojection import CELL
 #from depthwalk.render.reprojection import FIXED_POINT_STEPS
@@ -12,6 +12,7 @@
 uniform sampler2D picture;      // sRGB
 uniform sampler2D distances;    // metres ahead, negative beside what is nearer
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
+uniform vec2 cells_shown;       // part of these cells that the screen covers, to the right and up
 uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the new camera, one metre long along its axis
 uniform vec3 viewer;            // the new camera
 uniform vec3 axis;              // its view axis, unit
@@ -61,10 +62,8 @@ void main() {
     screen = texture(picture, mirrored(place_of(ray_from_screen * vec3(2.0 * uv - 1.0, 1.0))));
 #else
     vec3 ray = ray_from_screen * vec3(2.0 * uv - 1.0, 1.0);
-    vec3 near = viewer + texelFetch(nearest, ivec2(gl_FragCoord.xy) / CELL, 0).r * ray;
-    Found found = search(ray, place_of(ray)), other = search(ray, place_of(near));
-    bool nearer = abs(other.ahead) < HIDDEN * abs(found.ahead);
-    if (nearer && abs(abs(other.ahead) - other.expected) < (1.0 - HIDDEN) * other.expected) found = other;
+    vec3 near = viewer + texture(nearest, uv * cells_shown).r * ray;
+    Found found = search(ray, place_of(near));
     // Something nearer stands in the picture where this surface should be: what was behind it was never seen.
     bool hidden = abs(found.ahead) < HIDDEN * found.expected;
     vec2 place = mirrored(hidden ? found.behind : found.place);

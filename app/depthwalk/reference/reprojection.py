@@ -100,9 +100,8 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     """Return which place of a picture each pixel of another view is filled from.
 
     The surface on a pixel's ray is found by fixed-point steps, which take turns between how far away it is and where in
-    the picture it therefore lies (Bowles et al. 2012, "Iterative Image Warping"). They begin with what is there if
-    everything is infinitely far, and once more with the nearest surface that has come there. Beside nearer surfaces a
-    pixel of the picture keeps to itself, so that its middle is the place.
+    the picture it therefore lies (Bowles et al. 2012, "Iterative Image Warping"). They begin with the nearest surface
+    that has come there. Beside nearer surfaces a pixel of the picture keeps to itself, so that its middle is the place.
 
     Parameters
     ----------
@@ -142,12 +141,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
 
     cell = np.indices((height, width)) // CELL
     near = nearest_seen(picture, distances, view)[cell[0], cell[1]]
-    place, ahead, expected, behind = search(place_of(rays))
-    other_place, other_ahead, other_expected, other_behind = search(place_of(viewer + near[..., None] * rays))
-    better = other_ahead < HIDDEN * ahead
-    better &= np.abs(other_ahead - other_expected) < (1 - HIDDEN) * other_expected
-    place, behind = (np.where(better[..., None], *both) for both in ((other_place, place), (other_behind, behind)))
-    ahead, expected = np.where(better, other_ahead, ahead), np.where(better, other_expected, expected)
+    place, ahead, expected, behind = search(place_of(viewer + near[..., None] * rays))
     hidden = ahead < HIDDEN * expected
     alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
     found = np.where(hidden[..., None], behind, place)

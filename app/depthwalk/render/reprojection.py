@@ -190,6 +190,7 @@ class Reprojection:
             picture=0,
             distances=1,
             nearest=2,
+            cells_shown=tuple(size / (CELL * math.ceil(size / CELL)) for size in view.size),
             ray_from_screen=tuple(rays.T.ravel()),
             viewer=tuple(viewer),
             axis=tuple(axis),

@@ -4,12 +4,12 @@ They are typed, and import neither OpenGL nor the renderer, so that a scene can 
 panel of the window, `--set render.…` and docs/parameters.md are made from the same declarations.
 """
 
-import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from depthwalk.budget import size_in_bytes
 from depthwalk.params import Params, param
 
 
@@ -384,16 +384,10 @@ class CullingParams(Params):
     occlusion: bool = param(True, "Leave out objects that are hidden behind others")
 
 
-_UNITS = {"B": 1} | {
-    prefix + "B": 1000**power for power, prefix in enumerate("kMGT", 1)
-} | {prefix + "iB": 1024**power for power, prefix in enumerate("KMGT", 1)}  # fmt: skip
-
-
 def _bytes(value: Any) -> Any:
     """Return a number of bytes, given as such or as text such as `2 GiB`."""
-    found = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) ?([A-Za-z]+)", value) if isinstance(value, str) else None
-    if found and found[2] in _UNITS and len(found[1]) < 40:  # more digits than any size has may be infinite
-        return int(float(found[1]) * _UNITS[found[2]])
+    if isinstance(value, str) and (found := size_in_bytes(value)) is not None:
+        return found
     if type(value) is not int:
         raise ValueError(f"must be a size such as 2 GiB or 500 MB, or a number of bytes, not {value!r:.40}")
     return value
