@@ -28,14 +28,15 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 
 _WARM = 6  # frames that are not counted
-_DIRECTORY = "depthwalk.gpu.program.shader_root"
+_SHADERS = "depthwalk.gpu.program.shader_root"
 Times = dict[str, list[float]]
 
 
 def measure_frame(headless: HeadlessRenderer, folder: Path, view: View) -> dict[str, float]:
     """Draw a frame by the shaders of `folder`; return the milliseconds of processor time of each pass, and of all."""
-    screen, found = headless._screen, {}
-    with headless.device.context, patch(_DIRECTORY, partial(Path, folder)):
+    screen = headless._screen
+    found: dict[str, float] = {}
+    with headless.device.context, patch(_SHADERS, partial(Path, folder)):
         finish = headless.device.context.finish
         finish()
         start = last = time.process_time()

@@ -4,9 +4,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from tools import pass_times
 
 from depthwalk.resources import shader_root
+from tools import pass_times
 
 
 @pytest.mark.gl
@@ -27,7 +27,8 @@ def test_each_folder_draws_by_its_own_shaders(
 
 
 @pytest.mark.parametrize(
-    ("more", "said"), [(("--shaders", "nowhere"), "nowhere: is no folder of shaders"), (("--frames", "6"), "more than 6")]
+    ("more", "said"),
+    [(("--shaders", "nowhere"), "nowhere: is no folder of shaders"), (("--frames", "6"), "more than 6")],
 )
 def test_mistakes_are_told(
     tiny_scene: Path, capsys: pytest.CaptureFixture[str], more: tuple[str, ...], said: str

@@ -15,13 +15,13 @@ from depthwalk.render.lod.mesh_choice import (
     BINS,
     FREE_TRIANGLES,
     HYSTERESIS,
-    TRIANGLES_PER_PIXEL,
     UNKNOWN,
     advice_bins,
     advised_at,
     advised_table,
     mesh_is_quicker,
 )
+from depthwalk.render.lod.mesh_fallback import TRIANGLES_PER_PIXEL
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Camera, Representation
