@@ -1,6 +1,6 @@
 // Draws a pixel by the functions of passes that follow each other: DRAW_PASSES calls them, RESULT is what the last one draws.
 // SURFACES, SKY: only pixels that show something, or nothing; TESTED: a test of the depth has found them already.
-// READS_…: which targets they read that none of them draws; nearest texels, see texel.glsl.
+// READS_…: which targets they read that none of them draws.
 #include "common/pixel.glsl"
 
 in vec2 uv;
@@ -11,8 +11,9 @@ void main() {
     Pixel pixel;
     pixel.uv = uv;
     pixel.ray = ray;
+    ivec2 here = ivec2(gl_FragCoord.xy);
 #ifdef READS_DEPTH
-    pixel.depth = textureLod(depth_texture, uv, 0.0).r;
+    pixel.depth = texelFetch(depth_texture, here, 0).r;
 #ifndef TESTED
 #if defined SKY
     if (pixel.depth < 1.0) discard;
@@ -22,16 +23,16 @@ void main() {
 #endif
 #endif
 #ifdef READS_ALBEDO
-    pixel.albedo = textureLod(albedo_texture, uv, 0.0);
+    pixel.albedo = texelFetch(albedo_texture, here, 0);
 #endif
 #ifdef READS_SURFACE
-    pixel.surface = textureLod(surface_texture, uv, 0.0);
+    pixel.surface = texelFetch(surface_texture, here, 0);
 #endif
 #ifdef READS_SHADOW
-    pixel.shadow = textureLod(shadow_texture, uv, 0.0).r;
+    pixel.shadow = texelFetch(shadow_texture, here, 0).r;
 #endif
 #ifdef READS_LIT
-    pixel.lit = textureLod(lit_texture, uv, 0.0);
+    pixel.lit = texelFetch(lit_texture, here, 0);
 #endif
     DRAW_PASSES
     result = RESULT;
