@@ -53,6 +53,6 @@ bool beside_surface(FieldRay ray, float part) { return surface_depth((ray.start 
 // Writes that the pixel shows the surface after `part` of the ray's way.
 void write_hit(FieldRay ray, float part) {
     float inverse = gl_FragCoord.w / (1.0 + part * ray.length);
-    visibility = visibility_from(object, uint(FACE_TOP << FACE_SHIFT), inverse, 0.0);
+    visibility = visibility_from(object, uint(FACE_TOP << FACE_SHIFT), inverse);
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding
 }

@@ -2,19 +2,42 @@
 // and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
 #from depthwalk.cook.lod_geometry import IMAGE_BITS
 #from depthwalk.render.resources.placed_records import COVERAGE_STEPS, FIRST_CAPTURED
-const uint COVERAGE_MASK = uint(COVERAGE_STEPS);
+const uint COVERAGE_MASK = uint(COVERAGE_STEPS), COVERAGE_BITS = 4u;
+const uint ASIDE_MASK = 3u, ASIDE_BITS = 2u, PART_MASK = COVERAGE_MASK | (1u << (COVERAGE_BITS + 2u * ASIDE_BITS)) - 1u;
+const uint PARTS = 12u;                // steps of coverage: whole numbers of four texels are exact
+const uint WHOLE = COVERAGE_MASK;      // in their place: a pixel that is covered, and seen aside
 const uvec2 NO_OBJECT = uvec2(0u);     // polygons; depth-image objects are numbered from 1
 const uvec2 GROUND = uvec2(0u, COVERAGE_MASK + 1u);     // told apart only to count what shows objects; infinitely far, as NO_OBJECT
 
-// uncovered: the part of the pixel that shows what is behind, 0 for full coverage. It takes the last bits of `inverse`, which
-// is good to 1e-6 without.
-uvec2 visibility_from(uint object, uint image, float inverse, float uncovered) {
-    uint part = uint(uncovered * float(COVERAGE_MASK) + 0.5);
-    return uvec2(object << IMAGE_BITS | image, (floatBitsToUint(inverse) & ~COVERAGE_MASK) | part);
+// What fills the pixel. `inverse` is good to 1e-6.
+uvec2 visibility_from(uint object, uint image, float inverse) {
+    return uvec2(object << IMAGE_BITS | image, floatBitsToUint(inverse) & ~COVERAGE_MASK);
+}
+// What fills the pixel but for the part `uncovered`, and has that distance not in the pixel's middle but `aside`, pixels from
+// there, −½ to ¼ along either axis, to a quarter. These take further bits, and `inverse` is good to 1.5e-5.
+uvec2 visibility_from(uint object, uint image, float inverse, float uncovered, vec2 aside) {
+    uint part = uint(uncovered * float(PARTS) + 0.5);
+    if (part == 0u) {
+        if (aside == vec2(0.0)) return visibility_from(object, image, inverse);
+        part = WHOLE;
+    }
+    uvec2 place = uvec2(clamp(aside * 4.0 + 2.5, 0.0, float(ASIDE_MASK)));
+    part |= place.x << COVERAGE_BITS | place.y << (COVERAGE_BITS + ASIDE_BITS);
+    return uvec2(object << IMAGE_BITS | image, (floatBitsToUint(inverse) & ~PART_MASK) | part);
 }
 // As polygons, but tells which row of the scene's objects a captured view shows.
 uvec2 captured_visibility(uint row) { return uvec2(0u, uint(FIRST_CAPTURED) + row * (COVERAGE_MASK + 1u)); }
 uint object_of(uvec2 visibility) { return visibility.x >> IMAGE_BITS; }
 int image_of(uvec2 visibility) { return int(visibility.x & ((1u << IMAGE_BITS) - 1u)); }
-float distance_of(uvec2 visibility) { return 1.0 / uintBitsToFloat(visibility.y & ~COVERAGE_MASK); }
-float uncovered_of(uvec2 visibility) { return float(visibility.y & COVERAGE_MASK) / float(COVERAGE_MASK); }
+bool is_whole(uvec2 visibility) { return (visibility.y & COVERAGE_MASK) == 0u; }     // and seen in its middle
+float distance_of(uvec2 visibility) {
+    return 1.0 / uintBitsToFloat(visibility.y & ~(is_whole(visibility) ? COVERAGE_MASK : PART_MASK));
+}
+float uncovered_of(uvec2 visibility) {
+    uint part = visibility.y & COVERAGE_MASK;
+    return part == WHOLE ? 0.0 : float(part) / float(PARTS);
+}
+vec2 aside_of(uvec2 visibility) {
+    if (is_whole(visibility)) return vec2(0.0);
+    return vec2(visibility.y >> COVERAGE_BITS & ASIDE_MASK, visibility.y >> (COVERAGE_BITS + ASIDE_BITS) & ASIDE_MASK) / 4.0 - 0.5;
+}

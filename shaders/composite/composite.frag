@@ -30,7 +30,8 @@ layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the p
 
 // 1 over the distance along the view axis, 0 where nothing is; `nearest` is the texel that owns it, `uncovered` the part of the
 // pixel that shows what is behind.
-float inverse_distance(out ivec2 nearest, out float uncovered) {
+float inverse_distance(out ivec2 nearest, out float uncovered, out vec2 aside) {
+    aside = vec2(0.0);
 #ifdef ALIGNED
     uncovered = 0.0;
     nearest = ivec2(gl_FragCoord.xy) + texel_from_pixel;
@@ -41,7 +42,7 @@ float inverse_distance(out ivec2 nearest, out float uncovered) {
     vec3 at = surface_texel();
     vec2 texel = at.xy / at.z;
     if (any(lessThan(texel, vec2(-1.0))) || any(greaterThan(texel, tile.zw + 1.0))) return 0.0;
-    float stored = tile_depth(tile.xy + texel, nearest, uncovered);
+    float stored = tile_depth(tile.xy + texel, nearest, uncovered, aside);
     return stored == 1.0 ? 0.0 : inverse_on_ray(stored, at);
 #endif
 }
@@ -49,7 +50,8 @@ float inverse_distance(out ivec2 nearest, out float uncovered) {
 void main() {
     ivec2 nearest;
     float uncovered;
-    float inverse = inverse_distance(nearest, uncovered);
+    vec2 aside;
+    float inverse = inverse_distance(nearest, uncovered, aside);
     if (inverse == 0.0) discard;
     uint owner = texel_at(atlas_owner, nearest).r;
     uint image = owner & ((1u << IMAGE_BITS) - 1u);
@@ -60,7 +62,7 @@ void main() {
     tile_light = tile_light_found;
 #endif
 #endif
-    visibility = visibility_from(object + (owner >> IMAGE_BITS), image, inverse, uncovered);
+    visibility = visibility_from(object + (owner >> IMAGE_BITS), image, inverse, uncovered, aside);
     float depth = depth_from_inverse.x - depth_from_inverse.y * inverse;
     gl_FragDepth = max(depth, gl_FragCoord.z);      // as promised, against rounding
 }

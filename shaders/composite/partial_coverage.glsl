@@ -1,6 +1,9 @@
 // Weighs the four texels of an impostor tile around a pixel: which of them make up the surface that the pixel shows, and, where
 // PARTIAL, what part of the pixel they leave uncovered (docs/anti-aliasing.md). Texels are half a pixel wide then.
 #include "composite/cracks.glsl"
+#ifdef PARTIAL
+const float STEEP = 0.3;            // of the depths that one surface may span from texel to texel
+#endif
 #ifdef LIT
 vec4 tile_light_found;      // by `tile_depth`: linear light, filtered bilinearly as the paper's textures are (§2.5)
 #endif
@@ -31,8 +34,9 @@ bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out flo
 }
 
 // Stored depth at `texel` of the atlas, 1 outside the silhouette; `nearest` is the texel that owns the result, `uncovered` the
-// part of the pixel that shows what is behind.
-float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered) {
+// part of the pixel that shows what is behind. `aside` is where the surface has that depth, pixels from the pixel's middle.
+float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 aside) {
+    aside = vec2(0.0);
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
     ivec2 low = ivec2(floor(position));
     vec2 f = position - vec2(low);
@@ -60,6 +64,13 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered) {
     weight *= step(abs(depth - own), vec4(depth_tolerance(own)));
 #ifdef PARTIAL
     uncovered = 1.0 - dot(weight, vec4(1.0));
+    // The mean of depths lies on a surface that is flat between them. Of a steep one it may be far off, so one texel counts.
+    vec4 deviation = abs(depth - own) * vec4(greaterThan(weight, vec4(0.0)));
+    if (max(max(deviation.x, deviation.y), max(deviation.z, deviation.w)) > STEEP * depth_tolerance(own)) {
+        aside = 0.5 * (vec2(right, upper) - f);
+        return own;
+    }
+    if (uncovered > 0.0) aside = 0.5 * (vec2(weight.y + weight.z, weight.x + weight.y) / dot(weight, vec4(1.0)) - f);
 #endif
     return dot(weight, depth) / dot(weight, vec4(1.0));
 }

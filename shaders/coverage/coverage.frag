@@ -1,10 +1,10 @@
 // Blends pixels that a depth image covers in part with what is behind it, in linear light. What is behind is the mean of the
 // pixels around that are farther away.
+#include "common/blending.glsl"
 #include "common/distance.glsl"
 #include "common/visibility.glsl"
 uniform usampler2D visibility_texture;
-uniform sampler2D lit_texture;      // as it was
-layout(location = 0) out vec4 lit;
+layout(location = 0) out vec4 blended;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -13,12 +13,12 @@ void main() {
     vec4 behind_it = vec4(0.0);
     // A loop that most pixels never enter: software rasterisers run all of what is not in one.
     for (int k = uncovered > 0.0 ? 0 : 9; k < 9; ++k) {
-        ivec2 other = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), textureSize(lit_texture, 0) - 1);
+        ivec2 other = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), textureSize(before_texture, 0) - 1);
         // Neighbours by an edge count twice.
         float weight = texelFetch(depth_texture, other, 0).r > farthest ? float(1 + k % 2) : 0.0;
-        behind_it += weight * texelFetch(lit_texture, other, 0);
+        behind_it += weight * pixel_before(other);
         total += weight;
     }
     if (total == 0.0) discard;
-    lit = mix(texelFetch(lit_texture, pixel, 0), behind_it / total, uncovered);
+    blended = written(mix(pixel_before(pixel), behind_it / total, uncovered));
 }

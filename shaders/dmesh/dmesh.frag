@@ -8,4 +8,4 @@ PER_SAMPLE in float forward;
 
 layout(location = 0) out uvec2 visibility;
 
-void main() { visibility = visibility_from(object, image, 1.0 / forward, 0.0); }
+void main() { visibility = visibility_from(object, image, 1.0 / forward); }

@@ -1,15 +1,15 @@
 // Blends a pixel that an edge divides with its neighbour across that edge, in pixels, by the part of it that lies beyond
 // (Persson 2011; edge-optimised GPAA, §1.3, with the area in place of the distance). Twin: reference/gpaa.py.
+#include "common/blending.glsl"
 #include "common/distance.glsl"
 #include "common/gbuffer.glsl"
 #include "gpaa/line.glsl"
 uniform sampler2D surface_texture;
-uniform sampler2D lit_texture;      // as it was
 uniform float least_fold;           // cosine: surfaces that meet at less are smooth neighbour
 
 flat in vec4 ends;
 flat in float silhouette;           // 1, or 0 for a crease between faces that are both seen
-layout(location = 0) out vec4 lit;
+layout(location = 0) out vec4 blended;
 
 const float INFINITELY = 1e30;      // far: the sky is behind what ends at the far plane, too
 const float MAX_SLOPE = 8.0;        // faces that meet at a crease may be this many times as deep as wide
@@ -29,7 +29,7 @@ void main() {
     float away = line.steep ? line.slope * from.y - from.x : line.slope * from.x - from.y;  // of the line from the middle
     int way = away >= 0.0 ? 1 : -1;
     ivec2 here = ivec2(gl_FragCoord.xy), neighbour = here + (line.steep ? ivec2(way, 0) : ivec2(0, way));
-    if (any(lessThan(neighbour, ivec2(0))) || any(greaterThanEqual(neighbour, textureSize(lit_texture, 0)))) discard;
+    if (any(lessThan(neighbour, ivec2(0))) || any(greaterThanEqual(neighbour, textureSize(before_texture, 0)))) discard;
 
     bool inside = (ends.z - ends.x) * from.y > (ends.w - ends.y) * from.x;
     float at = distance_of(gl_FragCoord.z), farthest = behind(at, SURFACE_GAP);
@@ -40,5 +40,5 @@ void main() {
     bool level = max(near, far) <= behind(at, MAX_SLOPE) && at <= behind(min(near, far), MAX_SLOPE);
     bool crease = level && dot(normal_at(here), normal_at(neighbour)) < least_fold;
     if (!crease && !(step && silhouette > 0.0)) discard;
-    lit = mix(texelFetch(lit_texture, here, 0), texelFetch(lit_texture, neighbour, 0), part_beyond(abs(away), line.spread));
+    blended = written(mix(pixel_before(here), pixel_before(neighbour), part_beyond(abs(away), line.spread)));
 }

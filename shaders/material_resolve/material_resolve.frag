@@ -40,7 +40,8 @@ void main() {
 #endif
     vec4 viewer = object_texel(object_of(visibility), SURFACE_RECORD_VIEWER);     // w: the object's scale
     vec4 rotation = object_texel(object_of(visibility), SURFACE_RECORD_ROTATION);
-    vec3 from_viewer = ray * distance_of(visibility);
+    vec3 seen_along = ray + mat2x3(ray_from_screen) * (aside_of(visibility) * 2.0 / view_size);
+    vec3 from_viewer = seen_along * distance_of(visibility);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
 #ifdef COORDINATES
     sight = point - viewer.xyz;

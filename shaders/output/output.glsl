@@ -1,6 +1,7 @@
 // Converts linear, premultiplied light to sRGB (IEC 61966-2-1) with alpha apart.
 // SUPERSAMPLED: of a square of texels, whose mean is shown.
 #include "common/pixel.glsl"
+#include "common/srgb.glsl"
 #include "output/tone.glsl"
 uniform float exposure;
 uniform int samples;    // per pixel, along either axis
@@ -8,13 +9,6 @@ uniform int samples;    // per pixel, along either axis
 // What the screen shows of a texel, linear, not premultiplied. What is too bright is white before it is averaged.
 vec4 shown_of(vec4 lit) {
     return vec4(clamp(tone(exposure * lit.rgb / max(lit.a, 1e-4)), 0.0, 1.0), lit.a);
-}
-
-// The power of 1 / 2.4 is fitted, 4e-5 off at most: two roots take software rasterisers a quarter of the time.
-vec3 encode(vec3 c) {
-    vec3 root = sqrt(c), fourth = sqrt(root);
-    vec3 curve = (1.122681 - 0.335501 * fourth) * root + 0.196136 * fourth + 0.08133 * c - 0.064612;
-    return mix(c * 12.92, curve, step(0.0031308, c));
 }
 
 void draw_output(inout Pixel pixel) {
@@ -29,5 +23,5 @@ void draw_output(inout Pixel pixel) {
 #else
     vec4 shown = shown_of(pixel.lit);
 #endif
-    pixel.screen = vec4(encode(shown.rgb), shown.a);
+    pixel.screen = vec4(srgb_from_linear(shown.rgb), shown.a);
 }

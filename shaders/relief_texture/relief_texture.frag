@@ -32,6 +32,6 @@ void main() {
     float covered = dot(weight, vec4(1.0));
     if (covered < 0.5) discard;
     float inverse = gl_FragCoord.w * dot(weight, ratio) / covered;
-    visibility = visibility_from(object, uint(FACE_TOP << FACE_SHIFT), inverse, 0.0);
+    visibility = visibility_from(object, uint(FACE_TOP << FACE_SHIFT), inverse);
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding
 }

@@ -31,15 +31,32 @@ def test_curves_cross_where_their_powers_meet() -> None:
     assert crossings(at, np.array([1, 10, np.nan, 1]), np.full(4, 2.0)) == pytest.approx([2.0])
 
 
-def test_a_divided_mesh_has_the_same_surface() -> None:
+@pytest.mark.parametrize("parts", [2, 3, 5])
+def test_a_divided_mesh_has_the_same_surface(parts: int) -> None:
     mesh = sphere(0.5, columns=8, rows=4)
-    finer = curves.subdivided(mesh)
-    assert len(finer.faces) == 4 * len(mesh.faces)
-    areas = [face_normals(each.positions[each.faces])[1] for each in (mesh, finer)]
-    assert areas[1].reshape(-1, 4) == pytest.approx(np.repeat(areas[0][:, None] / 4, 4, 1), rel=1e-4)
+    finer = curves.subdivided(mesh, parts)
+    count = parts**2
+    assert len(finer.faces) == count * len(mesh.faces)
+    (normals, areas), (_, finer_areas) = (face_normals(each.positions[each.faces]) for each in (mesh, finer))
+    assert finer_areas.reshape(-1, count) == pytest.approx(np.repeat(areas[:, None] / count, count, 1), rel=1e-3)
+    turned, _ = face_normals(finer.positions[finer.faces])
+    assert np.einsum("fd,fkd->fk", normals, turned.reshape(-1, count, 3))[areas > 0] == pytest.approx(1, abs=1e-4)
     assert sum(part.face_count for part in finer.parts) == len(finer.faces)
     assert np.linalg.norm(finer.normals, axis=1) == pytest.approx(1, abs=1e-5)
     assert finer.colours.shape == finer.positions.shape and finer.uv.shape == (len(finer.positions), 2)
+
+
+def test_a_divided_mesh_is_as_closed_as_it_was() -> None:
+    mesh = sphere(0.5, columns=8, rows=4)
+    open_edges = []
+    for each in (mesh, curves.subdivided(mesh, 3)):
+        sides = np.sort(each.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        open_edges.append(int((np.unique(sides, axis=0, return_counts=True)[1] == 1).sum()))
+    assert open_edges[1] == 3 * open_edges[0]
+
+
+def test_edges_are_divided_into_as_many_parts_as_the_triangles_allow() -> None:
+    assert [curves._parts(most) for most in (0, 1, 3, 4, 12)] == [[], [], [2, 3], [2, 4], [2, 4, 8, 12]]
 
 
 def test_curves_are_drawn_with_logarithmic_axes() -> None:

@@ -83,14 +83,19 @@ def test_rows_are_made_once(crowd: tuple[Path, Path], tmp_path: Path) -> None:
     assert columns["mesh"]["flip"] <= columns["mesh-lod"]["flip"] * (1 + TOLERANCE)
     assert columns["mesh-lod"]["counts"]["mesh_triangles"] <= columns["mesh"]["counts"]["mesh_triangles"]
     assert columns["unoccluded"]["setting"] == columns["mesh-lod"]["setting"]
-    target = max(columns[name]["flip"] for name in ("mesh-lod", "dpci"))
+    target = max(columns[name]["flip"] for name in ("mesh-lod", "scene"))
     assert all(column["flip"] <= target * (1 + TOLERANCE) ** 2 for column in columns.values())
-    assert "mesh-lod / dpci" in first.stdout
+    assert "mesh-lod / scene" in first.stdout
 
     row["columns"]["mesh"]["frame_ms"] = 12345.67
     out.write_text(json.dumps(document))
     again = run(scene, "--path", path, "--counts", "2", *shape)
     assert again.exit_code == 0 and "12345.67" in again.stdout
+
+    row["columns"]["dpci"] = row["columns"].pop("scene")
+    out.write_text(json.dumps(document))
+    refused = run(scene, "--path", path, "--counts", "2", *shape)
+    assert refused.exit_code == 2 and "holds a table of other columns than mesh, mesh-lod" in refused.stderr
 
 
 @pytest.mark.gl

@@ -24,6 +24,7 @@ BOUNDS: dict[str, tuple[Callable[[], Model], float, float]] = {
     "plate": (partial(specimens.plate, 0.02), 0.99, 0.1),
     "torus": (partial(specimens.torus, 16), 0.99, 0.01),
     "flat_figure": (partial(specimens.flat_figure, 0.01), 0.97, 0.1),
+    "figure": (partial(specimens.figure, 0.02), 0.95, 0.5),
     "cup": (partial(specimens.cup, 48), 0.99, 0.05),
     "chair": (specimens.chair, 0.9, 0.4),
     "coil": (partial(specimens.coil, 8), 0.86, 0.8),

@@ -238,6 +238,7 @@ def modes() -> Iterator[dict[str, Any]]:
     """Scenes and settings that between them have every pass do all it can."""
     for aa in ("none", "coverage", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"):
         yield {"aa": aa}
+    yield {"aa": "gpaa-edge", "gpaa.samples": 1}
     for mode in ("paper", "gather", "accumulate"):
         yield {"dof.mode": mode, "dof.samples": 2}
     yield {"light.mode": "forward"}

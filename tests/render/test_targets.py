@@ -34,7 +34,7 @@ def test_every_target_is_written_and_read_by_a_pass() -> None:
     written = {name for pass_ in PASSES for name in pass_.writes}
     read = {name for pass_ in PASSES for name in pass_.reads}
     assert TARGETS.keys() - written == {"samples"}  # these are written as `visibility`, `albedo` and so on
-    assert TARGETS.keys() - read == {"screen"}
+    assert TARGETS.keys() == read
 
 
 def test_textures_have_the_declared_formats(targets: Targets) -> None:

@@ -4,19 +4,22 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
-from tools.make_models import leaves, props, relief, stone, surfaces
+from scipy.spatial import cKDTree
+from tools.make_models import crowd, leaves, props, relief, stone, surfaces
 from tools.make_models.decimate import unpinched, with_exact_count, without_flaps
 from tools.make_models.generate import generate
 from tools.make_models.meshing import ambient_occlusion, interpolated_occlusion, largest_part, polygonise
 from tools.make_models.model import Model, write_ply
 from tools.make_models.noise import fractal
 from tools.make_models.sdf import Blob, Points, Rod, ellipsoid, rod, sculpt, union
+from tools.make_models.specimens import figure
 from tools.make_models.textures import grass, paving, tiling_noise, write_png
 from trimesh.visual import ColorVisuals
 
@@ -24,6 +27,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.solid import is_solid
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.path import load_path
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.types import Array
 
@@ -273,3 +277,15 @@ def test_the_market_is_a_scene_of_different_assets(tmp_path: Path) -> None:
     assert isinstance(asset, MeshAsset)
     mesh = load_mesh(asset.mesh)
     assert 0.6 < mesh.bounds[1][1] < 1.4 and is_solid(mesh)
+
+
+def test_the_crowd_is_a_walk_among_thin_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(crowd, "figure", partial(figure, 0.03))
+    generate(tmp_path, ["crowd"])
+    scene, walk = load_scene(tmp_path / "crowd.yaml"), load_path(tmp_path / "crowd_walk.yaml")
+    assert len(scene.objects) == 10_000
+    apart = cKDTree(scene.objects.position).query(walk.sample(7.0).position)[0]
+    assert apart < 3  # the walk leads through the crowd
+    low, high = load_mesh(tmp_path / "figure.ply").bounds
+    assert low[1] == 0 and high[1] == pytest.approx(1.75, abs=0.03)
+    assert high[0] - low[0] > 1  # the arms are spread

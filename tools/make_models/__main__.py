@@ -1,7 +1,8 @@
 """Make the meshes and textures of the demo, always the same bytes: `python -m tools.make_models [FOLDER [NAME...]]`.
 
 The meshes have about a million triangles each; `tools.make_models.ship` makes of them what ships. By name it also makes
-the specimens (`python -m tools.make_models /tmp animal chair`), and `market`, a scene of hundreds of assets.
+the specimens (`python -m tools.make_models /tmp animal chair`), `market`, a scene of hundreds of assets, and `crowd`,
+one of thousands of thin figures.
 """
 
 from pathlib import Path
@@ -19,7 +20,7 @@ from depthwalk.limits import MAX_ASSETS
 def main(
     outdir: Annotated[Path, typer.Argument(help="Folder to write to.")] = OUT,
     names: Annotated[
-        list[str] | None, typer.Argument(help="Only these files, without suffix; specimens; market.")
+        list[str] | None, typer.Argument(help="Only these files, without suffix; specimens; market; crowd.")
     ] = None,
     assets: Annotated[int, typer.Option(min=1, max=MAX_ASSETS, help="Number of assets of the market.")] = 300,
     verbose: Verbose = False,

@@ -1,4 +1,4 @@
-"""Write models, textures, specimens and the market to a folder, models in two processes."""
+"""Write models, textures, specimens, the market and the crowd to a folder, models in two processes."""
 
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 from tools.make_models.catalogue import MODELS, TEXTURES
+from tools.make_models.crowd import write_crowd
 from tools.make_models.market import write_market
 from tools.make_models.model import write_ply
 from tools.make_models.specimens import SPECIMENS
@@ -52,7 +53,7 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
     folder
         The folder to write to; it is made where it is missing.
     names
-        Names of models, textures and specimens, and "market" for the scene of that name.
+        Names of models, textures and specimens, and "market" and "crowd" for the scenes of these names.
     assets
         Number of assets of the market.
 
@@ -61,7 +62,7 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
     InputError
         For an unknown name, and where the folder cannot be made.
     """
-    known = [*MODELS, *TEXTURES, *SPECIMENS, "market"]
+    known = [*MODELS, *TEXTURES, *SPECIMENS, "market", "crowd"]
     for name in names:
         if name not in known:
             raise InputError(f"no demo file is called {name!r}{suggest(name, known)}")
@@ -71,6 +72,8 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
     write_textures(folder, [n for n in wanted if n in TEXTURES])
     if "market" in wanted:
         write_market(folder, assets)
+    if "crowd" in wanted:
+        write_crowd(folder)
 
 
 def make_folder(folder: Path) -> None:

@@ -45,6 +45,15 @@ def flat_figure(cell: float = 0.004) -> Model:
     return _mottled(model, (0.70, 0.50, 0.30), 4)
 
 
+def figure(cell: float = 0.006) -> Model:
+    """Make a slim person of 1.75 m, arms and fingers spread, legs apart, of marching cubes of edge `cell`, metres.
+
+    Three quarters of the cylinder that holds it are air, through which one sees what stands behind.
+    """
+    model = _polygonised(_figure, (-0.62, -0.02, -0.16), (0.62, 1.8, 0.24), cell)
+    return _mottled(model, (0.64, 0.46, 0.38), 10)
+
+
 def cup(segments: int = 160) -> Model:
     """Make a tall cup with walls of 1.5 cm and a handle; `segments` vertices go round it."""
     outer = rounded_profile([(0.27, 0.0), (0.30, 0.1), (0.34, 0.5), (0.38, 0.97)], 60)
@@ -132,6 +141,29 @@ def _flat_figure(p: Points) -> Distance:
     return np.maximum(outline, np.abs(p[:, 2]) - np.float32(HALF_FLAT))
 
 
+def _figure(p: Points) -> Distance:
+    trunk = ellipsoid(p, (0, 1.2, 0), (0.15, 0.27, 0.095))
+    strokes: list[Stroke] = [
+        Blob((0, 0.96, -0.01), (0.15, 0.11, 0.1), 0.06),  # hips
+        Rod((0, 1.4, 0), (0, 1.56, 0.01), 0.055, 0.045, 0.04),  # neck
+        Blob((0, 1.65, 0.015), (0.075, 0.105, 0.095), 0.02),
+    ]
+    for side in (-1, 1):
+        strokes += [
+            Rod((side * 0.09, 0.93, 0), (side * 0.18, 0.5, 0.03), 0.075, 0.05, 0.04),  # leg
+            Rod((side * 0.18, 0.5, 0.03), (side * 0.25, 0.08, -0.01), 0.048, 0.028, 0.03),
+            Rod((side * 0.25, 0.03, -0.03), (side * 0.29, 0.028, 0.15), 0.035, 0.022, 0.03),
+            Rod((side * 0.15, 1.39, 0), (side * 0.34, 1.16, -0.02), 0.05, 0.036, 0.04),  # arm
+            Rod((side * 0.34, 1.16, -0.02), (side * 0.48, 0.96, 0.09), 0.035, 0.022, 0.02),
+            Blob((side * 0.5, 0.92, 0.115), (0.026, 0.045, 0.026), 0.015),  # hand
+        ]
+        for number in range(4):
+            across = 0.02 * (number - 1.5)
+            tip = (side * (0.54 + 0.6 * across), 0.83 + 0.3 * abs(across), 0.15 + 1.6 * across)
+            strokes.append(Rod((side * 0.505, 0.895, 0.12 + across), tip, 0.009, 0.006, 0.006))
+    return sculpt(p, trunk, strokes)
+
+
 def _polygonised(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) -> Model:
     return polygonise(field, lower, upper, cell).grounded()
 
@@ -147,6 +179,7 @@ SPECIMENS: dict[str, Callable[[], Model]] = {
     "plate": plate,
     "torus": torus,
     "flat_figure": flat_figure,
+    "figure": figure,
     "cup": cup,
     "chair": chair,
     "coil": coil,

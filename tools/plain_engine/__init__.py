@@ -1,1 +1,1 @@
-"""Measure what a frame of one object costs, against the plainest engine that could draw it."""
+"""Measure what a frame of one object or of many costs, against the plainest engine that could draw it."""

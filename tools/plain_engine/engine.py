@@ -1,7 +1,8 @@
-"""Draw one mesh as the plainest engine would: forward, in one draw, by a level of detail decimated before.
+"""Draw one mesh, once or many times, as the plainest engine would: forward, by levels of detail decimated before.
 
-There are no targets between the mesh and the screen, no copies, and nothing is decided but the level. Light, colours
-and mathematics are those of depthwalk's own passes, so that both pictures are of the same scene.
+There are no targets between the mesh and the screen, no copies, and nothing is decided but what the frustum holds and
+the level of each object. Light, colours and mathematics are those of depthwalk's own passes, so that both pictures are
+of the same scene.
 """
 
 from collections.abc import Sequence
@@ -10,39 +11,65 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.colour import srgb8_from_linear
-from depthwalk.geometry.quaternions import rotate
 from depthwalk.gpu.device import headless_device
+from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
-from depthwalk.ingest.mesh import MeshLevel
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.renderer import read_pixels
-from depthwalk.render.view.bounds import depth_range
+from depthwalk.render.view.bounds import depth_range, object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Picture
+from depthwalk.types import Ints, Picture
 
 _FOLDER = Path(__file__).parent
+_INSTANCE = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
+
+
+def edge_length(mesh: Mesh) -> float:
+    """Return the mean length of the edges of a mesh's triangles, metres."""
+    corners = mesh.positions[mesh.faces]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
 
 
 class PlainEngine:
-    """Draw the first object of a scene, which has a plain background, without ground, lamps or shadows.
+    """Draw the objects of a scene, which has a plain background, without ground, lamps or shadows.
+
+    An object gets the coarsest level whose features are at most `allowed` pixels large where the object is nearest.
 
     Parameters
     ----------
-    scene : the scene, whose mesh has one material without texture.
+    scene : the scene, whose objects have one mesh, of one material without texture.
     levels : the mesh and its decimated versions, the finest first.
+    features : (levels,) what must be small in a picture, metres, rising: how far each level is from the mesh, or how
+        long its edges are.
     size : width and height of the pictures, pixels.
-    error : how far the level that is drawn may be from the mesh, pixels; may be changed between pictures.
+    allowed : how large features may be, pixels; may be changed between pictures.
+
+    Attributes
+    ----------
+    drawn : (levels,) how many objects the picture drawn last shows of each level.
+    triangles : how many triangles that takes.
     """
 
-    def __init__(self, scene: Scene, levels: Sequence[MeshLevel], size: tuple[int, int], error: float) -> None:
-        self.size, self.error, self.level = size, error, 0
-        self._levels = levels
+    def __init__(
+        self,
+        scene: Scene,
+        levels: Sequence[MeshLevel],
+        features: Sequence[float],
+        size: tuple[int, int],
+        allowed: float,
+    ) -> None:
+        self.size, self.allowed = size, allowed
+        self.drawn, self.triangles = np.zeros(len(levels), np.int64), 0
+        self._faces = np.array([len(level.mesh.faces) for level in levels])
+        self._features = np.maximum.accumulate(features)
         self.device = headless_device()
         with self.device.context:
             self._gl = self.device.scope("plain engine")
@@ -59,11 +86,12 @@ class PlainEngine:
             )
             self._view = ViewBlock(self._gl, PICTURE_VIEW)
             self._arrays = [self._array(level) for level in levels]
-        points, self._scale = levels[0].mesh.positions, float(scene.objects.scale[0])
+            self._instances = InstanceStream(self._gl, _INSTANCE)
+        points, self._objects = levels[0].mesh.positions, scene.objects
         centre = (points.min(0) + points.max(0)) / 2
-        self._radius = self._scale * float(np.linalg.norm(points - centre, axis=1).max())
-        self._origin, self._rotation = scene.objects.position[0], scene.objects.rotation[0]
-        self._centre = self._origin + self._scale * rotate(self._rotation, centre)
+        radius = np.linalg.norm(points - centre, axis=1).max()
+        one_asset = replace(scene.objects, asset=np.zeros(len(scene.objects), np.int32))
+        self._bounds = object_bounds(one_asset, centre[None], np.array([radius]))
         self._solid = is_solid(levels[0].mesh)
 
     def _array(self, level: MeshLevel) -> moderngl.VertexArray:
@@ -75,21 +103,38 @@ class PlainEngine:
         )
 
     def draw(self, view: View) -> None:
-        """Draw the object, and wait for nothing."""
-        distance = float(view.axes[2] @ (self._centre - view.position))
-        near, far = depth_range(np.array([distance]), np.array([self._radius]), None)
-        view = replace(view, near=near, far=far)
-        nearest = max(float(np.linalg.norm(self._centre - view.position)) - self._radius, near)
-        allowed = self.error * nearest / view.focal_pixels / self._scale
-        self.level = max(k for k, level in enumerate(self._levels) if level.error <= allowed)
-        origin = tuple((self._origin - view.position).tolist())
+        """Draw what the frustum holds, the finest levels and so the nearest objects first, and wait for nothing."""
+        rows, forward = self._bounds.visible(view)
+        near, far = depth_range(forward, self._bounds.bounding_radius[rows], None)
+        level = self._levels(view, rows, near)
+        order = np.argsort(level, kind="stable")
+        self.drawn = np.bincount(level, minlength=len(self._arrays))
+        self.triangles = int(self.drawn @ self._faces)
         with self.device.context:
-            self._view.show(view)
+            self._view.show(replace(view, near=near, far=far))
             red, green, blue = self._background
             self._screen.clear(color=(red, green, blue, 1.0), depth=1.0)
-            self._program.set(origin=origin, rotation=tuple(self._rotation.tolist()), scale=self._scale)
+            self._instances.upload(self._records(view, rows[order]))
+            firsts = np.cumsum(self.drawn) - self.drawn
             with self._gl.state(into=self._screen, depth_test=LESS, cull=self._solid):
-                self._arrays[self.level].render()
+                for array, first, count in zip(self._arrays, firsts.tolist(), self.drawn.tolist(), strict=True):
+                    if count:
+                        self._instances.bind(array, first)
+                        array.render(instances=count)
+
+    def _levels(self, view: View, rows: Ints, near: float) -> Ints:
+        """Return the level (m,) of each of the objects `rows` (m,); none is taken to be nearer than `near`, metres."""
+        bounds = self._bounds.take(rows)
+        nearest = np.maximum(np.linalg.norm(bounds.centre - view.position, axis=1) - bounds.bounding_radius, near)
+        allowed = self.allowed * nearest / view.focal_pixels / self._objects.scale[rows]
+        level: Ints = np.searchsorted(self._features, allowed, "right") - 1
+        return np.maximum(level, 0)
+
+    def _records(self, view: View, rows: Ints) -> NDArray[np.void]:
+        records = np.empty(len(rows), _INSTANCE)
+        records["origin"] = self._objects.position[rows] - view.position
+        records["rotation"], records["scale"] = self._objects.rotation[rows], self._objects.scale[rows]
+        return records
 
     def pixels(self) -> Picture:
         """Return the picture drawn last, (H, W, 4) uint8, top row first."""

@@ -51,8 +51,8 @@ class Trace:
     ----------
     work
         What was done in each of the n frames, by name, (n,) each: the counts of `FrameDrawLists.counts`; steps on the
-        CPU, in milliseconds (`plan_ms`, `upload_ms` …), and `garbage_ms`, in which Python's collector ran; and
-        `programs`, how many shader programs were compiled.
+        CPU, in milliseconds (`plan_ms`, `upload_ms` …), and `garbage_ms`, in which Python's collector ran;
+        `processor_ms`, processor time of all threads; and `programs`, how many shader programs were compiled.
     passes
         By the number of each frame whose passes were timed: milliseconds of each pass by its name.
     pixels
@@ -245,13 +245,15 @@ class _Watch:
         live = self._headless.device.live
         programs = live["program"]
         with _garbage_clock() as collected:
+            began = time.process_time()
             self._times.append(self.draw(camera))
+            busy = (time.process_time() - began) * 1e3
         plan = self._headless.renderer.plan
         assert plan is not None  # `draw` made it
         self._counts.append(plan.counts)
         self._pixels.append(self._headless.pixel_counts())
         steps = {f"{name}_ms": spent for name, spent in self._timers.by_clock.items()}
-        done = {"garbage_ms": sum(collected), "programs": live["program"] - programs}
+        done = {"garbage_ms": sum(collected), "processor_ms": busy, "programs": live["program"] - programs}
         self._work.append(plan.counts | steps | done)
         if pictured:
             picture = np.ascontiguousarray(self._headless.pixels()[..., :3])

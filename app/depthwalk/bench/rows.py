@@ -1,11 +1,12 @@
 """Measure one row of the table of docs/bench.md: objects drawn in several ways whose pictures are equally good.
 
-The ways are meshes, simplified meshes and depth images. The settings of each are tuned until its FLIP against a
-supersampled picture is that of the others, and only then are its frames timed.
+The ways are meshes, simplified meshes, clusters of meshes, and the scene as it is: depth images, with meshes in their
+place near by. Meshes are simplified until their FLIP against a supersampled picture is that of the scene, and only then
+are frames timed.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -31,6 +32,7 @@ from depthwalk.types import Picture
 
 MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
 REFERENCE_ERROR = 0.05  # pixels, of those meshes
+_AFTER_JUMP = 2  # frames of the other columns before those, of which the first remembers nothing of what it shows
 SETTLING = 30  # frames before each moment's timed ones, so that kept images are as old as on a walk
 
 
@@ -106,13 +108,15 @@ class Column:
     Attributes
     ----------
     frame_ms
-        Median time of a frame, milliseconds.
+        Mean time of a frame, milliseconds: processor time of all threads where a software rasteriser draws, which other
+        programs do not lengthen; else time by the clock. It is no median, since impostors are warped in some frames
+        only.
     frames
         Number of timed frames.
     flip
         Mean FLIP over the moments, 0 to 1; None where nothing was compared.
     setting
-        The setting that was tuned, as `name=value`; "" where none was.
+        The error of simplified meshes that was found, as `error=PIXELS`; "" where none was looked for.
     passes_ms
         Time of each pass by its name, milliseconds: the median over the moments.
     counts
@@ -171,45 +175,17 @@ def row_from(document: dict[str, Any]) -> Row:
     return Row(**document | {"columns": columns})
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Knob:
-    """A setting that makes a representation coarser.
-
-    Attributes
-    ----------
-    group, name
-        Of the render settings.
-    coarsest
-        The end of its range.
-    exponential
-        The logarithm of the setting to base 2 is what is turned.
-    """
-
-    group: str
-    name: str
-    coarsest: float
-    exponential: bool = False
-
-    def turn(self, headless: HeadlessRenderer, to: float) -> str:
-        """Set the setting, and return `name=value`."""
-        value = round(2.0**to if self.exponential else to, 3)
-        setattr(getattr(headless.renderer.settings, self.group), self.name, value)
-        return f"{self.name}={value:g}"
-
-
-COLUMNS = {
+COLUMNS: dict[str, Representation | None] = {
     "mesh": Representation.MESH,
     "mesh-lod": Representation.MESH_LOD,
     "mesh-clusters": Representation.MESH_CLUSTERS,
     "unoccluded": Representation.MESH_LOD,  # all of what the frustum holds
-    "re-warped": Representation.DPCI,  # all of it in every frame
-    "dpci": Representation.DPCI,
+    "re-warped": None,  # all of it in every frame
+    "scene": None,
 }
-_MESH_ERROR, _BIAS = (
-    _Knob(group="mesh", name="error", coarsest=7, exponential=True),
-    _Knob(group="lod", name="bias", coarsest=6),
-)
-_FINEST_MESH = -6  # of _MESH_ERROR: 1/64 pixel
+"""The ways to draw the objects, in the order of the table; None: as the scene says."""
+
+_ERRORS = -4, 7  # of meshes that are tried, as powers of two: 1/16, about that of the reference, to 128 pixels
 
 
 def make_row(
@@ -247,21 +223,22 @@ def make_row(
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     kernels.load()
     report("reference")
-    described, references = _references(walk, scene, library)
+    described, pictures = references(walk, scene, library)
     with ExitStack() as opened:
         drawn = {name: opened.enter_context(_open(scene, library, walk.size, kind)) for name, kind in COLUMNS.items()}
         for name, headless in drawn.items():
             headless.renderer.remembers = name != "re-warped"
         drawn["unoccluded"].renderer.settings.culling.occlusion = False
         report("tuning")
-        tuned = _tuned(walk, drawn, references, pool)
+        tuned = _tuned(walk, drawn, pictures, pool)
         report("timing")
         runs = _timed(walk, drawn)
+        software = drawn["scene"].device.software
     return Row(
         objects=count,
         reference=described,
         commit=commit(),
-        columns={name: _column(runs[name], tuned.get(name)) for name in drawn},
+        columns={name: _column(runs[name], tuned.get(name), software) for name in drawn},
     )
 
 
@@ -293,13 +270,13 @@ def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
 
 
 def _open(
-    scene: Scene, library: SceneLibrary, size: tuple[int, int], representation: Representation
+    scene: Scene, library: SceneLibrary, size: tuple[int, int], representation: Representation | None
 ) -> HeadlessRenderer:
     """Return a renderer with settings of its own."""
     return HeadlessRenderer(replace(scene, render=scene.render.model_copy(deep=True)), library, size, representation)
 
 
-def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, list[Picture]]:
+def references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, list[Picture]]:
     """Return how the reference was drawn, and its pictures at the compared moments."""
     size = walk.size[0] * SUPERSAMPLING, walk.size[1] * SUPERSAMPLING
     exact = len(scene.objects) <= MOST_MESHES
@@ -315,64 +292,75 @@ def _tuned(
 ) -> dict[str, tuple[str, float]]:
     """Return the setting and the FLIP of each column.
 
-    The target is the FLIP of depth images along the path with the scene's own settings, or that of the finest mesh
-    where this is worse; every column is made as coarse as the target allows.
+    The target is the FLIP of the scene along the path, with its own settings, or that of the finest mesh where this is
+    worse; meshes are made as coarse as the target allows.
     """
     stills = [[camera] for camera in walk.compared]
 
     @cache  # what sets the target is asked again
-    def flip_at(name: str, knob: _Knob, to: float) -> float:
-        knob.turn(drawn[name], to)
-        return path_flip(drawn[name], walk.approaches if name == "dpci" else stills, references, pool)
+    def flip_at(name: str, power: float) -> float:
+        drawn[name].renderer.settings.mesh.error = _error(power)
+        return path_flip(drawn[name], stills, references, pool)
 
-    mesh_flip, warped_flip = partial(flip_at, "mesh-lod", _MESH_ERROR), partial(flip_at, "dpci", _BIAS)
-    bias = drawn["dpci"].renderer.settings.lod.bias
-    target = max(warped_flip(bias), mesh_flip(_FINEST_MESH))
-    error, flip = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
-    tuned = {name: (_MESH_ERROR.turn(drawn[name], error), flip) for name in ("mesh-lod", "unoccluded")}
-    clusters_flip = partial(flip_at, "mesh-clusters", _MESH_ERROR)
-    error, flip = coarsened(clusters_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
-    tuned["mesh-clusters"] = _MESH_ERROR.turn(drawn["mesh-clusters"], error), flip
-    for name in ("re-warped", "dpci"):
-        to, flip = coarsened(partial(flip_at, name, _BIAS), bias, _BIAS.coarsest, target)
-        tuned[name] = _BIAS.turn(drawn[name], to), flip
+    tuned = {"scene": ("", path_flip(drawn["scene"], walk.approaches, references, pool))}
+    tuned["re-warped"] = "", path_flip(drawn["re-warped"], stills, references, pool)
+    target = max(tuned["scene"][1], flip_at("mesh-lod", _ERRORS[0]))
+    for name in ("mesh-lod", "mesh-clusters"):
+        power, flip = coarsened(partial(flip_at, name), *_ERRORS, target)
+        drawn[name].renderer.settings.mesh.error = _error(power)
+        tuned[name] = f"error={_error(power):g}", flip
+    drawn["unoccluded"].renderer.settings.mesh.error = drawn["mesh-lod"].renderer.settings.mesh.error
+    tuned["unoccluded"] = tuned["mesh-lod"]
     if len(drawn["mesh"].renderer.world.objects()) <= MOST_MESHES:
         tuned["mesh"] = "", path_flip(drawn["mesh"], stills, references, pool)
     return tuned
+
+
+def _error(power: float) -> float:
+    """Return `render.mesh.error`, pixels, of a power of two."""
+    return float(round(2.0**power, 3))
 
 
 def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run]]:
     """Return the runs of each column, one for each moment, taken in turns; slow columns stop early."""
     runs: dict[str, list[Run]] = {name: [] for name in drawn}
     left = dict.fromkeys(drawn, 1e3 * walk.seconds)
-    frame_ms = {name: _first_frame(headless, walk) for name, headless in drawn.items()}
     for moment in walk.moments:
         for name, headless in drawn.items():
             if runs[name] and left[name] <= 0:
                 continue
-            for camera in moment[:SETTLING] if name == "dpci" else ():
-                headless.draw(View(camera, walk.size))
-            affordable = max(1, int(left[name] / frame_ms[name]))
+            frame_ms = 0.0
+            for camera in moment[:SETTLING] if name == "scene" else moment[SETTLING - _AFTER_JUMP : SETTLING]:
+                frame_ms = _frame_ms(headless, camera)
+            affordable = max(1, int(left[name] / frame_ms))
             (run,) = measure({name: headless}, moment[SETTLING:][:affordable], 0, lambda: None)
             runs[name].append(run)
-            frame_ms[name] = run.frame_ms.mean
-            left[name] -= sum(run.frame_times)
+            left[name] -= sum(_times(run, headless.device.software))
     return runs
 
 
-def _first_frame(headless: HeadlessRenderer, walk: Walk) -> float:
-    """Return the milliseconds of the first frame, with all that is loaded for it."""
-    start = time.perf_counter()
-    headless.draw(View(walk.compared[0], walk.size))
+def _frame_ms(headless: HeadlessRenderer, camera: Camera) -> float:
+    """Draw a frame, and return its milliseconds, by the clock of `Column.frame_ms`."""
+    clock = time.process_time if headless.device.software else time.perf_counter
+    start = clock()
+    headless.draw(View(camera, headless.size))
     headless.device.context.finish()
-    return 1e3 * (time.perf_counter() - start)
+    return 1e3 * (clock() - start)
 
 
-def _column(runs: list[Run], tuned: tuple[str, float] | None) -> Column:
-    times = [time for run in runs for time in run.frame_times]
+def _times(run: Run, software: bool) -> Sequence[float]:
+    """Return the milliseconds of each frame: processor time where a software rasteriser draws, else by the clock."""
+    if not software:
+        return run.frame_times
+    assert run.trace is not None  # it was measured, not read from a file
+    return run.trace.work["processor_ms"]
+
+
+def _column(runs: list[Run], tuned: tuple[str, float] | None, software: bool) -> Column:
+    times = [time for run in runs for time in _times(run, software)]
     setting, flip = tuned or ("", None)
     return Column(
-        frame_ms=round(float(np.median(times)), 3),
+        frame_ms=round(float(np.mean(times)), 3),
         frames=len(times),
         flip=flip,
         setting=setting,

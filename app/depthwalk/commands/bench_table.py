@@ -1,4 +1,4 @@
-"""Compare frame times of depth images and polygons at equal quality, for docs/bench.md.
+"""Compare frame times of a scene and of its polygons at equal quality, for docs/bench.md.
 
 `python -m depthwalk.commands.bench_table SCENE --path P` prints a row for each number of objects. A row takes minutes
 and is stored in the JSON file at once, so that an interrupted table continues where it stopped.
@@ -37,10 +37,10 @@ from depthwalk.scene.path import load_path
 _COUNTS = "1,10,100,1000,10000"
 _GPU_COUNTS, _GPU_RESOLUTION = "10000,100000,200000", "1920,1080"
 _RATIOS = (
-    ("mesh", "dpci"),
-    ("mesh-lod", "dpci"),
-    ("mesh-clusters", "dpci"),
-    ("unoccluded", "dpci"),
+    ("mesh", "scene"),
+    ("mesh-lod", "scene"),
+    ("mesh-clusters", "scene"),
+    ("unoccluded", "scene"),
     ("mesh-lod", "re-warped"),
 )
 
@@ -75,7 +75,7 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Compare frame times of meshes, mesh-lod, mesh-clusters and dpci, tuned to the mean FLIP of one of them."""
+    """Compare frame times of meshes, mesh-lod, mesh-clusters and the scene as it is, tuned to the mean FLIP of one."""
     size = parse_resolution(resolution or (_GPU_RESOLUTION if gpu else DEFAULT_RESOLUTION))
     numbers = _parse_counts(counts or (_GPU_COUNTS if gpu else _COUNTS))
     loaded, camera_path = open_scene(scene, asset_root, settings), load_path(path)
@@ -141,6 +141,8 @@ def _stored_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:
     for key, value in head.items():
         if document.get(key) != value:
             raise InputError(f"{file}: holds a table of another {key}, {document.get(key)!r} instead of {value!r}")
+    if any(row.columns.keys() != COLUMNS.keys() for row in rows.values()):
+        raise InputError(f"{file}: holds a table of other columns than {', '.join(COLUMNS)}")
     return rows
 
 
@@ -148,7 +150,7 @@ def _lines(head: dict[str, Any], rows: list[Row], passes: bool) -> Iterator[str]
     """Yield the lines of the table; with `passes`, also the time of each pass."""
     width, height = head["resolution"]
     yield f"{head['scene']}, {head['path']}, {width} × {height}, {head['renderer']}"
-    yield "milliseconds per frame, medians (1000 × FLIP, the setting that reaches it)"
+    yield "milliseconds per frame, means (1000 × FLIP, the setting that reaches it)"
     yield (
         "objects".rjust(9)
         + "".join(name.rjust(30) for name in COLUMNS)

@@ -135,6 +135,8 @@ class Pass(ABC, Generic[P]):
         group in the render settings.
     draws_objects : whether it draws the objects of `frame.plan`; such passes run before all others.
     per_sample : whether it runs for each sample of a pixel, where targets have several.
+    blends_shown : whether it runs after all other passes in frames whose `common.aa.shown` is set, and draws into the
+        screen then.
     representation : the one of `scene.arrays.HEIGHT_FIELDS` or `CAPTURED` that it draws. Such a pass is left out of
         phases without objects drawn so, before it is asked anything. None for all others.
     reads : names of the targets (`render.target_table.TARGETS`) that it reads. A depth that is only tested against
@@ -179,6 +181,7 @@ class Pass(ABC, Generic[P]):
     name: ClassVar[str]
     draws_objects: ClassVar[bool] = False
     per_sample: ClassVar[bool] = False
+    blends_shown: ClassVar[bool] = False
     representation: ClassVar[Representation | None] = None
     reads: ClassVar[tuple[str, ...]] = ()
     writes: ClassVar[tuple[str, ...]] = ()

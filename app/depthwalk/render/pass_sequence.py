@@ -81,6 +81,8 @@ class PassSequence:
         The name of each after it ran, and between its parts; of several that share a program, all names.
         """
         passes = [pass_ for pass_ in self.passes if not pass_.draws_objects]
+        if frame.common.aa.shown:
+            passes.sort(key=lambda pass_: pass_.blends_shown)  # which leaves all others in their order
         if frame.targets.samples == 1:
             yield from self._draw(passes, frame, keeps)
             return

@@ -266,7 +266,7 @@ class PixelPrograms:
             program.set(**uniforms)
         if _SKY_TESTED in halves and all(each.even_sky for each in inputs):
             del halves[_SKY_TESTED]
-            colour = self._sky_colour(programs[_SKY_TESTED], uniforms, textures.values(), _only_texture(into).dtype)
+            colour = self._sky_colour(programs[_SKY_TESTED], uniforms, textures.values(), only_texture(into).dtype)
             with self._gl.state(into=into, depth_write=False):
                 into.clear(color=colour)
         width, height = into.size
@@ -315,7 +315,7 @@ class PixelPrograms:
             with self._gl.state(into=self._single[dtype]):
                 program.fill()
             stored, one = _TEXELS[dtype]
-            texel = np.frombuffer(_only_texture(self._single[dtype]).read(alignment=1), stored)
+            texel = np.frombuffer(only_texture(self._single[dtype]).read(alignment=1), stored)
             red, green, blue, alpha = (texel / np.float64(one)).tolist()
             self._sky = program, key, (red, green, blue, alpha)
         return self._sky[2]
@@ -350,7 +350,7 @@ class PixelPrograms:
             if framebuffer is not None:
                 self._gl.free(framebuffer)
                 del self._with_depth[name]
-            framebuffer = self._gl.framebuffer([_only_texture(into)], depth)
+            framebuffer = self._gl.framebuffer([only_texture(into)], depth)
             self._with_depth[name] = into, depth, framebuffer
         return framebuffer
 
@@ -366,7 +366,8 @@ def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> boo
     return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.viewport == whole
 
 
-def _only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
+def only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
+    """Return the texture that `framebuffer` draws into, which `has_texture` has found."""
     (texture,) = framebuffer.color_attachments
     assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
     return texture

@@ -26,6 +26,7 @@ from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, PhaseInputs
 from depthwalk.render.pass_sequence import PassSequence
 from depthwalk.render.passes import default_passes
+from depthwalk.render.pixel_pass import has_texture
 from depthwalk.render.pixel_shares import PixelShares
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
@@ -186,6 +187,8 @@ class Renderer:
         fine, shared = memory is self._fine, common(self.settings)
         if fine:
             shared = replace(shared, aa=supersampled(shared.aa))
+        if "lit" in self.keeps or not has_texture(screen, view.size):
+            shared = replace(shared, aa=replace(shared.aa, shown=False))
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
         targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared, memory)
         targets.screen = screen

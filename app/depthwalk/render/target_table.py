@@ -126,7 +126,7 @@ TARGETS: dict[str, Target] = {
         holds="The picture in linear light, premultiplied by a, which is 0 where nothing is in a transparent picture",
     ),
     "screen": Target(
-        textures={"screen": RGBA8},
+        textures={"screen": RGBA8, "screen_before": RGBA8},
         holds="The finished picture in sRGB, of the size that was asked for; set for each frame",
     ),
 }

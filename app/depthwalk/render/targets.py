@@ -92,7 +92,7 @@ class Targets:
         self.atlas_size = self.tile_atlas.size
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
-        self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self._before: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}  # copies, by what they are of
         try:
             self._create(device, self.tile_atlas.lit)
         except BaseException:  # what was created before a texture is refused
@@ -178,12 +178,20 @@ class Targets:
 
     def lit_before(self) -> moderngl.Texture:
         """Return a copy of `lit` as it is now, filtered linearly, for a pass that both reads and draws it."""
-        if self._before is None:
-            texture = RGBA16F.create(self.gl, self.size)
+        return self._copy("lit_texture", self.lit)
+
+    def screen_before(self) -> moderngl.Texture:
+        """Return a copy of `screen` as it is now, which must have the size of the targets."""
+        return self._copy("screen", self.screen)
+
+    def _copy(self, name: str, source: moderngl.Framebuffer) -> moderngl.Texture:
+        """Copy `source` into a texture of the format that the table declares under `name`, made when first needed."""
+        if name not in self._before:
+            texture = TARGETS[TARGET_OF[name]].textures[name].create(self.gl, self.size)
             texture.filter = moderngl.LINEAR, moderngl.LINEAR
-            self._before = texture, self.gl.framebuffer([texture])
-        texture, framebuffer = self._before
-        self.gl.device.context.copy_framebuffer(framebuffer, self.lit)
+            self._before[name] = texture, self.gl.framebuffer([texture])
+        texture, framebuffer = self._before[name]
+        self.gl.device.context.copy_framebuffer(framebuffer, source)
         return texture
 
     def release(self) -> None:

@@ -12,7 +12,8 @@ from depthwalk.render.passes.coverage import CoveragePass
 from depthwalk.scene.render_settings import RenderSettings
 from modes import AaName
 
-UNCOVERED = 5 / 15  # of the four bits that the visibility buffer has for it
+UNCOVERED = 4 / 12  # of the steps that the visibility buffer has for it
+IN_THE_MIDDLE = 0b1010 << 4  # of the pixel, where the surface is seen
 SHADING = SimpleNamespace(assets=np.array([0]), low=np.array([[-1.0, -1.0]]), high=np.array([[1.0, 1.0]]))
 COLUMN = 6
 
@@ -26,9 +27,9 @@ def silhouette(alone: MakeAlone) -> Alone:
     depth = far / (far - near) - near * far / (far - near) / 2.0
     light, visibility = np.ones((height, width, 4)), np.zeros((height, width, 2), np.uint32)
     light[:, : COLUMN + 1] = 1, 0, 0, 1
-    inverse = np.array([0.5], np.float32).view(np.uint32)[0] & ~np.uint32(15)
+    inverse = np.array([0.5], np.float32).view(np.uint32)[0] & ~np.uint32(255)
     visibility[:, : COLUMN + 1] = 1 << IMAGE_BITS, inverse
-    visibility[:, COLUMN, 1] |= np.uint32(round(15 * UNCOVERED))
+    visibility[:, COLUMN, 1] |= np.uint32(round(12 * UNCOVERED) | IN_THE_MIDDLE)
     targets.lighting.clear(depth=1.0)
     targets.lighting.clear(depth=depth, viewport=(0, 0, COLUMN + 1, height))
     coverage.fill_lit(light)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
 
+from depthwalk.colour import linear_from_srgb
 from depthwalk.geometry.adjacency import build_adjacency
 from depthwalk.reference.gpaa import part_beyond
 from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
@@ -191,3 +192,25 @@ def test_the_horizon_is_smooth(studio: Studio, samples: int) -> None:
         row = int(scene_size[1] / 2 + below)
         assert alpha[row, 5] == pytest.approx(1 - below % 1, abs=0.03)
         assert (alpha[: row - 1, 5] == 0).all() and (alpha[row + 1 :, 5] == 1).all()
+
+
+@pytest.mark.parametrize("aa", ["coverage", "gpaa-edge"])
+def test_what_is_too_bright_is_white_before_it_is_blended(studio: Studio, aa: AaName) -> None:
+    """A ball eight times as bright as white, on black, is as bright at its outline as it covers pixels."""
+    shown_as = Representation.DPCI if aa == "coverage" else Representation.MESH
+    library, truth = ShapeLibrary([sphere(1.0, 128, 64)], resolution=128), disc(CAMERA, (0, 1, 0), 1.0)
+    scene = scene_of(
+        (0, (0, 0, 0), 0.0, 1.0),
+        representation=shown_as,
+        background=(0, 0, 0),
+        ambient={"intensity": 20.0},
+        sun={"intensity": 0.0},
+    )
+    scene.render.aa, scene.render.gpaa.samples = aa, 1
+    blended = linear_from_srgb(studio.picture(scene, library, CAMERA, SIZE)[..., :3])
+    assert blended.max() == pytest.approx(1.0)
+    outline = (truth > 0) & (truth < 1)
+    assert np.abs(blended[outline].mean(-1) - truth[outline]).mean() < 0.12
+    scene.render.dof.mode, scene.render.dof.f_number = "gather", 64.0  # a lens blurs light, whatever a screen can show
+    unlimited = linear_from_srgb(studio.picture(scene, library, CAMERA, SIZE)[..., :3])
+    assert np.abs(unlimited[outline].mean(-1) - truth[outline]).mean() > 0.2

@@ -1,10 +1,11 @@
 """Measure the curves that the paper could not draw: what an object costs by triangles, by number and by pixels.
 
 The object is the Venus of table 1, 67,170 triangles. Fewer triangles are its simplified levels, more come of dividing
-each into four, so that the surface stays the same.
+each into equal parts, so that the surface stays the same.
 """
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -23,6 +24,7 @@ from depthwalk.resources import scene_root
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene
+from depthwalk.types import Ints
 
 SIZE = 1024, 768
 FRAMES = 8
@@ -32,7 +34,8 @@ MIDDLE = 200  # pixels that the object is high where triangles vary
 COUNTS = 1, 10, 100, 1000, 10_000, 100_000
 SPACING = 2.5  # metres from object to object, where their number varies
 SLOW = 1500.0  # milliseconds: what takes longer is not measured with more objects or triangles
-_CLUSTERED = 100_000  # triangles; building clusters of more takes a minute and longer
+_CLUSTERED = 300_000  # triangles; building clusters of more takes minutes
+_SIDES = ((0, 1), (1, 2), (2, 0))  # corners of a triangle
 _SOURCE = "Not in the paper: it compares two heads of fixed size"
 _TIMES = (
     "Processor time of all threads on a software rasteriser, else time by the clock; means over frames of a walk, in "
@@ -155,38 +158,87 @@ def _square(scene: Scene, count: int) -> Scene:
 
 def _series(library: SceneLibrary, most: int) -> list[Mesh]:
     """Return the mesh, its simplified levels of about 1000 triangles and more, and finer ones; the coarsest first."""
-    levels = [level.mesh for level in library.mesh_levels(0)]
-    meshes = [mesh for mesh in reversed(levels) if 1000 <= len(mesh.faces) <= most]
-    while meshes and 4 * len(meshes[-1].faces) <= most:
-        meshes.append(subdivided(meshes[-1]))
+    mesh, *levels = (level.mesh for level in library.mesh_levels(0))
+    meshes = [level for level in reversed(levels) if 1000 <= len(level.faces) <= most]
+    if len(mesh.faces) <= most:
+        meshes.append(mesh)
+        meshes += [subdivided(mesh, parts) for parts in _parts(math.isqrt(most // len(mesh.faces)))]
     return meshes
 
 
-def subdivided(mesh: Mesh) -> Mesh:
-    """Return a mesh with each triangle divided into four at the middles of its edges, its surface unchanged.
+def _parts(most: int) -> list[int]:
+    """Return into how many parts edges are divided: 2, 4, 8 and so on, and `most` if that is no more than they."""
+    doubled = [2**power for power in range(1, most.bit_length())]
+    return sorted({*doubled, most} - {0, 1})
 
-    Each of the new triangles has three vertices of its own.
+
+def subdivided(mesh: Mesh, parts: int = 2) -> Mesh:
+    """Return a mesh with its edges divided into equal parts, each triangle into `parts`², and the surface unchanged.
+
+    Triangles that share an edge share the vertices on it: of loose ones every edge would be a seam, which nobody can
+    simplify. The mesh may have at most 2³² vertices.
     """
-    normals = _quartered(mesh.normals[mesh.faces])
+    corner, inner = _lattice(parts)
+    ends = np.sort(mesh.faces[:, _SIDES].astype(np.uint64), axis=2)
+    edges, edge = np.unique(ends[..., 0] << np.uint64(32) | ends[..., 1], return_inverse=True)
+    starts, stops = (edges >> np.uint64(32)).astype(np.intp), (edges & np.uint64(2**32 - 1)).astype(np.intp)
+    along = np.arange(1, parts) / parts
+
+    def divided(values: NDArray[np.generic]) -> NDArray[np.float32]:
+        own = values.astype(np.float32)
+        on_edges = own[starts, None] * (1 - along)[:, None] + own[stops, None] * along[:, None]
+        within = np.einsum("kc,fcd->fkd", inner / parts, own[mesh.faces])
+        return np.concatenate([own, *(some.reshape(-1, own.shape[1]) for some in (on_edges, within))], dtype=np.float32)
+
+    normals, count = divided(mesh.normals), parts**2
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return replace(
         mesh,
-        positions=_quartered(mesh.positions[mesh.faces]),
+        positions=divided(mesh.positions),
         normals=normals / np.maximum(length, np.float32(1e-20)),
-        colours=_quartered(mesh.colours[mesh.faces].astype(np.float32)).round().astype(np.uint8),
-        uv=_quartered(mesh.uv[mesh.faces]),
-        faces=np.arange(12 * len(mesh.faces), dtype=np.int32).reshape(-1, 3),
+        colours=divided(mesh.colours).round().astype(np.uint8),
+        uv=divided(mesh.uv),
+        faces=_lattice_vertices(mesh, edge.reshape(-1, 3), parts, len(inner))[:, corner].reshape(-1, 3),
         parts=tuple(
-            replace(part, first_face=4 * part.first_face, face_count=4 * part.face_count) for part in mesh.parts
+            replace(part, first_face=count * part.first_face, face_count=count * part.face_count) for part in mesh.parts
         ),
     )
 
 
-def _quartered(corners: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return values (12 n, k) at the corners of the quarters of n triangles from those at their corners (n, 3, k)."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    return np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], 1).reshape(-1, corners.shape[-1])
+def _lattice(parts: int) -> tuple[Ints, Ints]:
+    """Divide a triangle into parts² equal ones.
+
+    Returns the corners of these, (parts², 3), as rows of the triangle's own corners, the points on its three sides and
+    those within; and of the latter `parts` times their barycentric coordinates (n, 3).
+    """
+    own = [tuple(parts * (k == corner) for k in range(3)) for corner in range(3)]
+    sides = [
+        tuple((parts - step) * (k == one) + step * (k == other) for k in range(3))
+        for one, other in _SIDES
+        for step in range(1, parts)
+    ]
+    inner = [(parts - i - j, i, j) for i in range(1, parts) for j in range(1, parts - i)]
+    number = {place: row for row, place in enumerate([*own, *sides, *inner])}
+
+    def row(i: int, j: int) -> int:
+        return number[parts - i - j, i, j]
+
+    upward = [(row(i, j), row(i + 1, j), row(i, j + 1)) for i in range(parts) for j in range(parts - i)]
+    downward = [(row(i + 1, j), row(i + 1, j + 1), row(i, j + 1)) for i in range(parts) for j in range(parts - i - 1)]
+    return np.array(upward + downward), np.array(inner, np.int64).reshape(-1, 3)
+
+
+def _lattice_vertices(mesh: Mesh, edge: Ints, parts: int, inner: int) -> NDArray[np.int32]:
+    """Return the vertices (f, n) of the lattice in each triangle of a mesh, in the order of `_lattice`.
+
+    edge: (f, 3) number of the edge at each side of `_SIDES`; inner: points within each triangle.
+    """
+    faces, step = mesh.faces, np.arange(parts - 1)
+    backward = faces[:, [one for one, _ in _SIDES]] > faces[:, [other for _, other in _SIDES]]
+    on_edge = np.where(backward[..., None], step[::-1], step) + (len(mesh.positions) + (parts - 1) * edge)[..., None]
+    first = len(mesh.positions) + (parts - 1) * (int(edge.max()) + 1)
+    within = first + np.arange(inner * len(faces)).reshape(len(faces), inner)
+    return np.concatenate([faces, on_edge.reshape(len(faces), -1), within], axis=1).astype(np.int32)
 
 
 def _empty_columns() -> dict[str, list[float | None]]:

@@ -46,24 +46,30 @@ class AntiAliasing:
     samples : samples of a pixel along either axis, for which targets are so many times as wide and as high.
     geometric : whether pixels are blended along the edges of the geometry.
     covering : whether impostor tiles tell what part of a pixel they cover.
+    shown : whether edges are blended in the finished picture, after all other passes, where that is possible.
     """
 
     mode: str
     samples: int
     geometric: bool
     covering: bool
+    shown: bool
 
 
 def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
     """Return what the anti-aliasing that `settings` choose asks of the passes."""
     return AntiAliasing(
-        mode=settings.aa, samples=samples(settings), geometric=geometric(settings), covering=covering(settings)
+        mode=settings.aa,
+        samples=samples(settings),
+        geometric=geometric(settings),
+        covering=covering(settings),
+        shown=covering(settings) and samples(settings) == 1 and settings.dof.mode == "none",
     )
 
 
 def supersampled(aa: AntiAliasing) -> AntiAliasing:
     """Return `aa` with `SUPERSAMPLING` samples per pixel along either axis."""
-    return replace(aa, samples=SUPERSAMPLING)
+    return replace(aa, samples=SUPERSAMPLING, shown=False)
 
 
 def hardware_samples(settings: PictureParams, device: Device) -> int:

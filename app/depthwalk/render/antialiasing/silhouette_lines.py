@@ -4,6 +4,7 @@ Geometric anti-aliasing (`render.passes.gpaa`) blends pixels along these lines. 
 an asset at once; `render.kernels.silhouette_loops` does so where it is loaded.
 """
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -44,17 +45,22 @@ def silhouette_lines(
     -------
     (k,) LINE_RECORD.
     """
-    density = edges.density * np.linalg.norm(placed["origin"], axis=1) / (view.focal_pixels * placed["scale"])
-    placed = placed.take(np.flatnonzero(density <= MAX_DENSITY))  # for records far quicker than an index
     loops = kernels.loaded()
     if loops is not None:
         return _compiled_lines(loops.silhouettes, edges, view, placed, least_fold, solid)
+    near = np.linalg.norm(placed["origin"], axis=1) <= _farthest(edges, view) * placed["scale"]
+    placed = placed.take(np.flatnonzero(near))  # for records far quicker than an index
     creased = None if least_fold is None else edges.folds < np.cos(least_fold)
     lines = [
         _lines(edges, view, chunk, rotations, *_chosen(edges, chunk, rotations, creased, solid))
         for chunk, rotations in _chunks(placed, _MAX_CHUNK // len(edges.planes) + 1)
     ]
     return np.concatenate(lines) if lines else np.zeros(0, LINE_RECORD)
+
+
+def _farthest(edges: EdgeAdjacency, view: View) -> float:
+    """Return the distance, metres, up to which an object of scale 1 has no more silhouettes than `MAX_DENSITY`."""
+    return MAX_DENSITY * view.focal_pixels / edges.density if edges.density else math.inf
 
 
 def _compiled_lines(
@@ -75,12 +81,13 @@ def _compiled_lines(
         placed["origin"],
         placed["rotation"],
         placed["scale"],
-        matrix_array(view.clip_from_eye).astype(np.float64),
+        matrix_array(view.clip_from_eye),
         *map(float, view.size),
-        2.0 if least_fold is None else float(np.cos(least_fold)),
+        2.0 if least_fold is None else math.cos(least_fold),
         solid,
+        _farthest(edges, view),
     )
-    records: NDArray[np.void] = lines.view(LINE_RECORD)[:, 0]
+    records: NDArray[np.void] = lines.view(LINE_RECORD).reshape(-1)
     return records
 
 

@@ -58,7 +58,7 @@ def _write(start: Array, stop: Array, width: float, height: float, line: Array) 
     return bool(last != passed)
 
 
-@compiled("F2 N2 N2 F2 F1 F2 F2 F1 D2 f f f ?")
+@compiled("F2 N2 N2 F2 F1 F2 F2 F1 D2 f f f ? f")
 def silhouettes(
     points: Array,
     ends: Array,
@@ -73,6 +73,7 @@ def silhouettes(
     height: float,
     most_fold: float,
     solid: bool,
+    farthest: float,
 ) -> Array:
     """Return the lines of n objects of one asset.
 
@@ -84,6 +85,7 @@ def silhouettes(
     width, height : of the picture, pixels.
     most_fold : edges whose cosine of the fold is below are creases; above 1, every edge is drawn.
     solid : whether the asset is closed, so that nobody sees a back face.
+    farthest : objects are left out whose distance is more than this times their scale, metres.
 
     Returns
     -------
@@ -94,6 +96,9 @@ def silhouettes(
     axes, matrix = np.empty((3, 3)), np.empty((4, 4))
     viewer, start, stop = np.empty(3), np.empty(4), np.empty(4)
     for number in range(len(scale)):
+        x, y, z = origin[number, 0], origin[number, 1], origin[number, 2]
+        if math.sqrt(x * x + y * y + z * z) > farthest * scale[number]:
+            continue
         turned_axes(rotation[number], axes)
         for axis in range(3):
             viewer[axis] = 0.0

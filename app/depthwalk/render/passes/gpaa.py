@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from depthwalk.geometry.adjacency import EdgeAdjacency, Shape, build_adjacency
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.antialiasing.silhouette_lines import LINE_RECORD, silhouette_lines
+from depthwalk.render.blended_picture import blending_defines, picture_before
 from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.placed_records import PLACED_RECORD
@@ -26,12 +27,13 @@ class GpaaPass(Pass[GpaaParams]):
     """Anti-alias the silhouettes and creases of all that is drawn as triangles, and the sides of the ground."""
 
     name = "gpaa"
-    reads = ("surface", "depth", "lit")
-    writes = ("lit",)
+    blends_shown = True
+    reads = ("surface", "depth", "lit", "screen")
+    writes = ("lit", "screen")
 
     def setup(self, gl: Scope) -> None:
-        """Create the program and the buffer of lines, which `gl` owns."""
-        self._edge = Program(gl, "gpaa/edge.vert", "gpaa/edge.frag")
+        """Prepare the variants of the program, and the buffer of lines; `gl` owns them."""
+        self._programs = Variants(lambda defines: Program(gl, "gpaa/edge.vert", "gpaa/edge.frag", defines))
         self._lines = InstanceStream(gl, LINE_RECORD)
         self._edges: dict[tuple[int, int, int], EdgeAdjacency] = {}  # by asset, level of detail and pieces
 
@@ -44,20 +46,22 @@ class GpaaPass(Pass[GpaaParams]):
         return frame.common.aa.geometric and bool(polygons)
 
     def draw(self, frame: Frame, params: GpaaParams) -> None:
-        """Blend pixels of `lit` along the silhouettes and creases in `frame` that `params` ask for."""
+        """Blend pixels along the silhouettes and creases in `frame` that `params` ask for."""
         lines = self._silhouettes(frame, params)
         if not len(lines):
             return
         targets = frame.targets
-        for unit, texture in enumerate((targets.lit_before(), targets.surface, targets.depth)):
+        program = self._programs[blending_defines(frame)]
+        for unit, texture in enumerate((picture_before(frame), targets.surface, targets.depth)):
             texture.use(unit)
-        self._edge.set(lit_texture=0, surface_texture=1, depth_texture=2)
+        program.set(before_texture=0, surface_texture=1, depth_texture=2)
         least_fold = float(np.cos(np.radians(params.crease_angle)))
-        self._edge.set(least_fold=least_fold)
+        program.set(least_fold=least_fold)
         self._lines.upload(lines)
-        self._lines.bind(self._edge.array, 0)
-        with self.gl.state(into=targets.lit, direct=(DEPTH_CLAMP,)):  # the ground may end at the far plane
-            self._edge.rectangles(len(lines))
+        self._lines.bind(program.array, 0)
+        into = targets.screen if frame.common.aa.shown else targets.lit
+        with self.gl.state(into=into, direct=(DEPTH_CLAMP,)):  # the ground may end at the far plane
+            program.rectangles(len(lines))
 
     def _silhouettes(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
         """Return the LINE_RECORDs of all that is drawn as triangles. Depth images have `coverage` instead."""

@@ -1,0 +1,42 @@
+"""Choose the picture in which a pass blends pixels along edges: the lit one, or the finished one.
+
+In the finished picture what is too bright is white before it is blended, as where several samples of a pixel are
+averaged; and `output` need not read and write the whole picture once more, but is drawn together with the light. The
+lit picture must be blended where something still happens to it: where samples are averaged and depth of field blurs,
+where somebody reads it, and where the screen is a window's, which has no texture.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
+
+from depthwalk.gpu.device import Scope
+from depthwalk.render.frame import Frame
+from depthwalk.render.pixel_pass import only_texture
+
+
+def blending_defines(frame: Frame) -> tuple[str, ...]:
+    """Return the defines of shaders that include common/blending.glsl, for the picture that `frame` blends."""
+    return ("SHOWN",) if frame.common.aa.shown else ()
+
+
+def picture_before(frame: Frame) -> moderngl.Texture:
+    """Return a copy of the picture that `frame` blends, as it is now."""
+    return frame.targets.screen_before() if frame.common.aa.shown else frame.targets.lit_before()
+
+
+@contextmanager
+def covered_pixels(gl: Scope, frame: Frame) -> Iterator[moderngl.Framebuffer]:
+    """Give a framebuffer of the picture that `frame` blends, with the material depth to test against.
+
+    `gl` owns it while the `with` block runs: the screen may be another one in the next frame.
+    """
+    if not frame.common.aa.shown:
+        yield frame.targets.covered
+        return
+    framebuffer = gl.framebuffer([only_texture(frame.targets.screen)], frame.targets.material_depth_texture)
+    try:
+        yield framebuffer
+    finally:
+        gl.free(framebuffer)
