@@ -247,7 +247,7 @@ def test_sizes_are_written_with_units(tiny_scene: Path, text: str, expected: int
     assert load_scene(tiny_scene, overrides={"render.gpu_memory": text}).render.gpu_memory == expected
 
 
-@pytest.mark.parametrize("text", ["2 gib", "-1", "much", "1.5", "99999 TiB"])
+@pytest.mark.parametrize("text", ["-1", "much", "1.5", "99999 TiB"])
 def test_other_sizes_are_refused(tiny_scene: Path, text: str) -> None:
     with pytest.raises(InputError, match=r"^--set render\.gpu_memory: must be") as error:
         load_scene(tiny_scene, overrides={"render.gpu_memory": text})
