@@ -35,7 +35,7 @@ float inverse_distance(out ivec2 nearest, out float uncovered, out vec2 aside) {
 #ifdef ALIGNED
     uncovered = 0.0;
     nearest = ivec2(gl_FragCoord.xy) + texel_from_pixel;
-    float stored = texelFetch(atlas_depth, nearest, 0).r;
+    float stored = texel_at(atlas_depth, nearest).r;
     if (stored == 1.0 && objects == 1u) stored = across_crack(nearest, nearest, nearest);
     return (1.0 - stored) / nearest_distance;
 #else
@@ -53,11 +53,11 @@ void main() {
     vec2 aside;
     float inverse = inverse_distance(nearest, uncovered, aside);
     if (inverse == 0.0) discard;
-    uint owner = texelFetch(atlas_owner, nearest, 0).r;
+    uint owner = texel_at(atlas_owner, nearest).r;
     uint image = owner & ((1u << IMAGE_BITS) - 1u);
 #ifdef LIT
 #ifdef ALIGNED
-    tile_light = texelFetch(atlas_light, nearest, 0);
+    tile_light = texel_at(atlas_light, nearest);
 #else
     tile_light = tile_light_found;
 #endif

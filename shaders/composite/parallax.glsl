@@ -14,7 +14,7 @@ vec3 surface_texel() {
     vec3 at = mix(texel_far, texel_near, parallax.y);
     if (parallax.z > 0.0) for (int k = 0; k < STEPS; ++k) {
         ivec2 texel = ivec2(tile.xy + clamp(at.xy / at.z, vec2(0.0), tile.zw - 1.0));
-        float stored = texelFetch(atlas_depth, texel, 0).r;
+        float stored = texel_at(atlas_depth, texel).r;
         if (stored < 1.0) at = mix(texel_far, texel_near, (1.0 - stored) * at.z / least);
     }
     return at;

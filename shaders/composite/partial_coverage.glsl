@@ -48,7 +48,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
     float stored;
     if (!is_covered(position, low, depth, weight, stored, nearest)) {
 #ifdef LIT
-        tile_light_found = texelFetch(atlas_light, nearest, 0);
+        tile_light_found = texel_at(atlas_light, nearest);
 #endif
         return stored;
     }

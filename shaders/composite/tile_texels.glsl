@@ -1,4 +1,5 @@
 // Reads the impostor tile of a rectangle: stored depths, and which of them belong to one surface.
+#include "common/texel.glsl"
 uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
 uniform usampler2D atlas_owner;
 #ifdef LIT
@@ -14,10 +15,10 @@ vec4 four_depths(ivec2 low) {
     return textureGather(atlas_depth, (vec2(low) + 1.0) / vec2(textureSize(atlas_depth, 0)));
 #else
     vec4 depth;
-    depth.x = texelFetch(atlas_depth, low + ivec2(0, 1), 0).r;
-    depth.y = texelFetch(atlas_depth, low + ivec2(1, 1), 0).r;
-    depth.z = texelFetch(atlas_depth, low + ivec2(1, 0), 0).r;
-    depth.w = texelFetch(atlas_depth, low, 0).r;
+    depth.x = texel_at(atlas_depth, low + ivec2(0, 1)).r;
+    depth.y = texel_at(atlas_depth, low + ivec2(1, 1)).r;
+    depth.z = texel_at(atlas_depth, low + ivec2(1, 0)).r;
+    depth.w = texel_at(atlas_depth, low).r;
     return depth;
 #endif
 }
@@ -25,10 +26,10 @@ vec4 four_depths(ivec2 low) {
 #ifdef LIT
 // The light between these texels, by weights that need not sum up to 1. What empty texels hold counts for nothing.
 vec4 light_between(ivec2 low, vec4 weight) {
-    vec4 sum = weight.x * texelFetch(atlas_light, low + ivec2(0, 1), 0);
-    sum += weight.y * texelFetch(atlas_light, low + ivec2(1, 1), 0);
-    sum += weight.z * texelFetch(atlas_light, low + ivec2(1, 0), 0);
-    sum += weight.w * texelFetch(atlas_light, low, 0);
+    vec4 sum = weight.x * texel_at(atlas_light, low + ivec2(0, 1));
+    sum += weight.y * texel_at(atlas_light, low + ivec2(1, 1));
+    sum += weight.z * texel_at(atlas_light, low + ivec2(1, 0));
+    sum += weight.w * texel_at(atlas_light, low);
     return sum / dot(weight, vec4(1.0));
 }
 #endif

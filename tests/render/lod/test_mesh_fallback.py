@@ -15,7 +15,10 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
 from depthwalk.bake.parts import bake_model
 from depthwalk.gpu.device import Device
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.render.lod.mesh_choice import MOST_TRIANGLES_PER_PIXEL
+from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
+from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency
@@ -106,7 +109,7 @@ def test_nothing_stands_in_for_what_is_no_mesh_or_has_more_on_it(studio: Studio,
 
 def test_one_stands_in_as_it_is_while_the_next_is_simplified(studio: Studio, dense: Mesh) -> None:
     """A stand-in of few triangles knows no coarser levels; who asks for `mesh-lod` draws them all the same."""
-    camera = Camera((0, 0.5, 2.0), (0, 0.5, 0), 0.9)
+    camera = Camera((0, 0.5, 1.1), (0, 0.5, 0), 0.9)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), (0, (4, 0, -40), 0.0, 1.0))
     scene.objects.representation[1] = Representation.MESH_LOD
     scene.render.lod.magnification = 0.01
@@ -205,6 +208,17 @@ def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device: Device, de
         walk.renderer.settings.lod.magnification = 1.0
         walk.look(Camera((0, 2, 9), (0, 2, 0), 0.9))
         assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"]) == (0, 1)
+
+
+def test_a_mesh_stands_in_for_as_many_triangles_as_are_quicker(dense: Mesh) -> None:
+    of = MeshLevels.empty(2)
+    of.add(0, (MeshLevel(dense, 0.0),))
+    fallbacks = MeshFallbacks.empty(2)
+    fallbacks.mesh[1], fallbacks.texel[1], fallbacks.triangles[0] = 0, 1.0, len(dense.faces)
+    rule = MeshFallbackRule(magnification=1.0, is_resident=lambda rows: np.ones(len(rows), bool), error=1.0)
+    pixels = np.array([0.9, 1.1]) * len(dense.faces) / MOST_TRIANGLES_PER_PIXEL
+    found = fallbacks.allowed(np.array([1, 1]), np.full(2, 0.1), pixels, of, rule, MOST_TRIANGLES_PER_PIXEL)
+    assert found.tolist() == [False, True]
 
 
 def test_frozen_levels_freeze_what_stands_in(gl_device: Device, ball: Mesh) -> None:

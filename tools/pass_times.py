@@ -1,0 +1,101 @@
+"""Measure what each pass of a frame costs, in turn by the shaders of several folders.
+
+`python -m tools.pass_times SCENE --distance 3.2 --shaders shaders tried` walks about the target of the scene's camera.
+After each pass it waits for the picture and takes the processor time of all threads, which says more than the clock
+where others share the cores. Folders take turns frame by frame; ratios are medians of those of frames.
+"""
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+from tools.plain_engine.__main__ import walk_about
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.errors import InputError
+from depthwalk.render import kernels
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
+from depthwalk.resources import shader_root
+from depthwalk.scene.arrays import Representation
+from depthwalk.scene.loader import load_scene
+
+_WARM = 6  # frames that are not counted
+_SHADERS = "depthwalk.gpu.program.shader_root"
+Times = dict[str, list[float]]
+
+
+def measure_frame(headless: HeadlessRenderer, folder: Path, view: View) -> dict[str, float]:
+    """Draw a frame by the shaders of `folder`; return the milliseconds of processor time of each pass, and of all."""
+    screen = headless._screen
+    found: dict[str, float] = {}
+    with headless.device.context, patch(_SHADERS, partial(Path, folder)):
+        finish = headless.device.context.finish
+        finish()
+        start = last = time.process_time()
+        for name in headless.renderer.steps(view, screen):
+            finish()
+            now = time.process_time()
+            found[name] = found.get(name, 0.0) + 1e3 * (now - last)
+            last = now
+        found["frame"] = 1e3 * (time.process_time() - start)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print a table: a row for each pass, a column for each folder, milliseconds and what part of the first's."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene", type=Path)
+    parser.add_argument("--shaders", type=Path, nargs="+", default=[shader_root()], help="folders, in turn")
+    parser.add_argument("--distance", type=float, help="from the target, metres; the camera's own if left out")
+    parser.add_argument("--frames", type=int, default=40)
+    parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the pictures, pixels")
+    parser.add_argument("--as-scene", action="store_true", help="draw as the scene says, not all as depth images")
+    args = parser.parse_args(arguments)
+    kernels.load()
+    try:
+        scene = load_scene(args.scene)
+    except InputError as error:
+        parser.error(str(error))
+    if scene.camera is None:
+        parser.error(f"{args.scene}: must have a camera")
+    for folder in args.shaders:
+        if not (folder / "warp").is_dir():
+            parser.error(f"{folder}: is no folder of shaders")
+    if args.frames <= _WARM:
+        parser.error(f"--frames: must be more than {_WARM}")
+    camera, size, kind = scene.camera, tuple(args.size), None if args.as_scene else Representation.DPCI
+    distance = args.distance or float(np.linalg.norm(np.subtract(camera.position, camera.target)))
+    times: list[Times] = [{} for _ in args.shaders]
+    library = SceneLibrary(scene.assets)
+    with ExitStack() as stack:
+        drawn = [stack.enter_context(HeadlessRenderer(scene, library, size, kind)) for _ in args.shaders]
+        for headless in drawn:
+            headless.renderer.remembers = True
+        for number, place in enumerate(walk_about(camera, distance, args.frames)):
+            for folder, headless, own in zip(args.shaders, drawn, times, strict=True):
+                for name, milliseconds in measure_frame(headless, folder, View(place, size)).items():
+                    if number >= _WARM:
+                        own.setdefault(name, []).append(milliseconds)
+    _print(args.shaders, times)
+
+
+def _print(folders: Sequence[Path], times: Sequence[Times]) -> None:
+    print(f"| pass | {' | '.join(map(str, folders))} |\n|---|{'---|' * len(folders)}")
+    for name in sorted(times[0], key=lambda name: -sum(times[0][name])):
+        cells = []
+        for own in times:
+            ratio = statistics.median(new / old for new, old in zip(own[name], times[0][name], strict=False))
+            cells.append(f"{statistics.mean(own[name]):.2f} ({ratio:.2f})")
+        print(f"| `{name}` | {' | '.join(cells)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
