@@ -20,6 +20,7 @@ from tools.plain_engine.__main__ import walk_about
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
+from depthwalk.gpu.failures import GpuError
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -34,13 +35,12 @@ Times = dict[str, list[float]]
 
 def measure_frame(headless: HeadlessRenderer, folder: Path, view: View) -> dict[str, float]:
     """Draw a frame by the shaders of `folder`; return the milliseconds of processor time of each pass, and of all."""
-    screen = headless._screen
     found: dict[str, float] = {}
     with headless.device.context, patch(_SHADERS, partial(Path, folder)):
         finish = headless.device.context.finish
         finish()
         start = last = time.process_time()
-        for name in headless.renderer.steps(view, screen):
+        for name in headless.renderer.steps(view, headless.screen):
             finish()
             now = time.process_time()
             found[name] = found.get(name, 0.0) + 1e3 * (now - last)
@@ -71,20 +71,41 @@ def main(arguments: Sequence[str] | None = None) -> None:
             parser.error(f"{folder}: is no folder of shaders")
     if args.frames <= _WARM:
         parser.error(f"--frames: must be more than {_WARM}")
+    if args.distance is not None and args.distance <= 0:
+        parser.error("--distance: must be more than 0")
+    if min(args.size) < 1:
+        parser.error("--size: must be at least 1 1")
     camera, size, kind = scene.camera, tuple(args.size), None if args.as_scene else Representation.DPCI
-    distance = args.distance or float(np.linalg.norm(np.subtract(camera.position, camera.target)))
-    times: list[Times] = [{} for _ in args.shaders]
+    own = float(np.linalg.norm(np.subtract(camera.position, camera.target)))
+    places = walk_about(camera, own if args.distance is None else args.distance, args.frames)
     library = SceneLibrary(scene.assets)
     with ExitStack() as stack:
         drawn = [stack.enter_context(HeadlessRenderer(scene, library, size, kind)) for _ in args.shaders]
-        for headless in drawn:
-            headless.renderer.remembers = True
-        for number, place in enumerate(walk_about(camera, distance, args.frames)):
-            for folder, headless, own in zip(args.shaders, drawn, times, strict=True):
-                for name, milliseconds in measure_frame(headless, folder, View(place, size)).items():
-                    if number >= _WARM:
-                        own.setdefault(name, []).append(milliseconds)
+        try:
+            times = measure(args.shaders, drawn, [View(place, size) for place in places])
+        except GpuError as error:
+            parser.error(str(error))
     _print(args.shaders, times)
+
+
+def measure(folders: Sequence[Path], drawn: Sequence[HeadlessRenderer], views: Sequence[View]) -> list[Times]:
+    """Return the times of the frames that count, for each folder, whose own renderer of `drawn` draws all `views`.
+
+    Raises GpuError, which begins with the folder, where one of its shaders does not compile.
+    """
+    times: list[Times] = [{} for _ in folders]
+    for headless in drawn:
+        headless.renderer.remembers = True
+    for number, view in enumerate(views):
+        for folder, headless, own in zip(folders, drawn, times, strict=True):
+            try:
+                found = measure_frame(headless, folder, view)
+            except GpuError as error:
+                raise GpuError(f"{folder}: {error}") from error
+            for name, milliseconds in found.items():
+                if number >= _WARM:
+                    own.setdefault(name, []).append(milliseconds)
+    return times
 
 
 def _print(folders: Sequence[Path], times: Sequence[Times]) -> None:

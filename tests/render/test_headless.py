@@ -84,7 +84,7 @@ def test_the_parts_of_long_frames_are_submitted_one_by_one(
         for is_long in (False, True):
             monkeypatch.setattr(PassTimers, "may_be_long", is_long)
             with headless.device.context:
-                steps = list(headless.renderer.steps(NEAR, headless._screen))
+                steps = list(headless.renderer.steps(NEAR, headless.screen))
             assert len(finished) == is_long * len(steps) and len(steps) > 2
             assert np.array_equal(headless.pixels(), expected)
 

@@ -41,6 +41,7 @@ class HeadlessRenderer:
     ----------
     renderer : the renderer, for its settings, counts and timers.
     size : width and height of the pictures, pixels.
+    screen : the framebuffer that holds the picture drawn last.
 
     Raises
     ------
@@ -77,7 +78,7 @@ class HeadlessRenderer:
             with self.device.context, ExitStack() as objects:
                 scope = self.device.scope("headless")
                 objects.callback(scope.release)
-                self._screen = scope.framebuffer([scope.texture(self.size, 4)])
+                self.screen = scope.framebuffer([scope.texture(self.size, 4)])
                 self.renderer = Renderer(self.device, scene, library, passes)
                 objects.callback(self.renderer.release)
                 self.renderer.world.representation = representation
@@ -126,7 +127,7 @@ class HeadlessRenderer:
         """
         self.renderer.keeps = frozenset(("lit",) if linear else ())
         with self.device.context:
-            self.renderer.render(view, self._screen, transparent)
+            self.renderer.render(view, self.screen, transparent)
 
     def pixels(self) -> NDArray[np.uint8]:
         """Return the frame drawn last, (H, W, 4) uint8, sRGB and alpha, top row first.
@@ -134,7 +135,7 @@ class HeadlessRenderer:
         Raises ContextLostError where the picture is lost, see `make_anew`.
         """
         with self.device.context:
-            pixels = read_pixels(self._screen)
+            pixels = read_pixels(self.screen)
             self.device.check()
             return pixels
 
