@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.reference.reprojection import sources
-from depthwalk.render.reprojection import BEYOND, Reprojection, widened
+from depthwalk.render.reprojection import BEYOND, Reprojection
+from depthwalk.render.view.field_of_view import widened
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import GroundParams, SkyParams
@@ -64,7 +65,7 @@ def test_the_shader_is_its_twin(gl_device: Device) -> None:
     """Of a picture whose colours tell places, seen through the distances of a scene."""
     with Moving(gl_device) as stage:
         assert stage.reprojection._shown is not None
-        picture = stage.reprojection._shown.colours.texture
+        picture = stage.reprojection._shown.drawn.colours.texture
         x, y = np.meshgrid((np.arange(160) + 0.5) / 160, (np.arange(120) + 0.5) / 120)
         picture.write((np.stack([x, y, 0 * x, 0 * x + 1], -1) * 255).round().astype(np.uint8).tobytes())
         shown = stage.moved(ASIDE)[..., :2] / 255

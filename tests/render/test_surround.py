@@ -127,7 +127,7 @@ def test_what_was_seen_from_far_away_or_before_a_change_is_unknown(turning: Turn
     assert turning.reprojection.unseen(view) < 0.02  # the edges are known to some degrees only
     assert turning.reprojection.unseen(away) > 0.9
     assert turning.reprojection.unseen(View(looking(180), SIZE)) > 0.4
-    turning.reprojection.forget_surround()
+    turning.reprojection.surround.forget()
     assert turning.reprojection.unseen(view) > 0.9 and turning.reprojection.unseen(View(looking(0), SIZE)) == 0
 
 
@@ -136,13 +136,13 @@ def test_the_sides_show_every_direction_once_and_frames_do_not_notice(turning: T
     turning.take(looking(0))
     before, plan = turning.true(looking(0)), turning.renderer.plan
     for side in surround_views(np.array([0.0, 1.2, 0.0])):
-        steps = turning.renderer.coarse_steps(side, turning.reprojection.surround_canvas())
+        steps = turning.renderer.coarse_steps(side, turning.reprojection.surround.canvas())
         next(steps)
         del steps  # given up
-        for _ in turning.renderer.coarse_steps(side, turning.reprojection.surround_canvas()):
+        for _ in turning.renderer.coarse_steps(side, turning.reprojection.surround.canvas()):
             pass
         assert turning.renderer.aside_view is not None and turning.renderer.targets is not None
-        turning.reprojection.take_surround(turning.renderer.targets, turning.renderer.aside_view)
+        turning.reprojection.surround.take_canvas(turning.renderer.targets, turning.renderer.aside_view)
     assert turning.renderer.plan is plan
     assert (read(turning.reprojection.surround.surfaces, np.float32)[..., 3] > 0).all()
     for degrees in (100, 180, 250):
@@ -155,4 +155,4 @@ def test_without_a_side_there_is_nothing_to_keep(turning: Turning) -> None:
     view = turning.take(looking(0))
     assert turning.renderer.targets is not None
     with pytest.raises(ValueError, match="nothing was drawn"):
-        turning.reprojection.take_surround(turning.renderer.targets, view)
+        turning.reprojection.surround.take_canvas(turning.renderer.targets, view)

@@ -30,7 +30,12 @@ def test_each_folder_draws_by_its_own_shaders(
 
 @pytest.mark.parametrize(
     ("more", "said"),
-    [(("--shaders", "nowhere"), "nowhere: is no folder of shaders"), (("--frames", "6"), "more than 6"), (("--distance", "0"), "more than 0"), (("--size", "0", "9"), "at least 1 1")],
+    [
+        (("--shaders", "nowhere"), "nowhere: is no folder of shaders"),
+        (("--frames", "6"), "more than 6"),
+        (("--distance", "0"), "more than 0"),
+        (("--size", "0", "9"), "at least 1 1"),
+    ],
 )
 def test_mistakes_are_told(
     tiny_scene: Path, capsys: pytest.CaptureFixture[str], more: tuple[str, ...], said: str

@@ -64,8 +64,7 @@ class Window(OnScreen):
 def _small_surround(monkeypatch: pytest.MonkeyPatch) -> None:
     """As small beside the window as in use, which saves time."""
     monkeypatch.setattr("depthwalk.render.surround.SURROUND_SIZE", 256)
-    for module in ("surround", "reprojection"):
-        monkeypatch.setattr(f"depthwalk.render.{module}.SURROUND_VIEW_SIZE", 48)
+    monkeypatch.setattr("depthwalk.render.surround.SURROUND_VIEW_SIZE", 48)
 
 
 @pytest.fixture

@@ -8,8 +8,6 @@ farther side. The shader is shaders/reprojection/reprojection.frag, its twin in 
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import moderngl
@@ -19,10 +17,12 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
+from depthwalk.render.depth_picture import DepthPicture, DepthPictures
 from depthwalk.render.image import Image
 from depthwalk.render.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
-from depthwalk.render.surround import SURROUND_VIEW_SIZE, Surround, shows
+from depthwalk.render.surround import Surround
 from depthwalk.render.targets import Targets
+from depthwalk.render.view.field_of_view import shows, spread_rays
 from depthwalk.render.view.view import View
 from depthwalk.types import Mask
 
@@ -35,43 +35,7 @@ _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a pict
 REFLECTED = 0.1  # of the picture's width or height, along its edges: what is mirrored beyond them
 STRIDE = 2  # pixels of a cell from one that is looked at to the next: narrower things may be overlooked
 LEAST_AHEAD = 0.01  # metres: a cell that comes nearer to the new camera is placed nowhere
-LEVEL_MARGIN = 1 / 3  # margin above and below for each at the sides
 HIDDEN = 0.95  # what is nearer than this part of the distance that a search ends at hides what the search looks for
-
-
-def widened(view: View, margin: float) -> View:
-    """Return `view` with more picture on every side; the pixels that both have in common are the same.
-
-    Parameters
-    ----------
-    view : the view of the window.
-    margin : part of its width that is added on the left and on the right. Above and below `LEVEL_MARGIN` of that part
-        of its height is added: viewers turn about far more than they nod.
-
-    Returns
-    -------
-    The wider view, larger by whole pixels.
-    """
-    width, height = view.size
-    size = width + 2 * round(margin * width), height + 2 * round(LEVEL_MARGIN * margin * height)
-    fov = 2 * math.atan(math.tan(view.camera.fov / 2) * size[1] / height)
-    return replace(view, camera=replace(view.camera, fov=fov), size=size)
-
-
-def reduced(view: View, scale: float) -> View:
-    """Return `view` with fewer pixels, `scale` times as many along either axis, but objects drawn as finely as in it.
-
-    Parameters
-    ----------
-    view : the view of the whole picture.
-    scale : 0 to 1.
-
-    Returns
-    -------
-    The view, of at least one pixel.
-    """
-    size = max(round(scale * view.size[0]), 1), max(round(scale * view.size[1]), 1)
-    return replace(view, size=size, scale=view.scale * size[1] / view.size[1])
 
 
 def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -92,17 +56,11 @@ def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[n
     return axes @ view.ray_from_screen, axes @ (view.position - picture.position), axes @ view.axes[2]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Picture:
-    """Hold a picture and what is known of the distances in it."""
+class _Picture(NamedTuple):
+    """Hold a picture, and how far away the nearest surface in each of its cells of `CELL` pixels is."""
 
-    size: tuple[int, int]
-    colours: Image
-    distances: Image
+    drawn: DepthPicture
     nearest: Image
-
-    def __iter__(self) -> Iterator[Image]:
-        yield from (self.colours, self.distances, self.nearest)
 
 
 class _Cells(NamedTuple):
@@ -121,49 +79,33 @@ class Reprojection:
 
     Attributes
     ----------
+    surround : what earlier pictures saw around the viewer.
     view : the view of the finished picture; None: there is none.
     """
 
     def __init__(self, device: Device) -> None:
         self._gl = device.scope("reprojection")
         vertex = "common/fullscreen.vert"
-        self._distance = Program(self._gl, vertex, "reprojection/distance.frag")
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
         self._programs = Variants(
             lambda defines: Program(self._gl, VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
         )
+        self._pictures = DepthPictures(self._gl)
+        self.surround = Surround(self._gl, self._pictures)
         self.view: View | None = None
         self._shown: _Picture | None = None
         self._drawn: _Picture | None = None  # what is being drawn
         self._cells: _Cells | None = None
-        self._surround: Surround | None = None  # made with the first picture
         self._rehearsed = False
-        self._surround_picture: _Picture | None = None  # of what lies around; made when the first is drawn
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
-        if self._drawn is None or self._drawn.size != size:
-            self._free(self._drawn)
-            self._drawn = None  # should there be no memory for the next
-            self._drawn = self._picture(size)
-        return self._drawn.colours.framebuffer
-
-    def surround_canvas(self) -> moderngl.Framebuffer:
-        """Return the framebuffer to draw a view of `surround.surround_views` into."""
-        if self._surround_picture is None:
-            self._surround_picture = self._picture((SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE))
-        return self._surround_picture.colours.framebuffer
-
-    def _picture(self, size: tuple[int, int]) -> _Picture:
-        cells = -(-size[0] // CELL), -(-size[1] // CELL)
-        colours, distances, nearest = (
-            Image.make(self._gl, size),
-            Image.make(self._gl, size, 1, "f4"),
-            Image.make(self._gl, cells, 1, "f4"),
-        )
-        colours.texture.filter = moderngl.LINEAR, moderngl.LINEAR
-        return _Picture(size=size, colours=colours, distances=distances, nearest=nearest)
+        if self._drawn is None or self._drawn.drawn.size != size:
+            self._free_drawn()  # should there be no memory for the next
+            cells = -(-size[0] // CELL), -(-size[1] // CELL)
+            self._drawn = _Picture(self._pictures.make(size), Image.make(self._gl, cells, 1, "f4"))
+        return self._drawn.drawn.colours.framebuffer
 
     def take(self, targets: Targets, view: View) -> None:
         """Make what was drawn into `canvas` the finished picture.
@@ -175,43 +117,15 @@ class Reprojection:
         """
         if self._drawn is None:
             raise ValueError("no picture was drawn: there is no canvas yet")
-        self._keep_distances(self._drawn, targets, view)
-        _, distances, nearest = self._drawn
-        distances.texture.use(0)
+        picture, nearest = self._drawn
+        self._pictures.keep_distances(picture, targets, view)
+        picture.distances.texture.use(0)
         self._nearest.set(distances=0)
         with self._gl.state(into=nearest.framebuffer):
             self._nearest.fill()
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
-        self.surround.take(self._shown.colours.texture, distances.texture, view)
-
-    def take_surround(self, targets: Targets, view: View, *, counts: bool = True) -> None:
-        """Keep what was drawn into `surround_canvas` as part of what lies around; see `take` and `Surround.take`."""
-        if self._surround_picture is None:
-            raise ValueError("nothing was drawn: there is no canvas yet")
-        self._keep_distances(self._surround_picture, targets, view)
-        self.surround.take(
-            self._surround_picture.colours.texture, self._surround_picture.distances.texture, view, counts=counts
-        )
-
-    def forget_surround(self) -> None:
-        """Count as unknown what earlier pictures saw, as when the scene has changed; see `Surround.forget`."""
-        if self._surround is not None:
-            self._surround.forget()
-
-    def _keep_distances(self, picture: _Picture, targets: Targets, view: View) -> None:
-        """Fill in how far away the surfaces of a picture are, which `targets` hold; view: of the picture."""
-        targets.depth.use(0)
-        self._distance.set(depth_texture=0, planes=view.depth_range)
-        with self._gl.state(into=picture.distances.framebuffer):
-            self._distance.fill()
-
-    @property
-    def surround(self) -> Surround:
-        """Return what earlier pictures saw around the viewer."""
-        if self._surround is None:
-            self._surround = Surround(self._gl)
-        return self._surround
+        self.surround.take(picture, view)
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
@@ -226,8 +140,8 @@ class Reprojection:
             self._move_cells(view.size, rays, viewer).texture.use(2)
         else:
             defines = ("EXACT",) if same and is_part else ("TURNED",)
-        self._shown.colours.texture.use(0)
-        self._shown.distances.texture.use(1)
+        self._shown.drawn.colours.texture.use(0)
+        self._shown.drawn.distances.texture.use(1)
         uniforms: dict[str, object] = {
             "picture": 0,
             "distances": 1,
@@ -239,14 +153,14 @@ class Reprojection:
             "half_extent": self.view.half_extent,
             "margin": (wide // 2, high // 2),
         }
-        around = self.surround.use(view, 3, 4) | {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
         lacking = self._lacking(rays, viewer)
         with self._gl.state(into=screen):
             if not self._rehearsed:
                 self._rehearse(screen)
             self._fill(defines, ~lacking, uniforms)
             if lacking.any():
-                self._fill((*defines, "AROUND"), lacking, uniforms | around)
+                world = {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
+                self._fill((*defines, "AROUND"), lacking, uniforms | world | self.surround.use(view, 3, 4))
 
     def _fill(self, defines: tuple[str, ...], cells: Mask, uniforms: dict[str, object]) -> None:
         """Draw some cells of the screen, see `fill_cells`, by the program with these defines."""
@@ -305,8 +219,7 @@ class Reprojection:
         """
         if self.view is None:
             return 1.0
-        x, y = np.meshgrid(*(2 * (np.arange(count) + 0.5) / count - 1 for count in _JUDGED))
-        rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T
+        rays = spread_rays(view, *_JUDGED)
         beyond = rays[~shows(self.view, rays @ self.view.axes.T)]
         return float((~self.surround.holds(beyond, view.position)).sum() / len(rays))
 
@@ -342,7 +255,7 @@ class Reprojection:
         size = np.array(self.view.size)
         place = 0.5 + 0.5 * point[:2] / (max(point[2], 1e-3) * np.array(self.view.half_extent))
         x, y = np.clip((place * size).astype(int), 0, size - 1).tolist()
-        read = self._shown.distances.framebuffer.read((x, y, 1, 1), 1, dtype="f4")
+        read = self._shown.drawn.distances.framebuffer.read((x, y, 1, 1), 1, dtype="f4")
         return abs(float(np.frombuffer(read, np.float32)[0]))
 
     def _free_cells(self) -> None:
@@ -352,11 +265,14 @@ class Reprojection:
             self._gl.free(depth)
         self._cells = None
 
-    def _free(self, picture: _Picture | None) -> None:
-        for image in picture or ():
-            image.free(self._gl)
+    def _free_drawn(self) -> None:
+        if self._drawn is not None:
+            picture, nearest = self._drawn
+            self._pictures.free(picture)
+            nearest.free(self._gl)
+        self._drawn = None
 
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._shown = self._drawn = self._cells = self._surround = self._surround_picture = self.view = None
+        self._shown = self._drawn = self._cells = self.view = None

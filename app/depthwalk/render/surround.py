@@ -7,6 +7,8 @@ shaders/reprojection/capture.frag and surround.glsl, their twin in NumPy is `ref
 """
 
 import math
+from functools import cached_property
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -20,7 +22,10 @@ from depthwalk.geometry.view_directions import (
 )
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
+from depthwalk.render.depth_picture import DepthPicture, DepthPictures
 from depthwalk.render.picture_cells import VERTEX_SHADER, fill_cells, places
+from depthwalk.render.targets import Targets
+from depthwalk.render.view.field_of_view import shows
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Array, Mask
@@ -42,44 +47,87 @@ def surround_views(position: Array) -> list[View]:
     return [View(camera, (SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE)) for camera in cameras]
 
 
+class _Map(NamedTuple):
+    """Hold the map, and what draws into it."""
+
+    colours: moderngl.Texture
+    surfaces: moderngl.Texture
+    framebuffer: moderngl.Framebuffer
+
+
 class Surround:
     """Keep the colours and distances of all directions that finished frames have seen.
 
     Parameters
     ----------
     gl : the owner of the map, which frees it.
+    pictures : makes the one that views of `surround_views` are drawn into.
     """
 
-    def __init__(self, gl: Scope) -> None:
-        self._gl = gl
+    def __init__(self, gl: Scope, pictures: DepthPictures) -> None:
+        self._gl, self._pictures = gl, pictures
         self._capture = Program(gl, VERTEX_SHADER, "reprojection/capture.frag")
         self._origin: Array | None = None  # world, metres: what positions in the map are relative to
         self._directions = octahedral_directions(_CELLS, False)
         self._seen_from = np.full((_CELLS**2, 3), np.inf)
+        self._side: DepthPicture | None = None  # made when the first is drawn
+
+    @cached_property
+    def _map(self) -> _Map:
+        """Return the map, which is made when the first picture is finished: 20 MB that quick frames never need."""
         size = SURROUND_SIZE, SURROUND_SIZE
-        self.colours, self.surfaces = gl.texture(size, 4), gl.texture(size, 4, "f4")
-        self.colours.filter = moderngl.LINEAR, moderngl.LINEAR
-        self._framebuffer = gl.framebuffer([self.colours, self.surfaces])
-        self._framebuffer.clear()
+        colours, surfaces = self._gl.texture(size, 4), self._gl.texture(size, 4, "f4")
+        colours.filter = moderngl.LINEAR, moderngl.LINEAR
+        made = _Map(colours, surfaces, self._gl.framebuffer([colours, surfaces]))
+        made.framebuffer.clear()
+        return made
+
+    @property
+    def colours(self) -> moderngl.Texture:
+        """Return the colours of the map: sRGB, alpha 0 where nothing was seen."""
+        return self._map.colours
+
+    @property
+    def surfaces(self) -> moderngl.Texture:
+        """Return from where what the map shows was seen, metres from its origin, and how far away it is, metres."""
+        return self._map.surfaces
+
+    def canvas(self) -> moderngl.Framebuffer:
+        """Return the framebuffer to draw a view of `surround_views` into."""
+        if self._side is None:
+            self._side = self._pictures.make((SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE))
+        return self._side.colours.framebuffer
+
+    def take_canvas(self, targets: Targets, view: View, *, counts: bool = True) -> None:
+        """Keep what was drawn into `canvas`.
+
+        Parameters
+        ----------
+        targets : those that the picture was made of, with its depths.
+        view, counts : see `take`.
+        """
+        if self._side is None:
+            raise ValueError("nothing was drawn: there is no canvas yet")
+        self._pictures.keep_distances(self._side, targets, view)
+        self.take(self._side, view, counts=counts)
 
     def forget(self) -> None:
         """Count everything as unknown that was seen; it is shown where nothing newer is."""
         self._seen_from[:] = np.inf
 
-    def take(self, colours: moderngl.Texture, distances: moderngl.Texture, view: View, *, counts: bool = True) -> None:
-        """Keep what a finished frame shows, in the place of what was seen in the same directions before.
+    def take(self, picture: DepthPicture, view: View, *, counts: bool = True) -> None:
+        """Keep what a finished picture shows, in the place of what was seen in the same directions before.
 
         Parameters
         ----------
-        colours : of the frame, sRGB.
-        distances : metres along its view axis; their signs do not count.
-        view : the view of the frame.
-        counts : whether its directions are known from now on; not if the frame lacks something.
+        picture : the picture.
+        view : its view, near and far plane fitted.
+        counts : whether its directions are known from now on; not if the picture lacks something.
         """
         if self._origin is None:
             self._origin = view.position
-        colours.use(0)
-        distances.use(1)
+        picture.colours.texture.use(0)
+        picture.distances.texture.use(1)
         self._capture.set(
             picture=0,
             distances=1,
@@ -87,7 +135,7 @@ class Surround:
             half_extent=view.half_extent,
             seen_from=tuple(view.position - self._origin),
         )
-        with self._gl.state(into=self._framebuffer):
+        with self._gl.state(into=self._map.framebuffer):
             fill_cells(self._capture, np.asarray(shows(view, _DIRECTIONS @ view.axes.T, _WIDER).any(1)))
         if counts:
             self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
@@ -123,20 +171,3 @@ class Surround:
             "surround_surfaces": surfaces,
             "surround_viewer": tuple(view.position - (view.position if self._origin is None else self._origin)),
         }
-
-
-def shows(view: View, points: Array, wider: float = 1.0) -> Mask:
-    """Return which points lie within a picture.
-
-    Parameters
-    ----------
-    view : the view of the picture.
-    points : (…, 3), right, up and ahead of its camera, metres.
-    wider : how many times as wide and high the picture is taken to be.
-
-    Returns
-    -------
-    (…), whether each does.
-    """
-    within: Mask = np.abs(points[..., :2]) <= points[..., 2:] * (wider * np.array(view.half_extent))
-    return np.logical_and(within[..., 0], within[..., 1])

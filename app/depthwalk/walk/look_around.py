@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.reprojection import Reprojection
-from depthwalk.render.surround import surround_views
+from depthwalk.render.surround import Surround, surround_views
+from depthwalk.render.view.field_of_view import spread_rays
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
 
@@ -27,7 +27,7 @@ class LookAround:
     ----------
     renderer
         Draws them; no frame may be begun while one is being drawn.
-    reprojection
+    surround
         Keeps them.
 
     Attributes
@@ -36,8 +36,8 @@ class LookAround:
         Whether enough is known of what lies around a viewer who stands still; set this to False when he moves.
     """
 
-    def __init__(self, renderer: Renderer, reprojection: Reprojection) -> None:
-        self._renderer, self._reprojection = renderer, reprojection
+    def __init__(self, renderer: Renderer, surround: Surround) -> None:
+        self._renderer, self._surround = renderer, surround
         self._steps: Iterator[str] | None = None
         self.knows_all = False
         self._knew_all = False  # once since the scene changed
@@ -55,7 +55,7 @@ class LookAround:
 
     def note_change(self) -> None:
         """Note that the scene or its settings have changed, so that nothing looks as it was seen."""
-        self._reprojection.forget_surround()
+        self._surround.forget()
         self.knows_all = self._knew_all = False
         self._redrawn = 0
 
@@ -82,8 +82,8 @@ class LookAround:
             return False
         self._is_due = False
         position = coming[0].position
-        rays = np.concatenate([_rays(view) for view in coming])
-        unknown = rays[~self._reprojection.surround.holds(rays, position)]
+        rays = np.concatenate([spread_rays(view, _RAYS, _RAYS) for view in coming])
+        unknown = rays[~self._surround.holds(rays, position)]
         if len(unknown) > _MOST_UNKNOWN * _RAYS**2:
             sides = surround_views(position)
             shown = [(unknown @ side.axes[2] > np.abs(unknown @ side.axes[:2].T).max(-1)).sum() for side in sides]
@@ -102,9 +102,8 @@ class LookAround:
         return self.is_drawing
 
     def _begin_any(self, position: Array, waits: bool) -> bool:
-        surround = self._reprojection.surround
         for side in surround_views(position):
-            if surround.holds(_rays(side), position).mean() < 1 - _MOST_UNKNOWN:
+            if self._surround.holds(spread_rays(side, _RAYS, _RAYS), position).mean() < 1 - _MOST_UNKNOWN:
                 self._steps = self._draw(side, waits)
                 return True
         return False
@@ -122,15 +121,9 @@ class LookAround:
 
     def _draw(self, side: View, waits: bool) -> Iterator[str]:
         """Draw a side. waits: whether it is to be drawn again if it lacks what is still to be brought to the GPU."""
-        yield from self._renderer.coarse_steps(side, self._reprojection.surround_canvas())
+        yield from self._renderer.coarse_steps(side, self._surround.canvas())
         targets, fitted = self._renderer.targets, self._renderer.aside_view
         assert targets is not None and fitted is not None  # the last step has set them
         again = waits and self._renderer.assets.is_waiting and self._redrawn < _MOST_REDRAWN
         self._redrawn += again
-        self._reprojection.take_surround(targets, fitted, counts=not again)
-
-
-def _rays(view: View) -> Array:
-    """Return rays (n, 3), world, that are spread evenly over a view."""
-    x, y = np.meshgrid(*[2 * (np.arange(_RAYS) + 0.5) / _RAYS - 1] * 2)
-    return np.asarray(np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ view.ray_from_screen.T)
+        self._surround.take_canvas(targets, fitted, counts=not again)

@@ -18,8 +18,9 @@ import numpy as np
 from pyglm import glm
 
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.reprojection import Reprojection, reduced, widened
+from depthwalk.render.reprojection import Reprojection
 from depthwalk.render.still_picture import StillPicture
+from depthwalk.render.view.field_of_view import reduced, widened
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.frame_scale import FrameScale
@@ -60,7 +61,7 @@ class ShownFrames:
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
         self._reprojection = Reprojection(renderer.device)
-        self._around = LookAround(renderer, self._reprojection)
+        self._around = LookAround(renderer, self._reprojection.surround)
         self._motion = Motion()
         self.scene_seconds = 0.0
         self.in_slices = False
