@@ -157,10 +157,7 @@ class Renderer:
         """
         if self._fine is None:
             self._fine = self._new_memory()
-        try:
-            yield from self._render(view, screen, False, 0, self._fine)
-        finally:
-            self.timers.drop_frame()
+        yield from self._steps_aside(view, screen, self._fine)
 
     def coarse_steps(self, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
         """Draw a small picture as `steps` does, of any direction, which frames of the same viewer may come to show.
@@ -180,8 +177,12 @@ class Renderer:
         """
         if self._coarse is None:
             self._coarse = self._new_memory()
+        yield from self._steps_aside(view, screen, self._coarse)
+
+    def _steps_aside(self, view: View, screen: moderngl.Framebuffer, memory: FrameMemory) -> Iterator[str]:
+        """Draw a picture that is no frame, of which timers tell nothing. memory: of its kind."""
         try:
-            yield from self._render(view, screen, False, 0, self._coarse)
+            yield from self._render(view, screen, False, 0, memory)
         finally:
             self.timers.drop_frame()
 

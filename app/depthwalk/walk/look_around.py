@@ -4,7 +4,6 @@ Finished frames keep what they saw (`render.surround`). Where the viewer is abou
 near by, a side of a cube about him is drawn between two frames, of so few pixels that it takes about one slice.
 """
 
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,6 +13,7 @@ from depthwalk.render.surround import Surround, surround_views
 from depthwalk.render.view.field_of_view import spread_rays
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
+from depthwalk.walk.slices import Slices
 
 _RAYS = 8  # along either edge of a view, that tell how much of it is known
 _MOST_UNKNOWN = 0.1  # of a side, or of a view that is coming: where more is unknown, it is drawn
@@ -38,7 +38,7 @@ class LookAround:
 
     def __init__(self, renderer: Renderer, surround: Surround) -> None:
         self._renderer, self._surround = renderer, surround
-        self._steps: Iterator[str] | None = None
+        self._slices = Slices(renderer.device)
         self.knows_all = False
         self._knew_all = False  # once since the scene changed
         self._redrawn = 0  # sides since then that lacked something
@@ -47,11 +47,11 @@ class LookAround:
     @property
     def is_drawing(self) -> bool:
         """Return whether one has been begun that is not finished yet."""
-        return self._steps is not None
+        return self._slices.is_drawing
 
     def drop(self) -> None:
         """Forget the side that has been begun."""
-        self._steps = None
+        self._slices.drop()
 
     def note_change(self) -> None:
         """Note that the scene or its settings have changed, so that nothing looks as it was seen."""
@@ -87,7 +87,7 @@ class LookAround:
         if len(unknown) > _MOST_UNKNOWN * _RAYS**2:
             sides = surround_views(position)
             shown = [(unknown @ side.axes[2] > np.abs(unknown @ side.axes[:2].T).max(-1)).sum() for side in sides]
-            self._steps = self._draw(sides[int(np.argmax(shown))], waits=False)
+            self._slices.begin(self._draw(sides[int(np.argmax(shown))], waits=False))
         elif not self._knew_all:
             self._knew_all = not self._begin_any(position, waits=False)
         return self.is_drawing
@@ -104,20 +104,13 @@ class LookAround:
     def _begin_any(self, position: Array, waits: bool) -> bool:
         for side in surround_views(position):
             if self._surround.holds(spread_rays(side, _RAYS, _RAYS), position).mean() < 1 - _MOST_UNKNOWN:
-                self._steps = self._draw(side, waits)
+                self._slices.begin(self._draw(side, waits))
                 return True
         return False
 
     def advance(self, seconds: float) -> bool:
-        """Go on with the side for about `seconds`; return whether it is finished. Each step is waited for."""
-        assert self._steps is not None
-        end = time.perf_counter() + seconds
-        while next(self._steps, None) is not None:
-            self._renderer.device.context.finish()
-            if time.perf_counter() > end:
-                return False
-        self._steps = None
-        return True
+        """Go on with the side for about `seconds`; return whether it is finished."""
+        return self._slices.advance(seconds)
 
     def _draw(self, side: View, waits: bool) -> Iterator[str]:
         """Draw a side. waits: whether it is to be drawn again if it lacks what is still to be brought to the GPU."""

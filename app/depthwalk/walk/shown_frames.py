@@ -8,7 +8,6 @@ shown. Where nothing changes any more, nothing is drawn.
 
 import time
 from collections import deque
-from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import replace
 from typing import Any
@@ -26,13 +25,12 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.walk.frame_scale import FrameScale
 from depthwalk.walk.look_around import LookAround
 from depthwalk.walk.motion import Motion
+from depthwalk.walk.slices import FrameSlices, Slices, longest
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
 _QUICK = 0.025  # s below which they are drawn whole again
 _MEASURED = 2  # frames that decide: the first one compiles shaders, which tells of no other
 _SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last change
-_LONGEST_SLICES = 2  # times as long as the settings say
-_TURNED_PAST = 0.1  # of the window, that may lie beyond the margin at the end of a steady turn
 _MOST_UNSEEN = 0.5  # of the window: where the last frame lacks more, the window waits for the next one
 _SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
@@ -67,14 +65,8 @@ class ShownFrames:
         self.in_slices = False
         self.refines = True
         self._durations: deque[float] = deque(maxlen=_MEASURED)
-        self._steps: Iterator[str] | None = None  # of the frame that is being drawn in slices
-        self._source: View | None = None  # what that frame is seen through
-        self._spent = 0.0  # s of work for it so far
-        self._began = 0.0  # when it was begun, by the clock
-        self._delay = 0.0  # s from the beginning to the end of the last one, with all that was shown meanwhile
-        self._costs: list[float] = []  # s of each step of the last one
-        self._step, self._slices = 0, 0  # how many of either there were of this one
-        self._between = 0.0  # s from a slice of the last one to the next
+        self._frame = FrameSlices(renderer.device)
+        self._source: View | None = None  # what the frame is seen through that is being drawn in slices
         self._view: View | None = None  # that is shown
         self._camera: Camera | None = None  # of the last call of `note`
         self._moved = False  # whether that was another than in the call before
@@ -84,7 +76,7 @@ class ShownFrames:
         self._hurried = False  # whether somebody waits for the frame, who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
         self._still = StillPicture(renderer.device)
-        self._still_steps: Iterator[str] | None = None  # of the still picture that is being drawn
+        self._still_slices = Slices(renderer.device)
         self._still_done = False
         self._unshown = False  # whether something is finished that no picture has shown
 
@@ -98,7 +90,7 @@ class ShownFrames:
     def _is_settled(self) -> bool:
         """Return whether frames that follow would be no better than the last one, or than the still picture."""
         plan = self._renderer.plan
-        if self._steps is not None or plan is None or self._settled < _SETTLING[0]:
+        if self._frame.is_drawing or plan is None or self._settled < _SETTLING[0]:
             return False
         if self._renderer.assets.is_waiting or plan.noted.get("shadow_maps_waiting"):
             return False
@@ -109,7 +101,7 @@ class ShownFrames:
     @property
     def is_drawing(self) -> bool:
         """Return whether a frame, or a still picture, has been begun that is not finished yet."""
-        return self._steps is not None or self._still_steps is not None or self._around.is_drawing
+        return self._frame.is_drawing or self._still_slices.is_drawing or self._around.is_drawing
 
     @property
     def scale(self) -> float:
@@ -185,8 +177,7 @@ class ShownFrames:
         elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
         elif self._wants_still and not self._still_done:
-            seconds = _LONGEST_SLICES * self._renderer.settings.reprojection.slice / 1e3  # nothing moves
-            self._still_done = self._draw_still(self._view, seconds)
+            self._still_done = self._draw_still(self._view, longest(self._renderer.settings.reprojection.slice / 1e3))
             self._unshown |= self._still_done
 
     def _looks_around(self, view: View) -> bool:
@@ -196,7 +187,7 @@ class ShownFrames:
         if self.is_drawing or not self.refines or self._reprojection.view is None:
             return False
         if self._moved:
-            return self._around.begin_for_walk([view, View(self._motion.ahead(self._delay), view.size)])
+            return self._around.begin_for_walk([view, View(self._motion.ahead(self._frame.delay), view.size)])
         return self._is_settled and self._around.begin_at_rest(view.position)
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
@@ -216,25 +207,20 @@ class ShownFrames:
         return False
 
     def _draw_still(self, view: View, seconds: float) -> bool:
-        """Go on with the still picture for about `seconds`; return whether it is finished. Each step is waited for."""
-        end = time.perf_counter() + seconds
-        if self._still_steps is None:
-            self._still_steps = self._still.steps(self._renderer, view)
-        while next(self._still_steps, None) is not None:
-            self._renderer.device.context.finish()
-            if time.perf_counter() > end:
-                return False
-        self._still_steps = None
-        return True
+        """Go on with the still picture for about `seconds`; return whether it is finished."""
+        if not self._still_slices.is_drawing:
+            self._still_slices.begin(self._still.steps(self._renderer, view))
+        return self._still_slices.advance(seconds)
 
     def _drop_still(self) -> None:
         """Forget the still picture, and what of one has been drawn."""
-        self._still_steps, self._still_done = None, False
+        self._still_slices.drop()
+        self._still_done = False
 
     def _catch_up(self, view: View) -> View:
         """Finish a frame at once, or two, until one holds what is to be seen; return where the viewer is by then."""
         start = time.perf_counter()
-        if self._steps is not None:
+        if self._frame.is_drawing:
             self.finish()
             view = View(self._motion.ahead(time.perf_counter() - start), view.size)
         if self._reprojection.unseen(view) > _MOST_UNSEEN:
@@ -248,7 +234,7 @@ class ShownFrames:
         """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
         self._drop_still()
         self._around.drop()
-        while self._steps is not None:
+        while self._frame.is_drawing:
             self._advance(np.inf)
 
     def _choose_way(self) -> None:
@@ -291,8 +277,9 @@ class ShownFrames:
 
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
-        if self._steps is None:
-            self._begin(self._motion.ahead(min(_SHOWN_FOR * self._delay, _FARTHEST_AHEAD)), view, hurried=self._moved)
+        if not self._frame.is_drawing:
+            ahead = min(_SHOWN_FOR * self._frame.delay, _FARTHEST_AHEAD)
+            self._begin(self._motion.ahead(ahead), view, hurried=self._moved)
         return self._advance(self._slice_seconds(view))
 
     def _begin(self, camera: Camera, view: View, hurried: bool) -> None:
@@ -308,48 +295,29 @@ class ShownFrames:
         if self._hurried:
             self._source = reduced(self._source, settings.scale * self._scale.factor)
         self._renderer.warp_limit = round(_WARP_LIMIT * self._scale.factor**2) if self._hurried else None
-        self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
-        self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
+        self._frame.begin(self._renderer.steps(self._source, self._reprojection.canvas(self._source.size)))
 
     def _slice_seconds(self, view: View) -> float:
-        """Return how long a slice may take: longer than the settings say where the viewer turns quickly.
-
-        A frame is shown for as long as the next one takes. In that time the viewer must not turn past the margins, and
-        the longer the slices are, the fewer pictures in between delay the frame.
-        """
-        settings, work = self._renderer.settings.reprojection, self.scene_seconds
-        spare = (2 * settings.margin + _TURNED_PAST) * 2 * np.arctan(view.half_extent[0])  # radians
-        most = spare / max(self._motion.turn_rate, 1e-6)
-        wanted = self._between * work / (most - work) if most > work else np.inf
-        return float(np.clip(wanted, settings.slice / 1e3, _LONGEST_SLICES * settings.slice / 1e3))
+        """Return how long a slice may take, see `FrameSlices.seconds`."""
+        settings = self._renderer.settings.reprojection
+        return self._frame.seconds(
+            least=settings.slice / 1e3,
+            margin=settings.margin,
+            half_width=view.half_extent[0],
+            turn_rate=self._motion.turn_rate,
+            work=self.scene_seconds,
+        )
 
     def _advance(self, seconds: float) -> bool:
-        """Go on with the frame for about `seconds`; return whether it is finished.
-
-        Each step is waited for, so that its time is known. The last one before the time is over is that after which,
-        judged by the frame before, the next one would end too late.
-        """
-        assert self._steps is not None
-        self._slices += 1
-        start = last = time.perf_counter()
-        while next(self._steps, None) is not None:
-            self._renderer.device.context.finish()
-            now = time.perf_counter()
-            self._costs[self._step : self._step + 1] = [now - last]
-            self._step, last = self._step + 1, now
-            coming = self._costs[self._step] if self._step < len(self._costs) else 0.0
-            if now - start + coming > seconds:
-                self._spent += now - start
-                return False
+        """Go on with the frame for about `seconds`; return whether it is finished."""
+        if not self._frame.advance(seconds):
+            return False
         self._take_finished()
         self._around.note_frame()
-        now = time.perf_counter()
-        self._delay = now - self._began
+        work = self._frame.end()
         if self._hurried:
-            self._scale.note(self._delay, self._renderer.settings.reprojection.frame_limit / 1e3)
-        self._end_frame(self._spent + now - start)
-        if self._slices > 1:
-            self._between = (self._delay - self.scene_seconds) / (self._slices - 1)
+            self._scale.note(self._frame.delay, self._renderer.settings.reprojection.frame_limit / 1e3)
+        self._end_frame(work)
         return True
 
     def _take_finished(self) -> None:
@@ -359,7 +327,6 @@ class ShownFrames:
         near, far = fitted.depth_range
         self._finished_scale = source.scale
         self._reprojection.take(targets, replace(source, near=near, far=far))
-        self._steps = None
 
     @property
     def view(self) -> View | None:
@@ -386,7 +353,7 @@ class ShownFrames:
 
     def release(self) -> None:
         """Free everything on the GPU, and forget a frame that has been begun."""
-        self._steps = None
+        self._frame.drop()
         self._drop_still()
         self._around.drop()
         self._still.release()
