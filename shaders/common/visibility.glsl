@@ -5,7 +5,7 @@
 const uint COVERAGE_MASK = uint(COVERAGE_STEPS), COVERAGE_BITS = 4u;
 const uint ASIDE_MASK = 3u, ASIDE_BITS = 2u, PART_MASK = COVERAGE_MASK | (1u << (COVERAGE_BITS + 2u * ASIDE_BITS)) - 1u;
 const uint PARTS = 12u;                // steps of coverage: whole numbers of four texels are exact
-const uint WHOLE = COVERAGE_MASK;      // in their place: a pixel that is covered, and seen aside
+const uint COVERED_ASIDE = COVERAGE_MASK;      // in their place: the whole pixel is covered, but its distance is from aside
 const uvec2 NO_OBJECT = uvec2(0u);     // polygons; depth-image objects are numbered from 1
 const uvec2 GROUND = uvec2(0u, COVERAGE_MASK + 1u);     // told apart only to count what shows objects; infinitely far, as NO_OBJECT
 
@@ -19,7 +19,7 @@ uvec2 visibility_from(uint object, uint image, float inverse, float uncovered, v
     uint part = uint(uncovered * float(PARTS) + 0.5);
     if (part == 0u) {
         if (aside == vec2(0.0)) return visibility_from(object, image, inverse);
-        part = WHOLE;
+        part = COVERED_ASIDE;
     }
     uvec2 place = uvec2(clamp(aside * 4.0 + 2.5, 0.0, float(ASIDE_MASK)));
     part |= place.x << COVERAGE_BITS | place.y << (COVERAGE_BITS + ASIDE_BITS);
@@ -29,15 +29,16 @@ uvec2 visibility_from(uint object, uint image, float inverse, float uncovered, v
 uvec2 captured_visibility(uint row) { return uvec2(0u, uint(FIRST_CAPTURED) + row * (COVERAGE_MASK + 1u)); }
 uint object_of(uvec2 visibility) { return visibility.x >> IMAGE_BITS; }
 int image_of(uvec2 visibility) { return int(visibility.x & ((1u << IMAGE_BITS) - 1u)); }
-bool is_whole(uvec2 visibility) { return (visibility.y & COVERAGE_MASK) == 0u; }     // and seen in its middle
+// Whether the whole pixel is covered, and has its distance in its middle.
+bool is_plain(uvec2 visibility) { return (visibility.y & COVERAGE_MASK) == 0u; }
 float distance_of(uvec2 visibility) {
-    return 1.0 / uintBitsToFloat(visibility.y & ~(is_whole(visibility) ? COVERAGE_MASK : PART_MASK));
+    return 1.0 / uintBitsToFloat(visibility.y & ~(is_plain(visibility) ? COVERAGE_MASK : PART_MASK));
 }
 float uncovered_of(uvec2 visibility) {
     uint part = visibility.y & COVERAGE_MASK;
-    return part == WHOLE ? 0.0 : float(part) / float(PARTS);
+    return part == COVERED_ASIDE ? 0.0 : float(part) / float(PARTS);
 }
 vec2 aside_of(uvec2 visibility) {
-    if (is_whole(visibility)) return vec2(0.0);
+    if (is_plain(visibility)) return vec2(0.0);
     return vec2(visibility.y >> COVERAGE_BITS & ASIDE_MASK, visibility.y >> (COVERAGE_BITS + ASIDE_BITS) & ASIDE_MASK) / 4.0 - 0.5;
 }

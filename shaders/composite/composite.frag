@@ -29,7 +29,7 @@ layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the p
 #endif
 
 // 1 over the distance along the view axis, 0 where nothing is; `nearest` is the texel that owns it, `uncovered` the part of the
-// pixel that shows what is behind.
+// pixel that shows what is behind, `aside` where in the pixel the surface has that distance, pixels from the middle.
 float inverse_distance(out ivec2 nearest, out float uncovered, out vec2 aside) {
     aside = vec2(0.0);
 #ifdef ALIGNED

@@ -21,6 +21,11 @@ def blending_defines(frame: Frame) -> tuple[str, ...]:
     return ("SHOWN",) if frame.common.aa.shown else ()
 
 
+def blended_picture(frame: Frame) -> moderngl.Framebuffer:
+    """Return the framebuffer of the picture that `frame` blends."""
+    return frame.targets.screen if frame.common.aa.shown else frame.targets.lit
+
+
 def picture_before(frame: Frame) -> moderngl.Texture:
     """Return a copy of the picture that `frame` blends, as it is now."""
     return frame.targets.screen_before() if frame.common.aa.shown else frame.targets.lit_before()
@@ -35,7 +40,7 @@ def covered_pixels(gl: Scope, frame: Frame) -> Iterator[moderngl.Framebuffer]:
     if not frame.common.aa.shown:
         yield frame.targets.covered
         return
-    framebuffer = gl.framebuffer([only_texture(frame.targets.screen)], frame.targets.material_depth_texture)
+    framebuffer = gl.framebuffer([only_texture(blended_picture(frame))], frame.targets.material_depth_texture)
     try:
         yield framebuffer
     finally:

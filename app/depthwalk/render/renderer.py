@@ -211,11 +211,7 @@ class Renderer:
 
         memory: of its kind. Yields the names of the passes, see `steps`.
         """
-        aside, shared = memory is not self._frames, common(self.settings)
-        if memory is self._fine:
-            shared = replace(shared, aa=supersampled(shared.aa))
-        if "lit" in self.keeps or not has_texture(screen, view.size):
-            shared = replace(shared, aa=replace(shared.aa, shown=False))
+        aside, shared = memory is not self._frames, self._common(view, screen, memory)
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
         targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared, memory)
         targets.screen = screen
@@ -255,7 +251,8 @@ class Renderer:
             yield from self._sequence.draw_objects(frame_of(plan=plan))
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=materials_of(whole))
-        frame = replace(frame, shadows=self._shadows_beside(memory) or self._shadow_maps(frame, residency))
+        shadows = self._shadows_aside(memory) if aside else self._shadow_maps(frame, residency)
+        frame = replace(frame, shadows=shadows)
         yield from self._sequence.finish(frame, self.keeps)
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
@@ -263,6 +260,15 @@ class Renderer:
             self.aside_view = view
         else:
             self.plan, self.view = whole, view
+
+    def _common(self, view: View, screen: moderngl.Framebuffer, memory: FrameMemory) -> Common:
+        """Return what the settings ask of all passes, for a picture of `view` in `screen`. memory: of its kind."""
+        shared = common(self.settings)
+        if memory is self._fine:
+            shared = replace(shared, aa=supersampled(shared.aa))
+        if "lit" in self.keeps or not has_texture(screen, view.size):
+            shared = replace(shared, aa=replace(shared.aa, shown=False))
+        return shared
 
     def _prepare_targets(self, view: View, samples: int, shared: Common, memory: FrameMemory) -> Targets:
         """Return cleared targets for `view`; those of the last frame where they fit."""
@@ -326,10 +332,8 @@ class Renderer:
         )
         return self._last_shadows
 
-    def _shadows_beside(self, memory: FrameMemory) -> Shadows | None:
-        """Return the shadow maps that a picture shows which is no frame; None for frames. memory: of its kind."""
-        if memory is self._frames:
-            return None
+    def _shadows_aside(self, memory: FrameMemory) -> Shadows:
+        """Return the shadow maps that a picture shows which is no frame: the last one's. memory: of its kind."""
         return self._last_shadows if memory is self._fine else replace(self._last_shadows, portion=0)
 
     def sample_shares(self) -> PixelShares:

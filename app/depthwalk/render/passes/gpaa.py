@@ -14,7 +14,7 @@ from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.antialiasing.silhouette_lines import LINE_RECORD, silhouette_lines
-from depthwalk.render.blended_picture import blending_defines, picture_before
+from depthwalk.render.blended_picture import blended_picture, blending_defines, picture_before
 from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.placed_records import PLACED_RECORD
@@ -59,8 +59,7 @@ class GpaaPass(Pass[GpaaParams]):
         program.set(least_fold=least_fold)
         self._lines.upload(lines)
         self._lines.bind(program.array, 0)
-        into = targets.screen if frame.common.aa.shown else targets.lit
-        with self.gl.state(into=into, direct=(DEPTH_CLAMP,)):  # the ground may end at the far plane
+        with self.gl.state(into=blended_picture(frame), direct=(DEPTH_CLAMP,)):  # the ground may end at the far plane
             program.rectangles(len(lines))
 
     def _silhouettes(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
