@@ -1,10 +1,10 @@
 // Packs what is in front at a pixel into the visibility buffer (Burns and Hunt 2013), and unpacks it: an object and its image,
 // and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
 #from depthwalk.cook.lod_geometry import IMAGE_BITS
-#from depthwalk.render.resources.placed_records import COVERAGE_STEPS, FIRST_CAPTURED
-const uint COVERAGE_MASK = uint(COVERAGE_STEPS), COVERAGE_BITS = 4u;
-const uint ASIDE_MASK = 3u, ASIDE_BITS = 2u, PART_MASK = COVERAGE_MASK | (1u << (COVERAGE_BITS + 2u * ASIDE_BITS)) - 1u;
-const uint PARTS = 12u;                // steps of coverage: whole numbers of four texels are exact
+#from depthwalk.render.resources.placed_records import COVERAGE_BITS, FIRST_CAPTURED
+const uint COVERAGE_MASK = (1u << COVERAGE_BITS) - 1u;
+const uint ASIDE_MASK = 3u, ASIDE_BITS = 2u, PART_MASK = (1u << (uint(COVERAGE_BITS) + 2u * ASIDE_BITS)) - 1u;
+const uint COVERAGE_STEPS = 12u;           // whole numbers of four texels are exact
 const uint COVERED_ASIDE = COVERAGE_MASK;      // in their place: the whole pixel is covered, but its distance is from aside
 const uvec2 NO_OBJECT = uvec2(0u);     // polygons; depth-image objects are numbered from 1
 const uvec2 GROUND = uvec2(0u, COVERAGE_MASK + 1u);     // told apart only to count what shows objects; infinitely far, as NO_OBJECT
@@ -16,13 +16,13 @@ uvec2 visibility_from(uint object, uint image, float inverse) {
 // What fills the pixel but for the part `uncovered`, and has that distance not in the pixel's middle but `aside`, pixels from
 // there, −½ to ¼ along either axis, to a quarter. These take further bits, and `inverse` is good to 1.5e-5.
 uvec2 visibility_from(uint object, uint image, float inverse, float uncovered, vec2 aside) {
-    uint part = uint(uncovered * float(PARTS) + 0.5);
+    uint part = uint(uncovered * float(COVERAGE_STEPS) + 0.5);
     if (part == 0u) {
         if (aside == vec2(0.0)) return visibility_from(object, image, inverse);
         part = COVERED_ASIDE;
     }
     uvec2 place = uvec2(clamp(aside * 4.0 + 2.5, 0.0, float(ASIDE_MASK)));
-    part |= place.x << COVERAGE_BITS | place.y << (COVERAGE_BITS + ASIDE_BITS);
+    part |= place.x << COVERAGE_BITS | place.y << (uint(COVERAGE_BITS) + ASIDE_BITS);
     return uvec2(object << IMAGE_BITS | image, (floatBitsToUint(inverse) & ~PART_MASK) | part);
 }
 // As polygons, but tells which row of the scene's objects a captured view shows.
@@ -36,9 +36,9 @@ float distance_of(uvec2 visibility) {
 }
 float uncovered_of(uvec2 visibility) {
     uint part = visibility.y & COVERAGE_MASK;
-    return part == COVERED_ASIDE ? 0.0 : float(part) / float(PARTS);
+    return part == COVERED_ASIDE ? 0.0 : float(part) / float(COVERAGE_STEPS);
 }
 vec2 aside_of(uvec2 visibility) {
     if (is_plain(visibility)) return vec2(0.0);
-    return vec2(visibility.y >> COVERAGE_BITS & ASIDE_MASK, visibility.y >> (COVERAGE_BITS + ASIDE_BITS) & ASIDE_MASK) / 4.0 - 0.5;
+    return vec2(visibility.y >> COVERAGE_BITS & ASIDE_MASK, visibility.y >> (uint(COVERAGE_BITS) + ASIDE_BITS) & ASIDE_MASK) / 4.0 - 0.5;
 }

@@ -10,7 +10,7 @@ from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.render.draw.draw_lists import DrawList
 from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.resources.placed_records import COVERAGE_STEPS, FIRST_CAPTURED
+from depthwalk.render.resources.placed_records import COVERAGE_BITS, FIRST_CAPTURED
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
@@ -49,7 +49,7 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     owner = np.concatenate([[-1], _scene_objects(renderer)[plan.object_rows]]).astype(np.int32)
     found: NDArray[np.int32] = owner[image_object]
     captured = (image_object == 0) & (visible[..., 1] >= FIRST_CAPTURED)
-    row = (visible[..., 1][captured] - FIRST_CAPTURED) // (COVERAGE_STEPS + 1)
+    row = (visible[..., 1][captured] - FIRST_CAPTURED) >> COVERAGE_BITS
     found[captured] = _scene_objects(renderer)[row] if captured.any() else -1
     meshes = ids.read()
     if meshes is None or not len(plan.polygons.records):

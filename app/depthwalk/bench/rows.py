@@ -1,8 +1,8 @@
 """Measure one row of the table of docs/bench.md: objects drawn in several ways whose pictures are equally good.
 
 The ways are meshes, simplified meshes, clusters of meshes, and the scene as it is: depth images, with meshes in their
-place near by. Meshes are simplified until their FLIP against a supersampled picture is that of the scene, and only then
-are frames timed.
+place near by and where they are quicker. Meshes are simplified until their FLIP against a supersampled picture is that
+of the scene, and only then are frames timed.
 """
 
 import time

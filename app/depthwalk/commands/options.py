@@ -103,8 +103,8 @@ RepresentationOption = Annotated[
         "look for their surface (relief, distance, parallax), flat (bump), as displaced vertices (displacement) or "
         "warped by the processor and drawn as a texture (relief-texture); "
         "meshes also by pictures from many directions, three of them blended (octahedral) or one alone (billboard); "
-        "auto: as meshes or depth images, whichever is quicker, as scene does where the scene file says nothing; "
-        "scene: as the scene file says, with meshes in place of depth images near by.",
+        "auto: as meshes or depth images, whichever is quicker; scene: as the scene file says, by auto where it "
+        "says nothing, with meshes in place of depth images near by.",
     ),
 ]
 PathOption = Annotated[

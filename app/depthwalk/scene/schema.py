@@ -261,6 +261,9 @@ AssetParams = Annotated[
 ]
 
 
+_LEFT_OUT = "left out: auto if the asset has a mesh and depth images, else as the one that it has"
+
+
 class PlacedParams(FileParams):
     """Hold the keys that every node of the scene graph has."""
 
@@ -276,9 +279,7 @@ class ObjectParams(PlacedParams):
 
     asset: str = param(..., "Name of the asset")
     scale: Scale = param(1.0, "Size relative to the asset")
-    representation: RepresentationName | None = param(
-        None, "How it is drawn; left out: auto if the asset has mesh and depth images, else as what it has"
-    )
+    representation: RepresentationName | None = param(None, f"How it is drawn; {_LEFT_OUT}")
 
 
 class GridParams(PlacedParams):
@@ -288,9 +289,7 @@ class GridParams(PlacedParams):
     count: GridCount = param(..., "Objects along x and z")
     spacing: Extent = param(..., "Distance between neighbours along x and z", unit="m")
     scale: Scale = param(1.0, "Size of each object relative to the asset")
-    representation: RepresentationName | None = param(
-        None, "How they are drawn; left out: auto if the asset has mesh and depth images, else as what it has"
-    )
+    representation: RepresentationName | None = param(None, f"How they are drawn; {_LEFT_OUT}")
 
 
 class ScatterParams(PlacedParams):
@@ -304,9 +303,7 @@ class ScatterParams(PlacedParams):
     scale: ScaleRange = param(
         (1.0, 1.0), "Size of each object relative to the asset, or [low, high] to choose it from at random"
     )
-    representation: RepresentationName | None = param(
-        None, "How they are drawn; left out: auto if the asset has mesh and depth images, else as what it has"
-    )
+    representation: RepresentationName | None = param(None, f"How they are drawn; {_LEFT_OUT}")
 
 
 class PlacesParams(PlacedParams):
@@ -317,9 +314,7 @@ class PlacesParams(PlacedParams):
         ..., "CSV with the columns x, y, z and optionally yaw, scale; or NPY of shape (n, 3 to 5) in that order"
     )
     scale: Scale = param(1.0, "Multiplies the sizes in the file")
-    representation: RepresentationName | None = param(
-        None, "How they are drawn; left out: auto if the asset has mesh and depth images, else as what it has"
-    )
+    representation: RepresentationName | None = param(None, f"How they are drawn; {_LEFT_OUT}")
 
 
 class GroupParams(PlacedParams):

@@ -6,11 +6,11 @@ from numpy.typing import NDArray
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
-COVERAGE_STEPS = 15
-"""In how many parts the visibility buffer counts how much of a pixel is covered; so many bits are set."""
+COVERAGE_BITS = 4
+"""The lowest bits of the second number in the visibility buffer, which say how much of a pixel is covered."""
 
-FIRST_CAPTURED = 2 * (COVERAGE_STEPS + 1)
-"""Second number in the visibility buffer where captured views show row 0; COVERAGE_STEPS + 1 more is the next row."""
+FIRST_CAPTURED = 2 << COVERAGE_BITS
+"""Second number in the visibility buffer where captured views show row 0; 2 ** COVERAGE_BITS more is the next row."""
 
 PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
 """Where an object stands relative to the viewer, or to the shadow map's centre, metres; its quaternion; its scale."""

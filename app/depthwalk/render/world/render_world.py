@@ -203,7 +203,8 @@ class RenderWorld:
     def representation(self) -> Representation | None:
         """Return how all objects are drawn whose asset allows it.
 
-        It is None where each is drawn as the scene says, with meshes in place of depth images near by.
+        It is None where each is drawn as the scene says, with meshes in place of depth images near by and, by `auto`,
+        where they are quicker.
         """
         return self._representation
 
