@@ -32,8 +32,8 @@ from depthwalk.types import Array, Mask, Rows
 TRIANGLES_PER_PIXEL = 0.4
 FREE_TRIANGLES = 100.0
 
-# A mesh near by may have so many triangles for each pixel of the rectangle about the object. With more it is slower than
-# depth images that are warped in every frame (docs/measurements.md, "When the mesh is slower").
+# A mesh near by may have so many triangles for each pixel of the rectangle about the object. With more it is slower
+# than depth images that are warped in every frame (docs/measurements.md, "When the mesh is slower").
 MOST_TRIANGLES_PER_PIXEL = 0.8
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
