@@ -22,7 +22,11 @@ VERSIONS = ("0.1",)
 def test_baked_and_cooked_files_hold_the_same_object(version: str) -> None:
     (baked,) = read_baked(STORED / f"tip-{version}.dpci.exr").parts
     (cooked,) = read_cooked(STORED / f"tip-{version}.dpci.npz")
-    assert cooked_key(STORED / f"tip-{version}.dpci.npz") == cooked.outline.key == baked.key
+    assert cooked.outline.key == baked.key
+    assert cooked_key(STORED / f"tip-{version}.dpci.npz") in (
+        None,
+        baked.key,
+    )  # None: cooked by older code
     assert cooked.outline.cylinder == baked.cylinder
     assert baked.images[0].depth.shape == (16, 16)
     depths = np.concatenate([image.depth.ravel() for image in baked.images])

@@ -52,13 +52,13 @@ class Entry:
 
 MODELS: dict[str, Entry] = {
     "head_venus": Entry(heads.head_venus, "bust of a woman, rasped marble", Images(288), closed=True),
-    "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(288), closed=True),
+    "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(288, finest=0.5), closed=True),
     "statue": Entry(statue.statue, "draped woman with a bowl, chiselled limestone", Images(320, 2, 0.65), closed=True),
     "tree_oak": Entry(plants.oak, "broad-leaved tree, 19,000 lobed leaves", Images(176, 2, 1.0), closed=True),
     "tree_fir": Entry(plants.fir, "conifer, 5,700 twigs of 91 needles", Images(144, 2, 1.0), closed=True),
     "topiary": Entry(plants.topiary, "two clipped balls of box in a terracotta pot", Images(144, 2, 1.25), closed=True),
-    "rock_boulder": Entry(stone.boulder, "mossy boulder", Images(144, 2, 0.5), closed=True),
-    "rock_slab": Entry(stone.slab_rock, "low mossy rock", Images(144, 2, 0.5), closed=True),
+    "rock_boulder": Entry(stone.boulder, "mossy boulder", Images(144, 2, 0.65), closed=True),
+    "rock_slab": Entry(stone.slab_rock, "low mossy rock", Images(144, 2, 0.55), closed=True),
     "urn": Entry(stone.urn, "garden urn with garland and two handles", Images(192, 2, 0.35), closed=True),
     "column": Entry(stone.column, "fluted column with leafy capital and ivy", Images(192, 2, 0.85)),
     "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(180, 5), closed=True),
