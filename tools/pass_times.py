@@ -16,7 +16,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from tools.plain_engine.__main__ import walk_about
+from tools.plain_engine.walks import walk_about
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError

@@ -100,6 +100,8 @@ def test_many_objects_are_walked_past(
         (["--counts", "10"], "--counts 10: must be N,…, each from 1 to the 9"),
         (["--counts", "0"], "--counts 0: must be N,…"),
         (["--path", "nowhere.yaml"], "nowhere.yaml"),
+        (["--frames", "17"], "--frames: must be at least 18"),
+        (["--edges", "0"], "must be more than 0"),
     ],
 )
 def test_what_cannot_be_is_refused(

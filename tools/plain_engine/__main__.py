@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from tools.plain_engine.engine import PlainEngine, edge_length
+from tools.plain_engine.walks import walk_about
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.equal import SUPERSAMPLING, coarsened, picture_flip, supersampled
@@ -36,22 +37,11 @@ from depthwalk.scene.path import load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 
-_STEP = 0.15  # degrees from frame to frame: 1.4 m/s at 18 m, 0.25 m/s at 3 m
 _TURN = 6  # frames of one way, before the next one has its turn
 _WARM = 12  # frames of each way that are not counted
 _JUDGED = 5  # pictures of the walk whose FLIP is measured
 _COARSEST = 16.0  # pixels that the engine's level may be off
 _MOMENTS = 6  # of a camera path
-
-
-def walk_about(camera: Camera, distance: float, frames: int) -> list[Camera]:
-    """Return cameras that walk about the target of `camera`, as high as it stands, at so many metres."""
-    target, place = np.array(camera.target), np.array(camera.position)
-    start = np.arctan2(place[0] - target[0], place[2] - target[2])
-    turns = start + np.radians(_STEP) * np.arange(frames)
-    level = np.full(frames, place[1] - target[1])
-    places = target + np.stack([distance * np.sin(turns), level, distance * np.cos(turns)], -1)
-    return [replace(camera, position=tuple(place)) for place in places.tolist()]
 
 
 def time_turns(
@@ -87,6 +77,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the pictures, pixels")
     args = parser.parse_args(arguments)
     size = tuple(args.size)
+    if args.frames < _WARM + _TURN:
+        parser.error(f"--frames: must be at least {_WARM + _TURN}")
+    if min(args.size) < 1 or min(*args.distances, args.edges) <= 0:
+        parser.error("--size, --distances and --edges: must be more than 0")
     try:
         scene = load_scene(args.scene)
         walk = None if args.path is None else Walk.along(load_path(args.path), _MOMENTS, _TURN, 0.0, size)
