@@ -201,6 +201,17 @@ def test_nothing_is_drawn_around_who_looks_at_targets(sliced: Window) -> None:
     assert sliced.frames._reprojection.unseen(View(turned(180), SIZE)) == 1
 
 
+def test_who_begins_to_look_at_targets_sees_those_of_a_frame(sliced: Window) -> None:
+    sliced.rest()
+    renderer = sliced.renderer
+    assert renderer.targets is not None and renderer.view is not None
+    assert renderer.targets.size != renderer.view.size  # but those of a quarter of the still picture
+    sliced.frames.refines = False
+    assert not sliced.frames.is_current
+    sliced.rest()
+    assert renderer.targets.size == renderer.view.size
+
+
 def test_an_autofocus_follows_whole_frames(sliced: Window) -> None:
     sliced.rest()
     sliced.renderer.settings.dof.mode, sliced.renderer.settings.dof.autofocus = "gather", True

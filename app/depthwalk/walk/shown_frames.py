@@ -52,8 +52,6 @@ class ShownFrames:
         How long the work for the last frame of the scene took; 0 before the first.
     in_slices
         Whether frames are drawn in slices, and moved in between.
-    refines
-        Whether the picture may be drawn once more when it has come to rest; True unless somebody looks at targets.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -63,7 +61,7 @@ class ShownFrames:
         self._motion = Motion()
         self.scene_seconds = 0.0
         self.in_slices = False
-        self.refines = True
+        self._refines = True
         self._durations: deque[float] = deque(maxlen=_MEASURED)
         self._frame = FrameSlices(renderer.device)
         self._source: View | None = None  # what the frame is seen through that is being drawn in slices
@@ -79,6 +77,22 @@ class ShownFrames:
         self._still_slices = Slices(renderer.device)
         self._still_done = False
         self._unshown = False  # whether something is finished that no picture has shown
+
+    @property
+    def refines(self) -> bool:
+        """Return whether pictures beside frames may be drawn, as the still one; True unless somebody looks at targets.
+
+        Setting it to False draws a frame anew, since targets may be those of another picture.
+        """
+        return self._refines
+
+    @refines.setter
+    def refines(self, refines: bool) -> None:
+        if self._refines and not refines:
+            self._drop_still()
+            self._around.drop()
+            self._settled = 0
+        self._refines = refines
 
     @property
     def is_current(self) -> bool:
