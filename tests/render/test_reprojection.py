@@ -115,10 +115,3 @@ def test_everything_is_released(gl_device: Device) -> None:
     with Moving(gl_device) as stage:
         stage.reprojection.canvas((64, 48))  # another size
     assert +gl_device.live == before
-
-
-def test_a_wider_picture_has_the_same_pixels_in_its_middle() -> None:
-    view = View(HERE, SIZE)
-    wide = widened(view, 0.1)
-    assert wide.size == (192, 128) and wide.focal_pixels == pytest.approx(view.focal_pixels)
-    assert widened(view, 0.0).size == SIZE
