@@ -194,6 +194,10 @@ class Reprojection:
             self._surround_picture.colours.texture, self._surround_picture.distances.texture, view, counts=counts
         )
 
+    def forget_picture(self) -> None:
+        """Count the finished picture as none: the window has shown newer ones, from elsewhere, which are not kept."""
+        self.view = None
+
     def forget_surround(self) -> None:
         """Count as unknown what earlier pictures saw, as when the scene has changed; see `Surround.forget`."""
         if self._surround is not None:
