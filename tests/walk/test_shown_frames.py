@@ -128,6 +128,17 @@ def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
             assert window.frames.in_slices == (slow == 0)
 
 
+def test_slices_after_whole_frames_show_no_picture_of_before(sliced: Window) -> None:
+    sliced.rest()
+    settings = sliced.renderer.settings.reprojection
+    settings.mode = "off"
+    sliced.round(right=2.5)
+    whole = sliced.pixels()
+    settings.mode = "on"
+    assert sliced.round(right=2.5)  # the picture of where the viewer was would show the same directions
+    assert np.abs(sliced.pixels() - whole).mean() < 2
+
+
 def test_who_starts_to_walk_waits_for_no_frame(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is known by then that frames are slow, and one with a margin is there."""
     monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 0.0)

@@ -127,6 +127,10 @@ class Reprojection:
         self.view = view
         self.surround.take(picture, view)
 
+    def forget_picture(self) -> None:
+        """Count the finished picture as none: the window has shown newer ones, from elsewhere, which are not kept."""
+        self.view = None
+
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
         if self.view is None or self._shown is None:

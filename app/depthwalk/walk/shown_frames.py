@@ -270,6 +270,7 @@ class ShownFrames:
         self._hurried = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
         self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._hurried else None
         self._finished_scale = 1.0
+        self._reprojection.forget_picture()
         start = time.perf_counter()
         self._renderer.render(view, screen)
         if self._renderer.device.software:
