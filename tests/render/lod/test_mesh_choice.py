@@ -182,8 +182,16 @@ def test_no_object_is_left_out_by_the_distance_that_is_tested_first(
             arrays = walk.renderer.world.arrays()
             rule = MeshFallbackRule(magnification=1000.0, is_resident=lambda m: np.ones(len(m), bool), error=1.0)
             view = View(Camera((0, 0.5, 0), (0, 0.5, -1), 0.9), (640, 480))
-            kept = arrays.objects, np.arange(len(objects)), arrays.choice, arrays.table.mesh_fallbacks
-            drawn.append(MeshChooser().as_meshes(view, *kept, arrays.table.meshes, rule).tolist())
+            found = MeshChooser().as_meshes(
+                view,
+                arrays.objects,
+                np.arange(len(objects)),
+                choice=arrays.choice,
+                fallbacks=arrays.table.mesh_fallbacks,
+                levels=arrays.table.meshes,
+                rule=rule,
+            )
+            drawn.append(found.tolist())
     assert drawn[0] == drawn[1] == list(range(len(drawn[0])))
     assert (len(drawn[0]) == len(objects)) == (triangles < FREE_TRIANGLES / HYSTERESIS)
     assert len(drawn[0]) > 0

@@ -140,7 +140,14 @@ class DetailSelector:
             magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
         )
         return self._chooser.as_meshes(
-            view, scene.objects, rows, scene.choice, table.mesh_fallbacks, table.meshes, rule, settings.remembers
+            view,
+            scene.objects,
+            rows,
+            choice=scene.choice,
+            fallbacks=table.mesh_fallbacks,
+            levels=table.meshes,
+            rule=rule,
+            remembers=settings.remembers,
         )
 
     def describe(self, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:

@@ -160,6 +160,7 @@ class MeshChooser:
         view: View,
         objects: Objects,
         rows: Rows,
+        *,
         choice: MeshChoice | None,
         fallbacks: MeshFallbacks,
         levels: MeshLevels,
