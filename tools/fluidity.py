@@ -5,7 +5,8 @@ pictures are those that the window shows (`walk.shown_frames`), without a window
 from one to the next, how long it takes until a picture shows what the user did, the part of them that neither the last
 frame held nor any picture from within some metres, and afterwards, at some moments, their FLIP against the truth of 16
 samples a pixel, over that of a whole frame of the same camera. Then the viewer stands still, until nothing is drawn any
-more. With `--wander` he goes and turns at random, by up to 90° a second, and everything after the first second counts.
+more. With `--wander` he goes and turns at random, by up to 90° a second, and everything counts but what comes within a
+second after the first picture.
 """
 
 import math
@@ -158,6 +159,7 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
         try:
             intervals, drawing, scene_seconds, unseen = [], [], [], []
             kept: list[Shown] = []
+            show(camera_of(0.0), 0.0)  # nobody walks before there is a picture
             begin = before = time.perf_counter()
             while (now := time.perf_counter()) < begin + warm + seconds:
                 camera = camera_of(now - begin)
