@@ -160,7 +160,7 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
     with _complaints(path):
         made_of = _made_of(path)
         if made_of["version"] not in (_LAYOUT, _PAIRED_LAYOUT):
-            problem = f"a file of layout {made_of['version']}, not {_LAYOUT} or {_PAIRED_LAYOUT}; bake it again"
+            problem = f"a file of layout {made_of['version']!s:.20}, not {_LAYOUT} or {_PAIRED_LAYOUT}; bake it again"
             raise InputError(f"{path}: {problem}")
         objects = _objects(path)
     packed = made_of.get("packed", False)
@@ -187,7 +187,7 @@ def _complaints(path: Path) -> Iterator[None]:
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
     except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: damaged cooked depth images: {error}") from None
+        raise InputError(f"{path}: damaged cooked depth images: {error!s:.200}") from None
 
 
 def _packed(name: str, values: Any) -> Any:

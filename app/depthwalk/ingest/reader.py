@@ -83,7 +83,7 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     colours = np.full((count, 3), 255, np.uint8)
     if mesh.colours is not None:
         unit = np.nan_to_num(mesh.colours[vertex], nan=0.0, posinf=0.0, neginf=0.0)
-        colours = np.clip(unit * 255.0, 0.0, 255.0).round().astype(np.uint8)
+        colours = (np.clip(unit, 0.0, 1.0) * 255.0).round().astype(np.uint8)
 
     triangles, group = _triangles(mesh)
     numbers, materials = _materials(mesh, data, path, sources)
