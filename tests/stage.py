@@ -79,6 +79,17 @@ class OnScreen:
         self.renderer.render(view, self.screen, transparent)
         return self.counts
 
+    def pixels(self) -> NDArray[np.int64]:
+        """(h, w, 3), lowest row first."""
+        width, height = self.screen.size
+        shown = np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8)
+        return shown.reshape(height, width, 3).astype(np.int64)
+
+    def true(self, camera: Camera) -> NDArray[np.int64]:
+        """What a frame shows, in the place of which something else may be shown."""
+        self.draw(View(camera, self.screen.size))
+        return self.pixels()
+
 
 class Stage(OnScreen):
     """sun: whether it casts shadows."""

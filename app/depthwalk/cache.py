@@ -295,8 +295,8 @@ def read_arrays(
             raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
 
 
-def check_array(name: str, values: NDArray[Any], shape: tuple[int, ...], kind: str) -> None:
-    """Raise ValueError unless an array that was read has a shape, a kind of numbers, and, of kind "f", finite ones.
+def check_array(name: str, values: NDArray[Any], shape: tuple[int, ...], kind: str | np.dtype[Any]) -> None:
+    """Raise ValueError unless an array that was read has a shape, a kind of numbers, and finite ones.
 
     Parameters
     ----------
@@ -307,11 +307,12 @@ def check_array(name: str, values: NDArray[Any], shape: tuple[int, ...], kind: s
     shape
         The shape that it must have.
     kind
-        The kind that its dtype must have, as NumPy names it: "f", "i", "u".
+        The kind that its dtype must have, as NumPy names it, "f", "i" or "u"; or the dtype that it must be.
     """
-    if values.shape != shape or values.dtype.kind != kind:
+    found = values.dtype.kind if isinstance(kind, str) else values.dtype
+    if values.shape != shape or found != kind:
         raise ValueError(f"{name} are {values.dtype} of {values.shape}")
-    if kind == "f" and not np.isfinite(values).all():
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
         raise ValueError(f"{name} hold what is no finite number")
 
 

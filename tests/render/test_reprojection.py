@@ -41,15 +41,8 @@ class Moving(OnScreen):
         self.reprojection.release()
         super().__exit__()
 
-    def pixels(self) -> NDArray[np.int64]:
-        return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(120, 160, 3).astype(int)
-
     def moved(self, camera: Camera) -> NDArray[np.int64]:
         self.reprojection.show(View(camera, SIZE), self.screen)
-        return self.pixels()
-
-    def true(self, camera: Camera) -> NDArray[np.int64]:
-        self.draw(View(camera, SIZE))
         return self.pixels()
 
 

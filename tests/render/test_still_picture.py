@@ -37,19 +37,19 @@ class Standing(OnScreen):
         self.still.release()
         super().__exit__()
 
-    def pixels(self) -> NDArray[np.uint8]:
+    def picture(self) -> NDArray[np.uint8]:
         shape = *self.size[::-1], 3
         return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(shape)
 
     def whole(self, camera: Camera = HERE) -> NDArray[np.uint8]:
         self.draw(View(camera, self.size))
-        return self.pixels()
+        return self.picture()
 
     def refined(self) -> NDArray[np.uint8]:
         for _ in self.still.steps(self.renderer, View(HERE, self.size)):
             pass
         self.still.show(self.screen)
-        return self.pixels()
+        return self.picture()
 
 
 @pytest.fixture

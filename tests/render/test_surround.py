@@ -54,15 +54,8 @@ class Turning(OnScreen):
         found = view_distance(depth, *self.renderer.view.depth_range)
         return np.where(np.isinf(found), BEYOND, found)
 
-    def pixels(self) -> NDArray[np.int64]:
-        return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(120, 160, 3).astype(int)
-
     def shown(self, camera: Camera) -> NDArray[np.int64]:
         self.reprojection.show(View(camera, SIZE), self.screen)
-        return self.pixels()
-
-    def true(self, camera: Camera) -> NDArray[np.int64]:
-        self.draw(View(camera, SIZE))
         return self.pixels()
 
 

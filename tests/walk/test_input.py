@@ -33,6 +33,7 @@ def window() -> Iterator[Any]:
     """A window with a panel in its upper left corner; `frame` begins and ends a frame of its widgets."""
     context = imgui.create_context()
     io = imgui.get_io()
+    io.set_ini_filename("")  # else it is written into the folder that tests run in
     io.display_size = imgui.ImVec2(480, 360)
     io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
     window = SimpleNamespace(keys=KEYS, size=(480, 360), mouse_exclusivity=False)

@@ -56,9 +56,6 @@ class Window(OnScreen):
                 return rounds
         raise AssertionError("never at rest")
 
-    def pixels(self) -> NDArray[np.int64]:
-        return np.frombuffer(self.screen.read(components=3, alignment=1), np.uint8).reshape(120, 160, 3).astype(int)
-
 
 @pytest.fixture(autouse=True)
 def _small_surround(monkeypatch: pytest.MonkeyPatch) -> None:

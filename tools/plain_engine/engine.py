@@ -11,7 +11,6 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.gpu.device import headless_device
@@ -22,6 +21,7 @@ from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.renderer import read_pixels
+from depthwalk.render.resources.placed_records import PLACED_RECORD, placed_records
 from depthwalk.render.view.bounds import depth_range, object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
@@ -29,7 +29,6 @@ from depthwalk.scene.scene import Scene
 from depthwalk.types import Ints, Picture
 
 _FOLDER = Path(__file__).parent
-_INSTANCE = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
 
 
 def edge_length(mesh: Mesh) -> float:
@@ -86,7 +85,7 @@ class PlainEngine:
             )
             self._view = ViewBlock(self._gl, PICTURE_VIEW)
             self._arrays = [self._array(level) for level in levels]
-            self._instances = InstanceStream(self._gl, _INSTANCE)
+            self._instances = InstanceStream(self._gl, PLACED_RECORD)
         points, self._objects = levels[0].mesh.positions, scene.objects
         centre = (points.min(0) + points.max(0)) / 2
         radius = np.linalg.norm(points - centre, axis=1).max()
@@ -114,7 +113,7 @@ class PlainEngine:
             self._view.show(replace(view, near=near, far=far))
             red, green, blue = self._background
             self._screen.clear(color=(red, green, blue, 1.0), depth=1.0)
-            self._instances.upload(self._records(view, rows[order]))
+            self._instances.upload(placed_records(view.position, self._objects.take(rows[order])))
             firsts = np.cumsum(self.drawn) - self.drawn
             with self._gl.state(into=self._screen, depth_test=LESS, cull=self._solid):
                 for array, first, count in zip(self._arrays, firsts.tolist(), self.drawn.tolist(), strict=True):
@@ -129,12 +128,6 @@ class PlainEngine:
         allowed = self.allowed * nearest / view.focal_pixels / self._objects.scale[rows]
         level: Ints = np.searchsorted(self._features, allowed, "right") - 1
         return np.maximum(level, 0)
-
-    def _records(self, view: View, rows: Ints) -> NDArray[np.void]:
-        records = np.empty(len(rows), _INSTANCE)
-        records["origin"] = self._objects.position[rows] - view.position
-        records["rotation"], records["scale"] = self._objects.rotation[rows], self._objects.scale[rows]
-        return records
 
     def pixels(self) -> Picture:
         """Return the picture drawn last, (H, W, 4) uint8, top row first."""

@@ -62,10 +62,7 @@ def _read(path: Path, params: CaptureParams) -> CapturedViews:
     picture = params.views, params.resolution, params.resolution, 4
     shapes = {"centre": (3,), "half_size": (3,), "colour": picture, "surface": picture, **dict.fromkeys(_NUMBERS, ())}
     for name, shape in shapes.items():
-        found, kind = stored[name], "u" if len(shape) == 4 else "f"
-        check_array(name, found, shape, kind)
-        if kind == "u" and found.itemsize != 1:
-            raise ValueError(f"{name} are {found.dtype} of {found.shape}")
+        check_array(name, stored[name], shape, np.dtype(np.uint8) if len(shape) == 4 else "f")
     if stored["radius"] <= 0 or (stored["half_size"] < 0).any():
         raise ValueError("its bounds are empty")
     values: dict[str, Any] = {name: stored[name] for name in _ARRAYS}

@@ -12,7 +12,7 @@ import numpy as np
 
 from depthwalk import limits
 from depthwalk.bake.grid import MAX_STEPS
-from depthwalk.bake.images import Cylinder, Face
+from depthwalk.bake.images import Cylinder, Face, checked_triangles
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError, missing_file
 
@@ -205,9 +205,6 @@ def _parsed(part: dict[str, Any]) -> Header:
     left_out = values.get(LEFT_OUT)
     if left_out is not None and not (type(left_out) is float and 0 <= left_out <= 1):
         raise ValueError(f"{LEFT_OUT} is {left_out!r:.40}, not a number from 0 to 1")
-    triangles = values.get(MESH_TRIANGLES)
-    if triangles is not None and not (type(triangles) is int and triangles > 0):
-        raise ValueError(f"{MESH_TRIANGLES} is {triangles!r:.40}, not a whole number above 0")
     return Header(
         cylinder=cylinder,
         position=(x, y, z),
@@ -217,7 +214,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         key=key,
         checksum=checksum,
         left_out=left_out,
-        mesh_triangles=triangles,
+        mesh_triangles=checked_triangles(values.get(MESH_TRIANGLES)),
     )
 
 

@@ -219,6 +219,13 @@ class BakedObject:
     mesh_triangles: int | None = None
 
 
+def checked_triangles(value: object) -> int | None:
+    """Return `BakedObject.mesh_triangles` as a file has it. Raises ValueError for what can be none."""
+    if value is None or (isinstance(value, int) and value is not True and value > 0):
+        return value
+    raise ValueError(f"mesh_triangles is {value!r:.40}, not a whole number above 0")
+
+
 def face_outward(face: Face) -> NDArray[np.float64]:
     """Return the outward unit vector (3,), object frame, of `face`, a cap or box face; depth grows against it."""
     axis, sign = INWARD[face]

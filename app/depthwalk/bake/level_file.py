@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.cache import Cache, read_arrays, write_arrays
+from depthwalk.cache import Cache, check_array, read_arrays, write_arrays
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 
 LEVELS = Cache(suffix=".levels.npz", content="simplified meshes")
@@ -80,11 +80,7 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
     faces, rows = arrays["faces"], stored[f"parts.{number}"]
     count = len(np.atleast_1d(arrays["positions"]))
     for name, (width, kind) in _VERTEX.items():
-        values = arrays[name]
-        if values.shape != (count, width) or values.dtype != kind:
-            raise ValueError(f"level {number}: {name} are {values.dtype} of {values.shape}")
-        if not np.isfinite(values).all():
-            raise ValueError(f"level {number}: {name} hold what is no finite number")
+        check_array(f"level {number}: {name}", arrays[name], (count, width), np.dtype(kind))
     low, high = mesh.bounds
     margin = np.linalg.norm(high - low)  # vertices are moved by the error of a level, which is less
     if (arrays["positions"] < low - margin).any() or (arrays["positions"] > high + margin).any():

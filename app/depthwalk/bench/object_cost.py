@@ -6,7 +6,6 @@ divided among the copies.
 """
 
 import math
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bench.equal import SUPERSAMPLING
 from depthwalk.bench.tables.walks import FOV, past, quality, truth
+from depthwalk.gpu.timers import frame_clock
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.view import View
@@ -232,7 +232,7 @@ def frame_costs(drawn: Mapping[str, HeadlessRenderer], cameras: Sequence[Camera]
 @contextmanager
 def _clock(headless: HeadlessRenderer) -> Iterator[list[float]]:
     """Yield a list that holds, after the `with` block, the milliseconds it took."""
-    clock = time.process_time if headless.renderer.timers.kind == "finish" else time.perf_counter
+    clock = frame_clock(headless.device)
     elapsed, start = [0.0], clock()
     yield elapsed
     elapsed[0] = (clock() - start) * 1e3

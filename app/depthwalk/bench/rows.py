@@ -5,7 +5,6 @@ place near by and where they are quicker. Meshes are simplified until their FLIP
 of the scene, and only then are frames timed.
 """
 
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
@@ -20,6 +19,7 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.equal import SUPERSAMPLING, coarsened, path_flip, supersampled
 from depthwalk.bench.measure import Run, measure
 from depthwalk.errors import InputError
+from depthwalk.gpu.timers import frame_clock
 from depthwalk.provenance import commit
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
@@ -341,7 +341,7 @@ def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run
 
 def _frame_ms(headless: HeadlessRenderer, camera: Camera) -> float:
     """Draw a frame, and return its milliseconds, by the clock of `Column.frame_ms`."""
-    clock = time.process_time if headless.device.software else time.perf_counter
+    clock = frame_clock(headless.device)
     start = clock()
     headless.draw(View(camera, headless.size))
     headless.device.context.finish()

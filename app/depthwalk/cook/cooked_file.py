@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Cylinder, Face
+from depthwalk.bake.images import BakedObject, Cylinder, Face, checked_triangles
 from depthwalk.cache import Cache, read_arrays, write_arrays
 from depthwalk.cook.array_packing import pack_picture, pack_words, unpack_picture, unpack_words
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, bare_image
@@ -257,7 +257,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         key=header["key"],
         position=tuple(header["position"]),
         rotation=tuple(header["rotation"]),
-        mesh_triangles=_count_or_none(header.get("mesh_triangles")),
+        mesh_triangles=checked_triangles(header.get("mesh_triangles")),
     )
     return CookedObject(
         outline=outline,
@@ -266,13 +266,6 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         bytes=header["bytes"],
         load=_loader(path, number),
     )
-
-
-def _count_or_none(value: Any) -> int | None:
-    """Return a number of triangles, None where files do not tell it. Raises ValueError for what can be none."""
-    if value is not None and not (type(value) is int and value > 0):
-        raise ValueError(f"mesh_triangles is {value!r:.40}, not a whole number above 0")
-    return value
 
 
 def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) -> str:

@@ -7,7 +7,7 @@ is done in few frames. The first frames are none of them: there the pipeline is 
 
 import time
 from collections import defaultdict, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import moderngl
@@ -18,6 +18,15 @@ LONGEST_SUBMISSION = 250.0  # ms; the watchdog of Windows ends what takes 2 s, a
 _FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, when its result no longer blocks
 _FIRST_DRAINED = 3  # those before compile shaders, which tells of no other frame; a window at rest draws few more
 _DRAINED_EVERY = 8  # frames, one of which is drained: its passes cannot share the cores, which makes it a tenth longer
+
+
+def frame_clock(device: Device) -> Callable[[], float]:
+    """Return the clock, seconds, by which whole frames of `device` are compared.
+
+    That is the processor time of all threads where a software rasteriser draws, since other programs do not lengthen
+    it.
+    """
+    return time.process_time if device.software else time.perf_counter
 
 
 class PassTimers:

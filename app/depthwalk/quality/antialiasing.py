@@ -3,7 +3,6 @@
 Every kind of `render.aa` is compared with pictures of many samples per pixel, in the pixels that edges run through.
 """
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -14,6 +13,7 @@ from scipy.ndimage import binary_dilation, uniform_filter
 
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.colour import srgb8_from_linear
+from depthwalk.gpu.timers import frame_clock
 from depthwalk.pictures import LinearImage
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
@@ -161,7 +161,7 @@ def _draw_all(headless: HeadlessRenderer, scene: Scene, report: Report) -> tuple
     by the clock.
     """
     view = View(scene.camera or headless.frame_all(), headless.size)
-    clock = time.process_time if headless.device.software else time.perf_counter
+    clock = frame_clock(headless.device)
     pictures, milliseconds = [], []
     for kind in KINDS:
         report(scene.path.stem, f"anti-aliasing: {kind.title}")

@@ -5,7 +5,6 @@ lens smooth edges that are off focus by a quarter of a pixel, as no filter of on
 with the same anti-aliasing. Pixels in focus are compared without: no mean over samples then hides what changes.
 """
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.gpu.timers import frame_clock
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.reference.dof_tiles import ranges
@@ -110,7 +110,7 @@ def _draw(
     accumulates = mode == "accumulate"
     report(name, f"depth of field: {f'{TRUTH} points of the lens' if accumulates else mode}")
     few, lens.samples, lens.mode = lens.samples, TRUTH if accumulates else lens.samples, mode  # type: ignore[assignment]
-    clock = time.process_time if headless.device.software else time.perf_counter
+    clock = frame_clock(headless.device)
     times = []
     for _ in range(1 if accumulates else REPEATS):
         start = clock()

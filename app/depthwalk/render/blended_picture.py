@@ -6,14 +6,10 @@ lit picture must be blended where something still happens to it: where samples a
 where somebody reads it, and where the screen is a window's, which has no texture.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import moderngl
 
-from depthwalk.gpu.device import Scope
+from depthwalk.render.depth_framebuffers import DepthFramebuffers
 from depthwalk.render.frame import Frame
-from depthwalk.render.pixel_pass import only_texture
 
 
 def blending_defines(frame: Frame) -> tuple[str, ...]:
@@ -31,17 +27,11 @@ def picture_before(frame: Frame) -> moderngl.Texture:
     return frame.targets.screen_before() if frame.common.aa.shown else frame.targets.lit_before()
 
 
-@contextmanager
-def covered_pixels(gl: Scope, frame: Frame) -> Iterator[moderngl.Framebuffer]:
-    """Give a framebuffer of the picture that `frame` blends, with the material depth to test against.
+def covered_pixels(frame: Frame, kept: DepthFramebuffers) -> moderngl.Framebuffer:
+    """Return a framebuffer of the picture that `frame` blends, with the material depth to test against.
 
-    `gl` owns it while the `with` block runs: the screen may be another one in the next frame.
+    kept: holds that of the screen, which may be another one in the next frame.
     """
     if not frame.common.aa.shown:
-        yield frame.targets.covered
-        return
-    framebuffer = gl.framebuffer([only_texture(blended_picture(frame))], frame.targets.material_depth_texture)
-    try:
-        yield framebuffer
-    finally:
-        gl.free(framebuffer)
+        return frame.targets.covered
+    return kept.of("screen", blended_picture(frame), frame.targets.material_depth_texture)

@@ -1,4 +1,4 @@
-"""Hold a texture together with the framebuffer that draws into it."""
+"""Hold a texture together with the framebuffer that draws into it, or find it from that."""
 
 from typing import NamedTuple
 
@@ -45,3 +45,16 @@ class Image(NamedTuple):
     def free(self, gl: Scope) -> None:
         """Free texture and framebuffer, which `gl` owns."""
         gl.free(self.framebuffer, self.texture)
+
+
+def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> bool:
+    """Return whether `framebuffer` draws into the whole of one texture of `size`, as that of a window does not."""
+    attached, whole = framebuffer.color_attachments or (), (0, 0, *size)
+    return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.viewport == whole
+
+
+def only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
+    """Return the texture that `framebuffer` draws into, which `has_texture` has found."""
+    (texture,) = framebuffer.color_attachments
+    assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
+    return texture

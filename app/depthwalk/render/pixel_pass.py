@@ -20,7 +20,9 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params
+from depthwalk.render.depth_framebuffers import DepthFramebuffers
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.image import has_texture, only_texture
 from depthwalk.render.target_table import TARGETS
 
 P = TypeVar("P", bound=Params)
@@ -234,7 +236,7 @@ class PixelPrograms:
     def __init__(self, gl: Scope) -> None:
         self._gl = gl
         self._programs: dict[tuple[str | Path | tuple[str, ...], ...], Program] = {}
-        self._with_depth: dict[str, tuple[moderngl.Framebuffer, moderngl.Texture, moderngl.Framebuffer]] = {}
+        self._with_depth = DepthFramebuffers(gl)
         self._single: dict[str, moderngl.Framebuffer] = {}  # by data type, one texel of it
         self._sky: tuple[Program, bytes, Colour] | None = None  # with the uniforms, and what it draws
 
@@ -345,32 +347,12 @@ class PixelPrograms:
         if not self._gl.device.software or not has_texture(into, depth.size):
             return None
         (name,) = last.pass_.writes
-        drawn, tested, framebuffer = self._with_depth.get(name, (None, None, None))
-        if drawn is not into or tested is not depth:
-            if framebuffer is not None:
-                self._gl.free(framebuffer)
-                del self._with_depth[name]
-            framebuffer = self._gl.framebuffer([only_texture(into)], depth)
-            self._with_depth[name] = into, depth, framebuffer
-        return framebuffer
+        return self._with_depth.of(name, into, depth)
 
 
 def _pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
     assert isinstance(drawn.pass_, PixelPass)  # as `neighbours` groups them
     return drawn.pass_
-
-
-def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> bool:
-    """Return whether `framebuffer` draws into the whole of one texture of `size`, as that of a window does not."""
-    attached, whole = framebuffer.color_attachments or (), (0, 0, *size)
-    return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.viewport == whole
-
-
-def only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
-    """Return the texture that `framebuffer` draws into, which `has_texture` has found."""
-    (texture,) = framebuffer.color_attachments
-    assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
-    return texture
 
 
 def _readers(group: Sequence[DrawnPass]) -> dict[str, DrawnPass]:

@@ -22,11 +22,11 @@ from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
 from depthwalk.render.frame import Common, Frame, Pass, common
 from depthwalk.render.frame_memory import FrameMemory
+from depthwalk.render.image import has_texture
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, PhaseInputs
 from depthwalk.render.pass_sequence import PassSequence
 from depthwalk.render.passes import default_passes
-from depthwalk.render.pixel_pass import has_texture
 from depthwalk.render.pixel_shares import PixelShares
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library

@@ -4,6 +4,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params
 from depthwalk.render.blended_picture import blending_defines, covered_pixels, picture_before
+from depthwalk.render.depth_framebuffers import DepthFramebuffers
 from depthwalk.render.draw.material_depth import FULL_COVERAGE
 from depthwalk.render.frame import Frame, Pass
 
@@ -17,9 +18,10 @@ class CoveragePass(Pass[Params]):
     writes = ("lit", "screen")
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program; `gl` owns them."""
+        """Prepare the variants of the program, and what is drawn into; `gl` owns them."""
         shaders = "common/rectangle.vert", "coverage/coverage.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
+        self._with_depth = DepthFramebuffers(gl)
 
     def enabled(self, frame: Frame, params: Params) -> bool:
         """Return whether `frame` has depth images and is anti-aliased by their coverage; `params` is empty."""
@@ -35,5 +37,6 @@ class CoveragePass(Pass[Params]):
         program.set(before_texture=0, visibility_texture=1, depth_texture=2)
         program.set(depth=FULL_COVERAGE, low=tuple(materials.low.min(0)), high=tuple(materials.high.max(0)))
         # In front of full coverage are the pixels that `material_resolve` marked as covered in part.
-        with covered_pixels(self.gl, frame) as into, self.gl.state(into=into, depth_test=">", depth_write=False):
+        into = covered_pixels(frame, self._with_depth)
+        with self.gl.state(into=into, depth_test=">", depth_write=False):
             program.rectangles()

@@ -4,7 +4,8 @@ Supersampled, a pixel of the screen is the mean of its samples.
 """
 
 from depthwalk.render.frame import Frame
-from depthwalk.render.pixel_pass import PixelInputs, PixelPass, has_texture
+from depthwalk.render.image import has_texture
+from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 from depthwalk.scene.render_settings import OutputParams
 
 
