@@ -106,7 +106,10 @@ RepresentationOption = Annotated[
 PathOption = Annotated[
     Path | None, typer.Option("--path", metavar="FILE", help="Camera path file.", show_default=False)
 ]
-Frames = Annotated[int | None, typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out.")]
+Frames = Annotated[
+    int | None,
+    typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out."),
+]
 NoBackground = Annotated[bool, typer.Option("--no-background", help="Leave the background transparent (alpha 0).")]
 AssetRoots = Annotated[
     list[Path] | None,
