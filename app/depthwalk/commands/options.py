@@ -98,15 +98,20 @@ RepresentationOption = Annotated[
     typer.Option(
         "--representation",
         metavar="NAME",
-        help="Draw all that can be drawn so as dpci (depth images), mesh, mesh-lod, mesh-clusters, dmesh, octahedral or "
-        "billboard; reliefs also as relief, distance, parallax, bump, displacement or relief-texture; auto: mesh or "
-        "dpci, whichever is quicker; scene: as the scene file says.",
+        help="Draw all that can be drawn so as dpci (depth images), mesh, mesh-lod, mesh-clusters, dmesh, octahedral "
+        "or billboard; reliefs also as relief, distance, parallax, bump, displacement or relief-texture; auto: mesh "
+        "or dpci, whichever is quicker; scene: as the scene file says.",
     ),
 ]
 PathOption = Annotated[
     Path | None, typer.Option("--path", metavar="FILE", help="Camera path file.", show_default=False)
 ]
 Frames = Annotated[
+    int | None,
+    typer.Option(
+        "--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out."
+    ),
+]
     int | None,
     typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out."),
 ]

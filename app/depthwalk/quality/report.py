@@ -212,6 +212,8 @@ def headline(report: CompareReport) -> str:
 def costs_line(model: ModelReport) -> str:
     """Return a line that says how `model` was baked and what it costs."""
     reached, costs, params = cost_goals(model), model.costs, model.params
+    in_time = mark(reached["bake_seconds"], f" (goal {goals.BAKE_SECONDS:g} s)")
+    in_memory = mark(reached["bytes_gpu"], f" (goal {goals.GPU_BYTES / 1e6:g} MB)")
     peak = "" if costs.bake_peak_bytes is None else f" within {costs.bake_peak_bytes / 1e6:.0f} MB"
     count = model.deepest if params.layers == "auto" else params.layers
     layers = f"{count} layer{'s' if count > 1 else ''}{' (auto)' if params.layers == 'auto' else ''}"
@@ -219,9 +221,9 @@ def costs_line(model: ModelReport) -> str:
     return (
         f"{params.resolution}², {layers}, {params.method}{parts}; "
         f"{model.triangles} triangles, {len(model.views)} views; "
-        f"baked in {costs.bake_seconds:.1f} s{mark(reached['bake_seconds'], f' (goal {goals.BAKE_SECONDS:g} s)')}{peak}, "
+        f"baked in {costs.bake_seconds:.1f} s{in_time}{peak}, "
         f"{costs.bytes_disk / 1e6:.1f} MB on disk, "
-        f"{costs.bytes_gpu / 1e6:.1f} MB on the GPU{mark(reached['bytes_gpu'], f' (goal {goals.GPU_BYTES / 1e6:g} MB)')}; "
+        f"{costs.bytes_gpu / 1e6:.1f} MB on the GPU{in_memory}; "
         f"{100 * model.candidate.left_out:.2f} % of the visible surface left out"
     )
 
