@@ -47,7 +47,8 @@ _SCENE = f"""# Scene files
 
 YAML 1.2, UTF-8, at most {limits.MAX_SCENE_BYTES >> 20} MiB. Start with the [tutorial](tutorial.md).
 `depthwalk check FILE` reports mistakes with line and column: those of the form first, then those of the files that it
-names. `scenes/scene.schema.json` gives completion in editors. Unknown keys are errors, and so is text where a number is expected.
+names. `scenes/scene.schema.json` gives completion in editors. Unknown keys are errors, and so is text where a number is
+expected.
 
 Paths are relative to the scene file and may not leave its folder; files are also looked for in each `--asset-root` and
 among the program's own assets. Lengths are in metres, angles in degrees, colours in sRGB: `"#rrggbb"` or `[r, g, b]`

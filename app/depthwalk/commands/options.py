@@ -108,11 +108,6 @@ PathOption = Annotated[
 ]
 Frames = Annotated[
     int | None,
-    typer.Option(
-        "--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out."
-    ),
-]
-    int | None,
     typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out."),
 ]
 NoBackground = Annotated[bool, typer.Option("--no-background", help="Leave the background transparent (alpha 0).")]
