@@ -32,6 +32,9 @@ def test_progress_is_for_terminals_that_are_not_told_to_be_quiet(
 ) -> None:
     terminal()
     assert show_progress()
+    monkeypatch.setenv("TERM", "dumb")
+    assert not show_progress()
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.ERROR)
     assert not show_progress()
     monkeypatch.setattr(sys, "stderr", io.StringIO())

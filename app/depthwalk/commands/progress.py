@@ -6,6 +6,7 @@ Live displays appear only on a terminal. Elsewhere what takes long is told of in
 
 import itertools
 import logging
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -33,8 +34,9 @@ def quiet() -> Iterator[None]:
 
 
 def show_progress() -> bool:
-    """Return whether to show live progress: stderr is a terminal and --quiet was not given."""
-    return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR
+    """Return whether to show live progress: --quiet was not given, and stderr is a terminal that can move its cursor."""
+    can_move = sys.stderr.isatty() and os.environ.get("TERM", "") not in ("dumb", "unknown")  # as `rich` sees it
+    return can_move and log.getEffectiveLevel() < logging.ERROR
 
 
 def live_options() -> dict[str, Any]:
