@@ -34,7 +34,7 @@ def quiet() -> Iterator[None]:
 
 
 def show_progress() -> bool:
-    """Return whether to show live progress: --quiet was not given, and stderr is a terminal that can move its cursor."""
+    """Return whether to show live progress: stderr is a terminal that moves its cursor, and --quiet was not given."""
     can_move = sys.stderr.isatty() and os.environ.get("TERM", "") not in ("dumb", "unknown")  # as `rich` sees it
     return can_move and log.getEffectiveLevel() < logging.ERROR
 
