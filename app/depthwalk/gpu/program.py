@@ -280,7 +280,7 @@ class Program:
         """Set uniforms by name.
 
         A uniform that the compiler removed, because nothing depends on it, is passed over, and one that has the value
-        already is not written again: to compare takes a tenth of the time, and most uniforms of a frame stay as they are.
+        already is not written again: comparing takes a tenth of the time, and most uniforms of a frame stay the same.
 
         Parameters
         ----------
