@@ -160,9 +160,10 @@ def test_cameras_that_see_nothing(scene: Scene, camera: dw.Camera, message: str)
 
 
 def test_what_is_no_scene_and_what_is_closed(scene: Scene, scene_file: Path) -> None:
-    for take in (lambda given: dw.Renderer(given, (8, 6)), dw.view):
+    given: Any = scene_file
+    for take in (lambda: dw.Renderer(given, (8, 6)), lambda: dw.view(given)):
         with pytest.raises(TypeError, match="must be a Scene, as load_scene returns it, not "):
-            take(scene_file)
+            take()
     with dw.Renderer(scene, (8, 6), representation="mesh") as renderer:
         pass
     with pytest.raises(ValueError, match="renderer is closed"):
