@@ -214,7 +214,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     args = parser.parse_args(arguments)
     try:
         print("\n".join(follow(args.model, tuple(args.pixel), tuple(args.size))))
-    except (InputError, GpuError) as error:
+    except InputError as error:
+        parser.error(str(error))
+    except GpuError as error:
         sys.exit(f"one_pixel: {error}")
 
 
