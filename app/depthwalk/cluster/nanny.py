@@ -10,7 +10,8 @@ The nannies of a cluster on other machines do the same where they are given `--p
 import multiprocessing
 import sys
 
-# By name, since most lie above this package: the process that is forked imports them, this one need not.
+# By name, since most lie above this package: the process that is forked imports them, this one need not. The later
+# ones are what functions import when they are called.
 PRELOADED = (
     "distributed.nanny",
     "distributed.comm.tcp",
@@ -19,8 +20,21 @@ PRELOADED = (
     "depthwalk.commands.comparison",
     "depthwalk.commands.frame_chunks",
     "depthwalk.ingest.trimesh_reader",
+    "depthwalk.bake.parts",
+    "depthwalk.scene.loader",
+    "depthwalk.scene.scatter",
+    "PIL.ImageFile",
+    "PIL.JpegImagePlugin",
+    "PIL.PngImagePlugin",
+    "ctypes.util",
+    "embreex.mesh_construction",
+    "embreex.rtcore_scene",
+    "glcontext.egl",
+    "scipy.interpolate",
+    "scipy.ndimage",
+    "scipy.spatial.transform",
 )
-
+_IMPORTER = "depthwalk.cluster.preloaded"
 
 # What watches a worker costs one core in fifty, and nobody looks at it here.
 _CONFIG = {
@@ -46,7 +60,7 @@ def preload() -> None:
 
     context = get_mp_context()
     if context.get_start_method() == "forkserver":
-        context.set_forkserver_preload(list(PRELOADED))  # in the place of Dask's list, which is made by the line above
+        context.set_forkserver_preload([_IMPORTER])  # in the place of Dask's list, which `get_mp_context` has made
 
 
 def dask_setup(nanny: object) -> None:
