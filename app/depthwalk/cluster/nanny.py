@@ -21,12 +21,9 @@ PRELOADED = (
     "depthwalk.commands.frame_chunks",
     "depthwalk.ingest.trimesh_reader",
     "depthwalk.bake.parts",
-    "depthwalk.scene.loader",
     "depthwalk.scene.scatter",
-    "PIL.ImageFile",
     "PIL.JpegImagePlugin",
     "PIL.PngImagePlugin",
-    "ctypes.util",
     "embreex.mesh_construction",
     "embreex.rtcore_scene",
     "glcontext.egl",
@@ -34,7 +31,7 @@ PRELOADED = (
     "scipy.ndimage",
     "scipy.spatial.transform",
 )
-_IMPORTER = "depthwalk.cluster.preloaded"
+_IMPORTER = "depthwalk.commands.worker_start"
 
 # What watches a worker costs one core in fifty, and nobody looks at it here.
 _CONFIG = {
