@@ -1,7 +1,7 @@
 """Let a nanny outlive its scheduler, so that it need not be started again with all that it has imported."""
 
 from distributed import Worker
-from distributed.comm import Comm
+from distributed.comm.core import Comm
 
 
 class LastingWorker(Worker):

@@ -42,8 +42,8 @@ _CONFIG = {
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.worker.daemon": False,  # FLIP and measured bakes start processes of their own
 }
-# With Dask's value the C library gives every large array back to the system at once, and the next one is zeroed: a first
-# frame has twice the page faults.
+# With Dask's value the C library gives every large array back to the system at once, and the next one is zeroed: until
+# the second frame there are twice as many page faults.
 _UNSET = ("MALLOC_TRIM_THRESHOLD_",)
 
 
