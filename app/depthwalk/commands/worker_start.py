@@ -1,7 +1,7 @@
 """Do ahead what every task would begin with, in the process that the workers of a cluster are forked from.
 
-Nobody else imports this module: `multiprocessing` takes names of modules for that process and calls nothing, so that the
-import does the work. It imports what tasks need, and reads a scene and a path that ship with the program, after which
+Nobody else imports this module: `multiprocessing` takes names of modules for that process and calls nothing, so that
+the import does the work. It imports what tasks need, and reads a scene and a path that ship with the program, after which
 the models of files have their validators, and curves their library. No GL context is made: none survives a fork.
 
 Python's collector of garbage is off meanwhile, and never searches what was made: else each worker would search all of
