@@ -1,8 +1,8 @@
 """Do ahead what every task would begin with, in the process that the workers of a cluster are forked from.
 
 Nobody else imports this module: `multiprocessing` takes names of modules for that process and calls nothing, so that
-the import does the work. It imports what tasks need, and reads a scene and a path that ship with the program, after which
-the models of files have their validators, and curves their library. No GL context is made: none survives a fork.
+the import does the work. It imports what tasks need, and reads a scene and a path that ship with the program, by which
+the models of files get their validators, and curves their library. No GL context is made: none survives a fork.
 
 Python's collector of garbage is off meanwhile, and never searches what was made: else each worker would search all of
 it during its first task, and copy the memory that it shares with the others, in which the collector marks what it saw.
