@@ -112,6 +112,9 @@ def guarded(command: Command) -> Command:
 
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> None:
+        if not gc.isenabled():  # it was off while the command was imported
+            with without_garbage():
+                pass
         _open_closed_streams()
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))
