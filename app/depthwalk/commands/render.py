@@ -1,5 +1,6 @@
 """Declare `depthwalk render`, which draws a scene, or the frames of a camera path, to pictures or a video."""
 
+import logging
 from typing import Annotated
 
 import typer
@@ -31,6 +32,8 @@ from depthwalk.commands.options import (
 )
 from depthwalk.commands.program import FAILURE, guarded
 from depthwalk.errors import InputError
+
+log = logging.getLogger("depthwalk")
 
 
 @guarded
@@ -79,6 +82,7 @@ def main(
     from depthwalk.commands.frame_keys import frame_keys
     from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, parse_frames, smooth
     from depthwalk.commands.reports import input_files
+    from depthwalk.render.up_axis import stand_upright
     from depthwalk.scene.path import load_path
 
     loaded = open_scene(scene, asset_root, settings)
@@ -103,5 +107,7 @@ def main(
         named = frame_keys(loaded, settings or (), size, str(representation_name), no_background, output.suffix)
         keys = [named.key(camera) for camera in cameras]
     with open_headless(loaded, size, representation(representation_name)) as headless:
+        if turned := stand_upright(loaded, headless.renderer):
+            log.warning("%s", turned)
         cameras = cameras or [options.apply(loaded.camera or headless.frame_all())]
         draw_frames(headless, cameras, output, walk.fps if walk else 1.0, keys, numbers[0], resume)

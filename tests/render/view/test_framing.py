@@ -53,7 +53,10 @@ def on_screen(objects: Objects, camera: Camera, aspect: float) -> Array:
 @pytest.mark.parametrize("away", [IN_FRONT, glm.dvec3(3, 1, -2), glm.dvec3(0, 1, 0), glm.dvec3(0, -2, 1)])
 @pytest.mark.parametrize("numbers", [[0], [1], [2], [0, 1, 2] * 40])
 def test_what_is_framed_fills_the_picture(numbers: list[int], away: glm.dvec3, aspect: float) -> None:
-    """All is seen, in the middle, and reaches over nine tenths of the width or height, unless it is seen end on."""
+    """All is seen, and reaches over nine tenths of the width or height, with as much room on either side.
+
+    Poles that are seen end on fill less: no camera comes that near.
+    """
     objects = objects_of(numbers, 7)
     radius = np.array([np.linalg.norm(shape, axis=1).max() for shape in SHAPES])
     bounds = Bounds(objects.position, (radius[objects.asset] * objects.scale).astype(np.float32))
@@ -62,8 +65,8 @@ def test_what_is_framed_fills_the_picture(numbers: list[int], away: glm.dvec3, a
     assert np.abs(places).max() <= 0.9001
     filled = np.ptp(places, axis=0) / 2
     assert filled.max() > 0.899 or (len(numbers) == 1 and filled.max() > 0.2)
-    middle = places[:, filled.argmax()].min() + places[:, filled.argmax()].max()
-    assert abs(middle) < (1e-3 if filled.max() > 0.899 else 0.2)
+    if filled.max() > 0.899:
+        assert np.abs(places[:, filled.argmax()]).max() == pytest.approx(0.9, abs=1e-3)
     assert glm.dot(glm.normalize(camera.look), glm.normalize(away)) == pytest.approx(-1)
     assert camera.fov == FOV
 

@@ -128,8 +128,8 @@ class RenderWorld:
             self._bounds = object_bounds(self.objects(), table.centre, table.bounding_radius)
         return self._bounds
 
-    def extremes(self, number: int) -> Array:
-        """Return the points of an asset that reach farthest, see `geometry.extreme_points`; they are read if need be.
+    def points(self, number: int) -> Array:
+        """Return all points of the surface of an asset, which is read if need be.
 
         Parameters
         ----------
@@ -137,14 +137,18 @@ class RenderWorld:
 
         Returns
         -------
-        (k, 3) metres, in the frame of the objects that show it; the origin alone where the asset has no points.
+        (n, 3) metres, in the frame of the objects that show it; the origin alone where the asset has no points.
         """
         if number < len(self._library):
             mesh = self._library.mesh(number)
             points = np.zeros((1, 3)) if mesh is None else mesh.positions
         else:
             points = self._assets.parts.load(number)[0].positions
-        return extreme_points(points) if len(points) else np.zeros((1, 3))
+        return points if len(points) else np.zeros((1, 3))
+
+    def extremes(self, number: int) -> Array:
+        """Return those of `points` that reach farthest, (k, 3), see `geometry.extreme_points`."""
+        return extreme_points(self.points(number))
 
     def extent(self) -> tuple[Array, float] | None:
         """Return a sphere that holds all surfaces of the scene.

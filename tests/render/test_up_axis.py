@@ -9,9 +9,9 @@ import pytest
 
 import shapes
 from depthwalk.ingest.loader import load_mesh
+from depthwalk.render.up_axis import guess_up, turn_model
 from depthwalk.resources import asset_root
 from depthwalk.types import Array
-from depthwalk.walk.up_axis import guess_up, turn_model
 
 STANDING = ["teapot", "table", "man_of_the_paper", "venus_of_the_paper"]
 
