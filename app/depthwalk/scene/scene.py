@@ -47,7 +47,7 @@ class MeshAsset:
     up: Literal["y", "z"]
     height: float | None
     dpci: DpciParams | None
-    up_is_given: bool = True
+    up_is_given: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
