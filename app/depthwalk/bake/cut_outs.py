@@ -54,7 +54,7 @@ def cut_outs(mesh: Mesh) -> CutOuts | None:
 
 
 def alpha_at(texture: NDArray[np.uint8], uv: Array) -> NDArray[np.float32]:
-    """Return alpha (n,), 0 to 1, of a repeating texture (H, W, 4), row 0 at v = 1, at `uv` (n, 2), bilinear as by GL."""
+    """Return alpha (n,), 0 to 1, of a repeating texture (H, W, 4), row 0 at v = 1, at `uv` (n, 2); bilinear."""
     height, width = texture.shape[:2]
     x, y = uv[:, 0] * width - 0.5, (1 - uv[:, 1]) * height - 0.5
     column, row = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)

@@ -51,8 +51,8 @@ class ShadowsPass(Pass[ShadowParams]):
         self._grid_arrays = Variants(lambda defines: AssetArrays(gl, self._grid[defines], *GRID_LAYOUT))
         self._mesh = Program(gl, "shadows/mesh.vert", "shadows/map.frag", blocks={"View": MAP_VIEW})
         self._mesh_arrays = AssetArrays(gl, self._mesh, *POSITION_LAYOUT)
-        shaders = "shadows/mesh.vert", "shadows/map.frag"
-        self._cut_out = Variants(lambda defines: Program(gl, *shaders, defines, {"View": MAP_VIEW}))
+        of_meshes = "shadows/mesh.vert", "shadows/map.frag"
+        self._cut_out = Variants(lambda defines: Program(gl, *of_meshes, defines, {"View": MAP_VIEW}))
         self._cut_out_arrays = Variants(lambda defines: AssetArrays(gl, self._cut_out[defines], *CUT_OUT_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._of_sun = ShadowAtlas(gl, columns=COLUMNS)
