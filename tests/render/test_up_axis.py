@@ -32,6 +32,11 @@ def test_what_stands_in_no_way_keeps_y() -> None:
         assert guess_up(points) == "y"
 
 
+def test_a_picture_hangs_and_a_floor_lies() -> None:
+    picture = np.array([[-1.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]])
+    assert guess_up(picture) == guess_up(picture[:, [0, 2, 1]]) == "y"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("up", ["y", "z"])
 def test_a_turned_model_stands_on_the_ground(up: Literal["y", "z"]) -> None:

@@ -14,6 +14,7 @@ from depthwalk.types import Array
 Up = Literal["y", "z"]
 
 _SLICE = 0.02  # of a model's height: what is no higher above the lowest point counts as its lower end
+_FLAT = 1e-3  # of the largest extent: what is thinner is a picture
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
     "y": np.array([0, 0, 0, 1], np.float32),
@@ -26,6 +27,7 @@ def guess_up(points: Array) -> Up:
 
     Busts, statues, buildings and things on feet touch the ground at places that are far apart, while their sides end in
     curves. The answer is "y", which points upward in most files, unless the lower end along z is clearly the broader.
+    A picture, flat along z, hangs upright.
 
     Parameters
     ----------
@@ -37,6 +39,8 @@ def guess_up(points: Array) -> Up:
     Up
         "y" or "z".
     """
+    if np.ptp(points[:, 2]) <= _FLAT * np.ptp(points, axis=0).max():
+        return "y"
     return "z" if _stands(points[:, [0, 2, 1]]) > _stands(points) + 0.1 else "y"
 
 
