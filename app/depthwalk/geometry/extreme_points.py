@@ -27,7 +27,7 @@ def extreme_points(points: Array) -> NDArray[np.float64]:
     """
     if len(points) <= _COUNT:
         return points.astype(np.float64)
-    directions = _spread(_COUNT)
+    directions = spread_directions(_COUNT)
     found = np.zeros(_COUNT, np.int64)
     farthest = np.full(_COUNT, -np.inf)
     for start in range(0, len(points), _BLOCK):
@@ -39,7 +39,7 @@ def extreme_points(points: Array) -> NDArray[np.float64]:
     return points[np.unique(found)].astype(np.float64)
 
 
-def _spread(count: int) -> NDArray[np.float32]:
+def spread_directions(count: int) -> NDArray[np.float32]:
     """Return unit vectors (count, 3) on a Fibonacci lattice (González 2010, "Measurement of areas on a sphere")."""
     number = np.arange(count) + 0.5
     height, turn = 1 - 2 * number / count, np.pi * (1 + np.sqrt(5)) * number
