@@ -72,8 +72,9 @@ A key that gets a better name is still read by its former one for one minor vers
 one.
 
 A mesh can take the place of a scene file: it becomes the asset `model`, which has `dpci`, and one object of it stands
-on the origin: `depthwalk view bust.obj --set assets.model.up=z`. A mesh without any height, as a floor of one plane,
-has no side that depth images could show; draw it with `--representation mesh`.
+on the origin: `depthwalk view bust.obj`. `view` and `render` turn it as it seems to stand, and say so;
+`--set assets.model.up=y` or `z` says how it stands. A mesh without any height, as a floor of one plane, has no side
+that depth images could show; draw it with `--representation mesh`.
 """
 _PATH = """## Path files
 

@@ -43,3 +43,13 @@ def test_messages_hold_nothing_that_a_terminal_obeys() -> None:
     error = InputError("a\x1b[31m.yaml: bad\n/etc/passwd: ok", "grün\u202e.obj: cannot be read")
     assert str(error) == "a\\x1b[31m.yaml: bad\\n/etc/passwd: ok\ngrün\\u202e.obj: cannot be read"
     assert str(pickle.loads(pickle.dumps(error))) == str(error)  # from one process to another
+
+
+def test_another_ending_of_the_same_kind_is_suggested(tmp_path: Path) -> None:
+    """The same ending comes first; that of something else never comes."""
+    for name in ("court.yaml", "court.ply", "leaf.jpeg"):
+        (tmp_path / name).touch()
+    for wrong, meant in (("court.yml", "court.yaml"), ("leaf.jpg", "leaf.jpeg"), ("cuort.PLY", "court.ply")):
+        assert str(missing_file(tmp_path / wrong)).endswith(f": no such file; did you mean {meant!r}?")
+    for wrong in ("court.png", "court"):
+        assert str(missing_file(tmp_path / wrong)) == f"{tmp_path / wrong}: no such file"

@@ -75,18 +75,18 @@ def missing_file(path: Path) -> InputError:
 
 
 def suggest_file(path: Path) -> str:
-    """Return `; did you mean 'x'?`, where x is the file spelt most like `path`, of its folder and ending; or "".
+    """Return `; did you mean 'x'?`, where x is the file of its folder spelt most like `path`; or "".
 
-    Where only the ending is misspelt, as in `.yml` for `.yaml`, x is the file with the right one.
+    The ending must be the same, or nearly so, as of `a.yml` and `a.yaml`.
     """
     try:
         with os.scandir(path.parent) as entries:
             names = [Path(entry.name) for entry in islice(entries, _MAX_NAMES)]
     except (OSError, ValueError):  # no such folder either, one that may not be read, or a null character
         return ""
-    endings = {name.suffix: name.name for name in names if name.stem == path.stem}
-    stems = {name.stem: name.name for name in names if name.suffix.lower() == path.suffix.lower()}
-    for spelt, alike in ((path.suffix, endings), (path.stem, stems)):
-        if close := get_close_matches(spelt, alike, n=1, cutoff=0.6):
+    endings = {name.suffix.lower() for name in names}
+    for ending in get_close_matches(path.suffix.lower(), endings, cutoff=0.6) if path.suffix else [""]:  # best first
+        alike = {name.stem: name.name for name in names if name.suffix.lower() == ending}
+        if close := get_close_matches(path.stem, alike, n=1, cutoff=0.6):
             return f"; did you mean {alike[close[0]]!r}?"
     return ""

@@ -1,11 +1,14 @@
 // Writes colour and world normal of polygons into the G-buffer.
-// PAINTED: vertices have colours, or the material has a texture.
+// PAINTED: vertices have colours, or the material has a texture. CUT_OUT: there is no surface where its alpha is low.
 #include "common/gbuffer.glsl"
 #include "common/visibility.glsl"
 uniform sampler2D base_texture;
 uniform vec3 base_colour;   // linear
 uniform float specular;
 uniform float shininess;
+#ifdef CUT_OUT
+uniform float cutoff;       // alpha
+#endif
 
 centroid in vec3 normal;
 #ifdef PAINTED
@@ -20,7 +23,11 @@ layout(location = 2) out uvec2 visibility;
 void main() {
     vec3 albedo = base_colour;
 #ifdef PAINTED
-    albedo *= colour * texture(base_texture, uv).rgb;
+    vec4 texel = texture(base_texture, uv);
+    albedo *= colour * texel.rgb;
+#endif
+#ifdef CUT_OUT
+    if (texel.a < cutoff) discard;
 #endif
     // An open mesh shows its inside; lit as if it had two sides.
     vec3 facing = gl_FrontFacing ? normal : -normal;

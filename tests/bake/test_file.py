@@ -387,6 +387,13 @@ def test_files_say_how_many_triangles_the_mesh_has(tmp_path: Path, baked: BakedO
     assert [part.mesh_triangles for part in read_baked(path).parts] == [triangles]
 
 
+@pytest.mark.parametrize("interior", (False, True))
+def test_files_say_whether_the_mesh_has_an_interior(tmp_path: Path, baked: BakedObject, interior: bool) -> None:
+    path = tmp_path / "x.dpci.exr"
+    write_baked(path, model_of(replace(baked, has_interior=interior)))
+    assert [part.has_interior for part in read_baked(path).parts] == [interior]
+
+
 @pytest.fixture(scope="module")
 def textured() -> BakedObject:
     """A globe whose texture is finer than its images, so that they hold texture coordinates."""

@@ -57,3 +57,34 @@ def test_base_colours_of_gltf_are_linear() -> None:
 def test_what_trimesh_makes_up_is_no_material() -> None:
     assert convert_material(None, "a") is None
     assert convert_material(SimpleMaterial(image=Image.new("RGB", (1, 1))), "a") is None
+
+
+@pytest.mark.parametrize(
+    ("mode", "least", "factor", "cutoff"),
+    [("MASK", 0, 255, 0.25), ("MASK", 0, 128, 0.498), ("BLEND", 0, 255, 0.5), ("OPAQUE", 0, 255, None)]
+    + [(mode, 200, 255, None) for mode in ("MASK", "BLEND", "OPAQUE")],
+)
+def test_alpha_cuts_out_where_the_material_says_so(mode: str, least: int, factor: int, cutoff: float | None) -> None:
+    """And only where the texture has any alpha below the cutoff."""
+    image = Image.new("RGBA", (2, 1), (255, 255, 255, 255))
+    image.putpixel((0, 0), (255, 255, 255, least))
+    given = PBRMaterial(
+        baseColorTexture=image, alphaMode=mode, alphaCutoff=0.25, baseColorFactor=np.array([255, 255, 255, factor])
+    )
+    material = convert_material(given, "a")
+    assert material is not None and material.cutoff == (cutoff and pytest.approx(cutoff, rel=1e-2))
+
+
+def test_what_cannot_be_drawn_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    glass = np.array([255, 255, 255, 51], np.uint8)
+    convert_material(PBRMaterial(name="glass", alphaMode="BLEND", baseColorFactor=glass), "a.glb")
+    convert_material(PBRMaterial(alphaMode="OPAQUE", baseColorFactor=glass, emissiveFactor=[0, 1, 0]), "b.glb")
+    phong_from_mtl({"d": 0.5, "ke": [0, 0, 0]}, None, "c")
+    phong_from_mtl({"tr": 0.25}, None, "d")
+    phong_from_mtl({"d": 1.0}, None, "e")
+    assert [record.getMessage() for record in caplog.records] == [
+        "a.glb: material 'glass' is see-through (alpha 0.2); it is drawn opaque",
+        "b.glb: a material glows; it is drawn without its glow",
+        "c is see-through (alpha 0.5); it is drawn opaque",
+        "d is see-through (alpha 0.75); it is drawn opaque",
+    ]

@@ -52,3 +52,19 @@ def test_what_has_no_name_of_a_picture_is_ignored_with_a_warning(
         material = library(tmp_path, "newmtl a\nmap_Kd p.dat\n").material("a")
     assert material is not None and material.texture is None
     assert any("p.dat cannot be read as an image; ignored" in record.message for record in caplog.records)
+
+
+def test_a_mask_cuts_out_where_it_is_the_alpha_of_the_texture(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    image = Image.new("RGBA", (2, 1), (9, 9, 9, 255))
+    image.putpixel((1, 0), (9, 9, 9, 0))
+    image.save(tmp_path / "p.png")
+    text = (
+        "newmtl leaf\nmap_Kd p.png\nmap_d p.png\nnewmtl whole\nmap_Kd p.png\nnewmtl other\nmap_Kd p.png\nmap_d q.png\n"
+    )
+    materials = library(tmp_path, text)
+    leaf, whole, other = (materials.material(name) for name in ("leaf", "whole", "other"))
+    assert leaf is not None and whole is not None and other is not None
+    assert (leaf.cutoff, whole.cutoff, other.cutoff) == (0.5, None, None)
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{tmp_path / 'a.obj'}: map_d q.png is ignored: it is not the picture of map_Kd"
+    ]

@@ -4,6 +4,7 @@ A key is a hash of the bytes that were read and of everything else that the resu
 again only while it is still right, and files that are replaced need no bookkeeping.
 """
 
+import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -18,7 +19,7 @@ from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.ingest.sources import Sources, names_texture, source_hash
+from depthwalk.ingest.sources import Sources, names_cut_outs, names_texture, source_hash
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from depthwalk.scene.schema import DpciParams, MesoParams
 
@@ -75,7 +76,10 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     """
     sources = sources or Sources()
     mark = _TEXTURED if names_texture(spec.mesh, spec.texture, sources) else ""
-    return source_hash(spec.mesh, spec.texture, sources) + mark
+    digest = source_hash(spec.mesh, spec.texture, sources)
+    if names_cut_outs(spec.mesh, sources):  # what was made of these before alpha was heeded is made anew
+        digest = hashlib.sha256(f"{digest}+cut-outs".encode()).hexdigest()
+    return digest + mark
 
 
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:

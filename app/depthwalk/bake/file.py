@@ -28,6 +28,7 @@ from depthwalk.bake.header import (
     COORDINATES,
     FORMAT_VERSION,
     GEOMETRY,
+    HAS_INTERIOR,
     LEFT_OUT,
     LISTS,
     MESH_TRIANGLES,
@@ -194,6 +195,7 @@ def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
         rotation=header.rotation,
         texture=_texture(stored[TEXTURE]) if TEXTURE in stored else None,
         mesh_triangles=header.mesh_triangles,
+        has_interior=header.has_interior,
     )
 
 
@@ -227,6 +229,8 @@ def _header(baked: BakedObject) -> dict[str, Any]:
     values["shininess"] = np.float32(baked.shininess)
     if baked.mesh_triangles is not None:
         values[MESH_TRIANGLES] = baked.mesh_triangles
+    if baked.has_interior:
+        values[HAS_INTERIOR] = 1
     header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 

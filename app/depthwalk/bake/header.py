@@ -23,6 +23,7 @@ GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
 LEFT_OUT = "left_out"  # attribute that files need not have
 MESH_TRIANGLES = "mesh_triangles"  # likewise
+HAS_INTERIOR = "has_interior"  # likewise
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 TEXTURE = "texture"  # name of the part that holds the texture
 COORDINATES = "uv"  # channel of texture coordinates
@@ -57,6 +58,8 @@ class Header:
         See `BakedModel`; None where the file does not say.
     mesh_triangles
         See `BakedObject`; None where the file does not say.
+    has_interior
+        See `BakedObject`.
     """
 
     cylinder: Cylinder
@@ -68,6 +71,7 @@ class Header:
     checksum: str
     left_out: float | None = None
     mesh_triangles: int | None = None
+    has_interior: bool = False
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
@@ -215,6 +219,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         checksum=checksum,
         left_out=left_out,
         mesh_triangles=checked_triangles(values.get(MESH_TRIANGLES)),
+        has_interior=values.get(HAS_INTERIOR) == 1,
     )
 
 

@@ -204,6 +204,9 @@ class BakedObject:
     mesh_triangles
         Triangles of the whole mesh that the asset was baked from, at least 1; None where it was none, or an older file
         does not say.
+    has_interior
+        Whether the mesh encloses a space, as a room does, whose walls the images lack, see `bake.interior`; False also
+        where an older file does not say.
     """
 
     cylinder: Cylinder
@@ -217,6 +220,7 @@ class BakedObject:
     texture: NDArray[np.uint8] | None = None
     meso: Meso | None = None
     mesh_triangles: int | None = None
+    has_interior: bool = False
 
 
 def checked_triangles(value: object) -> int | None:

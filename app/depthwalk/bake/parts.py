@@ -10,6 +10,7 @@ from depthwalk.bake.baker import Progress, bake_object
 from depthwalk.bake.depth import Depth, deep_enough, measure_depth
 from depthwalk.bake.division import divide, part_faces
 from depthwalk.bake.images import BakedObject
+from depthwalk.bake.interior import has_interior
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import NAMED, BakeParams, Direction, ModelParams
 from depthwalk.bake.placement import Placement, cylinder_around, extent, place_along
@@ -59,9 +60,10 @@ def bake_model(
     InputError
         Where the mesh cannot be baked by the method asked for.
     """
+    caster = RayCaster(mesh)
+    interior = has_interior(mesh, caster)
     if params.parts != 1:
         progress("parts")
-        caster = RayCaster(mesh)
         upright = cylinder_around(place_along(NAMED["y"], mesh.positions), mesh.positions)
         texel = extent(upright) / params.resolution
         cells = divide(mesh, caster, params, texel, None if params.parts == "auto" else params.parts)
@@ -69,13 +71,15 @@ def bake_model(
             pieces = (submesh(mesh, part_faces(mesh, cell, _OVERLAP * texel)) for cell in cells)
             options = workers, max_stepped, texel, caster.two_sided
             baked = (_bake_placed(piece, params, key, progress, *options) for piece in pieces)
-            return _of_mesh(mesh, *baked)
-    return _of_mesh(mesh, _bake_placed(mesh, params, key, progress, workers, max_stepped))
+            return _of_mesh(mesh, interior, *baked)
+    return _of_mesh(mesh, interior, _bake_placed(mesh, params, key, progress, workers, max_stepped))
 
 
-def _of_mesh(mesh: Mesh, *parts: BakedObject) -> BakedModel:
-    """Return a model of `parts`, which say how many triangles `mesh` has."""
-    return BakedModel(parts=tuple(replace(part, mesh_triangles=len(mesh.faces)) for part in parts))
+def _of_mesh(mesh: Mesh, interior: bool, *parts: BakedObject) -> BakedModel:
+    """Return a model of `parts`, which say how many triangles `mesh` has, and whether it has an interior."""
+    return BakedModel(
+        parts=tuple(replace(part, mesh_triangles=len(mesh.faces), has_interior=interior) for part in parts)
+    )
 
 
 def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:

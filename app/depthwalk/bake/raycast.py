@@ -2,16 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.cut_outs import cut_outs
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.geometry.vectors import lengths
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.parallel import Map, batches
+from depthwalk.types import Array, Mask
 
 _BATCH = 1 << 15  # rays per call: what is known of them stays in the cache
+_MOST_CUT_OUTS = 64  # places that are cut out, which a ray passes; a tree of cards has some ten along it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +88,7 @@ class RayCaster:
         mesh
             The mesh; rays are in its frame, metres.
         two_sided
-            Whether surfaces are seen from behind too; None: only those of an open mesh.
+            Whether surfaces are seen from behind too; None: only those of an open mesh, or one with cut-outs.
         front_only
             Whether `peel` passes through surfaces that it meets from behind before it has met any other, as through the
             walls of a room that is seen from inside. Not together with `two_sided`.
@@ -94,7 +98,8 @@ class RayCaster:
 
         low, high = mesh.bounds
         self.epsilon = float(np.linalg.norm(high - low)) * 2e-6
-        self.two_sided = is_open(mesh) if two_sided is None else two_sided
+        self._cut_outs = cut_outs(mesh)
+        self.two_sided = (is_open(mesh) or self._cut_outs is not None) if two_sided is None else two_sided
         self.front_only = front_only
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, np.ascontiguousarray(mesh.positions), np.ascontiguousarray(mesh.faces))
@@ -118,8 +123,38 @@ class RayCaster:
         rays = _single(origin), _single(direction)
         result = self._scene.run(*rays, query="INTERSECT", output=True)
         distance = np.where(result["primID"] >= 0, result["tfar"], np.float32(np.inf))
-        normal, flipped = facing_normals(result["Ng"], rays[1])
+        normal = result["Ng"]
+        if self._cut_outs is not None:
+            distance, normal = self._past_cut_outs(*rays, result)
+        normal, flipped = facing_normals(normal, rays[1])
         return FirstHits(distance=distance, normal=normal, flipped=flipped)
+
+    def _past_cut_outs(
+        self, origin: NDArray[np.float32], direction: NDArray[np.float32], result: dict[str, Any]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return distances (n,), metres, and normals (n, 3) of the first hits where the surface is not cut out.
+
+        result: the first hits anywhere; rays that met a place that is cut out are cast on from there.
+        """
+        distance = np.where(result["primID"] >= 0, result["tfar"], np.float32(np.inf))
+        normal = np.array(result["Ng"])
+        rays, face, u, v = np.arange(len(origin)), result["primID"], result["u"], result["v"]
+        for _ in range(_MOST_CUT_OUTS):
+            cut = (face >= 0) & ~self._solid(face, u, v)
+            rays = rays[cut]
+            if not len(rays):
+                break
+            begin = distance[rays] + self.epsilon
+            start, along = origin[rays] + begin[:, None] * direction[rays], direction[rays]
+            result = self._scene.run(start, along, query="INTERSECT", output=True)
+            face, u, v = result["primID"], result["u"], result["v"]
+            distance[rays] = np.where(face >= 0, begin + result["tfar"], np.float32(np.inf))
+            normal[rays] = result["Ng"]
+        return distance, normal
+
+    def _solid(self, face: NDArray[np.integer], u: Array, v: Array) -> Mask:
+        """Return at which hits the surface is not cut out; rays that hit nothing, face −1, count as such."""
+        return np.ones(len(face), bool) if self._cut_outs is None else self._cut_outs.solid(face, u, v)
 
     def escapes(
         self, origin: NDArray[np.floating], direction: NDArray[np.floating], parallel_map: Map = map
@@ -142,7 +177,11 @@ class RayCaster:
         """
 
         def escapes(batch: slice) -> NDArray[np.bool_]:
-            return np.asarray(self._scene.run(_single(origin[batch]), _single(direction[batch]), query="OCCLUDED") < 0)
+            rays = _single(origin[batch]), _single(direction[batch])
+            if self._cut_outs is not None:  # distances are measured, so that directions need a length of 1
+                unit = rays[1] / np.maximum(lengths(rays[1]), np.float32(1e-30))[:, None]
+                return np.isinf(self.first(rays[0], unit).distance)
+            return np.asarray(self._scene.run(*rays, query="OCCLUDED") < 0)
 
         return np.concatenate(list(parallel_map(escapes, batches(len(origin), _BATCH))))
 
@@ -192,7 +231,7 @@ class RayCaster:
         found = np.zeros(count, np.int32)
         # Every front face has a back face behind it; 2 · layers casts find all layers of a closed mesh, and twice
         # as many get past doubled or coplanar faces.
-        for cast in range(4 * layers):
+        for cast in range(4 * layers + (_MOST_CUT_OUTS if self._cut_outs is not None else 0)):
             if not len(active):
                 break
             along, begin, end = direction.take(active, 0), travelled[active], limit[active]
@@ -204,6 +243,9 @@ class RayCaster:
             normal, back = facing_normals(result["Ng"].take(met, 0), along)
             chosen = (cast or self.front_only) and not self.two_sided
             taken = np.flatnonzero(~back) if chosen else np.arange(len(back))
+            if self._cut_outs is not None:
+                hit = met[taken]
+                taken = taken[self._cut_outs.solid(result["primID"][hit], result["u"][hit], result["v"][hit])]
             rays, met = active[taken], met[taken]
             at = found[rays], rays
             hits.distance[at], hits.face[at] = distance[taken], result["primID"][met]

@@ -16,6 +16,7 @@ from depthwalk.commands.options import RepresentationName, open_scene, represent
 from depthwalk.commands.output import Output, draw_frame, has_frame, smooth, write_still
 from depthwalk.errors import InputError
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.up_axis import stand_upright
 from depthwalk.render.view.view import View
 from depthwalk.scene.path import CameraPath, load_path
 from depthwalk.scene.scene import Scene
@@ -164,4 +165,5 @@ def _open(job: RenderJob, stack: ExitStack) -> _Drawer:
         )
     library = SceneLibrary(scene.assets)
     headless = stack.enter_context(HeadlessRenderer(scene, library, job.size, representation(job.representation)))
+    stand_upright(scene, headless.renderer)
     return _Drawer(headless=headless, path=path, keys=keys)

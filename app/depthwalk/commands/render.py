@@ -1,5 +1,6 @@
 """Declare `depthwalk render`, which draws a scene, or the frames of a camera path, to pictures or a video."""
 
+import logging
 from contextlib import ExitStack
 from typing import Annotated
 
@@ -32,6 +33,8 @@ from depthwalk.commands.options import (
 )
 from depthwalk.commands.program import FAILURE, guarded, without_garbage
 from depthwalk.errors import InputError
+
+log = logging.getLogger("depthwalk")
 
 
 @guarded
@@ -81,6 +84,7 @@ def main(
         from depthwalk.commands.frame_keys import frame_keys
         from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, parse_frames, smooth
         from depthwalk.commands.reports import input_files
+        from depthwalk.render.up_axis import stand_upright
         from depthwalk.scene.path import load_path
 
         loaded = open_scene(scene, asset_root, settings)
@@ -107,5 +111,7 @@ def main(
     with ExitStack() as stack:
         with without_garbage():
             headless = stack.enter_context(open_headless(loaded, size, representation(representation_name)))
+        if turned := stand_upright(loaded, headless.renderer):
+            log.warning("%s", turned)
         cameras = cameras or [options.apply(loaded.camera or headless.frame_all())]
         draw_frames(headless, cameras, output, walk.fps if walk else 1.0, keys, numbers[0], resume)

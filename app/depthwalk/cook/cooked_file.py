@@ -243,6 +243,7 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
         "footprint": cooked.footprint.tolist(),
         "bytes": cooked.bytes,
         "mesh_triangles": outline.mesh_triangles,
+        **({"has_interior": True} if outline.has_interior else {}),  # other files stay as they were
     }
 
 
@@ -258,6 +259,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         position=tuple(header["position"]),
         rotation=tuple(header["rotation"]),
         mesh_triangles=checked_triangles(header.get("mesh_triangles")),
+        has_interior=header.get("has_interior") is True,
     )
     return CookedObject(
         outline=outline,

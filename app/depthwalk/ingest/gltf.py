@@ -59,6 +59,11 @@ def external_uris(header: dict[str, Any], key: str) -> list[str]:
     return [uri for uri in uris if not uri.startswith("data:")]
 
 
+def has_cut_outs(header: dict[str, Any]) -> bool:
+    """Return whether alpha means something in a material of a glTF file, whose JSON header is `header`."""
+    return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in header.get("materials", []))
+
+
 def placed_size(header: dict[str, Any]) -> tuple[int, int]:
     """Return how many vertices and triangles a glTF file makes, with those that its nodes place more than once.
 

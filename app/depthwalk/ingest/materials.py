@@ -1,5 +1,10 @@
-"""Convert the materials of MTL and glTF files to the Phong terms that the renderer draws with."""
+"""Convert the materials of MTL and glTF files to the Phong terms that the renderer draws with.
 
+Where alpha says that there is no surface, none is drawn. What lets light through, or glows, is drawn as if it did not,
+with a warning.
+"""
+
+import logging
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +18,11 @@ from depthwalk.limits import MAX_SHININESS
 if TYPE_CHECKING:  # most of a second to import; whoever has a material of trimesh has imported it
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
+log = logging.getLogger(__name__)
+
 WHITE = (1.0, 1.0, 1.0)
+_CUTOFF = 0.5  # glTF's default
+_OPAQUE = 0.99  # alpha from which on nobody misses what is behind
 
 
 def convert_material(material: object, name: str, textures: TextureDecoder | None = None) -> Material | None:
@@ -47,11 +56,13 @@ def convert_material(material: object, name: str, textures: TextureDecoder | Non
         image: Any = material.image
         path = None if image is None else image.info.get("file_path", "embedded texture")
         texture = None if image is None else textures.decode(image, f"{name}: {path}")
-        return phong_from_mtl(material.kwargs, texture)
+        return phong_from_mtl(material.kwargs, texture, _called(name, material.name))
     return None
 
 
-def phong_from_mtl(terms: dict[str, Any], texture: NDArray[np.uint8] | None) -> Material:
+def phong_from_mtl(
+    terms: dict[str, Any], texture: NDArray[np.uint8] | None, name: str = "material", *, cut_out: bool = False
+) -> Material:
     """Convert the terms of an MTL file to Phong's model.
 
     Kd, Ks and Ns are taken as linear, as Blender writes them.
@@ -59,9 +70,14 @@ def phong_from_mtl(terms: dict[str, Any], texture: NDArray[np.uint8] | None) -> 
     Parameters
     ----------
     terms : dict
-        Numbers or lists of numbers by the keys "kd", "ks" and "ns"; what is missing or makes no sense has a default.
+        Numbers or lists of numbers by the keys "kd", "ks", "ns", "d", "tr" and "ke"; what is missing or makes no sense
+        has a default.
     texture : (H, W, 4) uint8 or None
         The colour texture, sRGB with alpha; None for a material without one.
+    name : str
+        What warnings call the material.
+    cut_out : bool
+        Whether there is no surface where the texture's alpha is low.
 
     Returns
     -------
@@ -73,7 +89,8 @@ def phong_from_mtl(terms: dict[str, Any], texture: NDArray[np.uint8] | None) -> 
         colour = WHITE  # exporters write Kd 0 0 0 beside a texture
     specular = max(_rgb(terms.get("ks"), (Material.specular,) * 3))
     shininess = _scalar(terms.get("ns"), Material.shininess)
-    return _material(colour, texture, specular, shininess)
+    _warn_of_missing(name, _scalar(terms.get("d"), 1 - _scalar(terms.get("tr"), 0.0)), terms.get("ke"))
+    return _material(colour, texture, specular, shininess, _CUTOFF if cut_out else None)
 
 
 def _is_stand_in(material: "SimpleMaterial") -> bool:
@@ -94,13 +111,40 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
     image: Any = material.baseColorTexture
     path = None if image is None else image.info.get("file_path", "embedded texture")
     texture = None if image is None else textures.decode(image, f"{name}: {path}")
-    return _material(colour, texture, (1 - roughness) * (0.3 + 0.7 * metallic), shininess)
+    alpha = 1.0 if factor is None or len(factor) < 4 else float(factor[3]) / 255.0
+    mode, cutoff = material.alphaMode, None
+    if mode == "MASK":
+        cutoff = _scalar(material.alphaCutoff, _CUTOFF) / max(alpha, 1e-3)
+    elif mode == "BLEND" and texture is not None and texture[..., 3].min() < _CUTOFF * 255:
+        cutoff = _CUTOFF
+    _warn_of_missing(_called(name, material.name), alpha if mode == "BLEND" else 1.0, material.emissiveFactor)
+    return _material(colour, texture, (1 - roughness) * (0.3 + 0.7 * metallic), shininess, cutoff)
+
+
+def _called(file: str, name: str | None) -> str:
+    """Return what messages call the material `name` of a file."""
+    return f"{file}: material {name!r}" if name else f"{file}: a material"
+
+
+def _warn_of_missing(name: str, alpha: float, emission: Any) -> None:
+    """Warn where the material called `name` lets light through or glows, which is not drawn."""
+    if alpha < _OPAQUE:
+        log.warning("%s is see-through (alpha %.2g); it is drawn opaque", name, alpha)
+    if any(_rgb(emission, (0.0, 0.0, 0.0))):
+        log.warning("%s glows; it is drawn without its glow", name)
 
 
 def _material(
-    colour: tuple[float, float, float], texture: NDArray[np.uint8] | None, specular: float, shininess: float
+    colour: tuple[float, float, float],
+    texture: NDArray[np.uint8] | None,
+    specular: float,
+    shininess: float,
+    cutoff: float | None = None,
 ) -> Material:
-    return Material(colour, texture, min(max(specular, 0.0), 1.0), min(max(shininess, 1.0), MAX_SHININESS))
+    if texture is None or (cutoff is not None and texture[..., 3].min() >= cutoff * 255):
+        cutoff = None  # nothing is cut out, so that what is quick for whole surfaces holds
+    shininess = min(max(shininess, 1.0), MAX_SHININESS)
+    return Material(colour, texture, min(max(specular, 0.0), 1.0), shininess, cutoff)
 
 
 def _rgb(value: Any, default: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -22,12 +22,16 @@ class Material:
         Strength of the highlight, 0 to 1.
     shininess : float
         Exponent of the highlight, 1 to 1024.
+    cutoff : float or None
+        Alpha of the texture, 0 to 1, below which there is no surface, as between the leaves on a card; None: the
+        surface is everywhere, and alpha means nothing.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)
     texture: NDArray[np.uint8] | None = None
     specular: float = 0.15
     shininess: float = 32.0
+    cutoff: float | None = None
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_TERMS = ("kd", "ks", "ns")
+_TERMS = ("kd", "ks", "ns", "d", "tr", "ke")
 
 Terms = dict[str, float | list[float]]
 
@@ -33,10 +33,13 @@ class MtlMaterial:
         Numbers or lists of numbers by their keys in lower case, such as "kd".
     image
         The name after `map_Kd`; None where there is none.
+    mask
+        The name after `map_d`, the picture whose alpha says where there is a surface; None where there is none.
     """
 
     terms: Terms = field(default_factory=dict)
     image: str | None = None
+    mask: str | None = None
 
 
 def parse_mtl(text: str) -> dict[str, MtlMaterial]:
@@ -57,6 +60,8 @@ def parse_mtl(text: str) -> dict[str, MtlMaterial]:
             continue
         elif key == "map_kd":
             current.image = line.strip()[len(key) :].strip()
+        elif key == "map_d":
+            current.mask = line.strip()[len(key) :].strip()
         elif key in _TERMS:
             try:
                 numbers = [float(word) for word in words[1:]]
@@ -115,7 +120,10 @@ class MaterialLibrary:
         path = self._files[found.image] if found.image else None
         image = self._open(path)
         texture = None if image is None else self._textures.decode(image, f"{self._mesh}: {found.image}", path)
-        return phong_from_mtl(found.terms, texture)
+        if found.mask is not None and found.mask != found.image:
+            log.warning("%s: map_d %s is ignored: it is not the picture of map_Kd", self._mesh, found.mask)
+        cut_out = found.mask is not None and found.mask == found.image
+        return phong_from_mtl(found.terms, texture, f"{self._mesh}: material {name!r}", cut_out=cut_out)
 
     def _open(self, path: Path | None) -> "Image.Image | None":
         """Return the picture, no pixel of it decoded; None where there is none, with a warning if no name said so."""

@@ -20,8 +20,10 @@ def is_solid(mesh: Mesh) -> bool:
     Returns
     -------
     bool
-        True for a closed surface; False also where it is inside out.
+        True for a closed surface; False also where it is inside out, or cut out by the alpha of a texture.
     """
+    if any(material.cutoff is not None for material in mesh.materials):
+        return False  # the inside shows where the surface is cut out
     faces = row_ids(mesh.positions)[0][mesh.faces]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     edge = np.minimum(start, end) * np.int64(len(mesh.positions)) + np.maximum(start, end)

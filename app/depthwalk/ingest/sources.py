@@ -184,6 +184,18 @@ def names_texture(path: Path, texture: Path | None = None, sources: Sources | No
             return False
 
 
+def names_cut_outs(path: Path, sources: Sources) -> bool:
+    """Return whether the materials of the mesh file `path` may cut out parts of its surface; see `names_texture`."""
+    match path.suffix.lower():
+        case ".obj":
+            libraries = material_libraries(sources.read(path), path.parent, sources)
+            return bool(libraries) and b"map_d" in read_libraries(libraries, sources).lower()
+        case ".gltf" | ".glb":
+            return gltf.has_cut_outs(gltf.read_header(sources.read(path), path))
+        case _:
+            return False
+
+
 def read_bytes(path: Path) -> bytes:
     """Return the contents of the file `path`.
 

@@ -388,7 +388,8 @@ class Renderer:
 
     def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = IN_FRONT) -> Camera:
         """Return a camera that sees every object of the scene; see `render.view.framing.camera_on`."""
-        return camera_on(self.world.bounds(), aspect, fov, away)
+        world = self.world
+        return camera_on(world.objects(), world.bounds(), world.extremes, aspect=aspect, fov=fov, away=away)
 
     def _forget_assets(self) -> None:
         self._last_shadows = Shadows()

@@ -209,6 +209,7 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
             up=spec.up,
             height=spec.height,
             dpci=_dpci((*loc, "dpci"), spec.dpci, finder),
+            up_is_given="up" in spec.model_fields_set,
         )
     if isinstance(spec, BakedAssetParams):
         return BakedAsset(name=name, baked=finder.find((*loc, "baked"), spec.baked), source=_source(name, spec, finder))

@@ -37,6 +37,8 @@ class MeshAsset:
         Height in metres to which the asset is scaled; None keeps the file's size.
     dpci
         How to bake its depth images; None for an asset without depth images.
+    up_is_given
+        Whether the user said which axis points upward; where not, a model that is shown alone is turned by a guess.
     """
 
     name: str
@@ -45,6 +47,7 @@ class MeshAsset:
     up: Literal["y", "z"]
     height: float | None
     dpci: DpciParams | None
+    up_is_given: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

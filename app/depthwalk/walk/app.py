@@ -16,6 +16,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GPU_FAILURES
 from depthwalk.ingest.formats import is_model_file
 from depthwalk.render import kernels
+from depthwalk.render.up_axis import ModelTurn
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
@@ -33,7 +34,6 @@ from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
-from depthwalk.walk.up_axis import ModelTurn
 from depthwalk.walk.window import (
     Window,
     gl_address,

@@ -236,3 +236,24 @@ def test_frozen_levels_freeze_what_stands_in(gl_device: Device, ball: Mesh) -> N
         lod.freeze = False
         walk.look(NEAR)
         assert walk.counts["mesh_fallbacks"] == 1
+
+
+@pytest.mark.slow
+def test_a_viewer_within_a_room_sees_its_mesh(studio: Studio) -> None:
+    """Its walls, which nobody outside sees, are in no depth image; the mesh has too many triangles for its pixels."""
+    wall = sphere(1.0, columns=40, rows=20)
+    wall = replace(wall, faces=wall.faces[:, ::-1], normals=-wall.normals)
+    room = joined(box(2.2, 2.2, 2.2, (0, wall.positions[:, 1].mean(), 0)), wall)
+    baked = bake_model(room, ModelParams(resolution=32, layers=1), "")
+    unsaid = BakedModel(parts=tuple(replace(part, has_interior=False) for part in baked.parts))
+    centre = float(wall.positions[:, 1].mean())
+    inside, outside_ = (Camera((0.0, centre, z), (0.0, centre, z - 1), 1.0) for z in (0.3, 4.0))
+    for camera, model, found in ((inside, baked, 1), (inside, unsaid, 0), (outside_, baked, 0)):
+        scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
+        scene.render.lod.magnification = 1.0
+        pixels, _, plan = studio.measured(scene, ShapeLibrary([room], [model]), camera, size=(48, 36))
+        assert plan.counts["mesh_fallbacks"] == found
+        if found:
+            as_mesh = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
+            truth = studio.picture(as_mesh, ShapeLibrary([room], [model]), camera, size=(48, 36))
+            assert np.abs(pixels - truth).max() < 0.05

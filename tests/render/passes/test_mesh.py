@@ -1,5 +1,6 @@
 """Polygons: nothing that may be seen is missing where only some of the meshlets are drawn, in whatever phase."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,13 @@ from depthwalk.render.frame import Frame
 from depthwalk.render.passes import mesh as mesh_pass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.resources.mesh_object import MeshObject
-from depthwalk.scene.arrays import Representation
+from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.types import Rows
-from shapes import ShapeLibrary, box, scene_of, sphere
+from shapes import ShapeLibrary, box, mesh_of, scene_of, sphere
 from stage import OnScreen, view_of
+from studio import Studio
+
+SUN = {"direction": (0.2, -0.8, -0.6)}
 
 
 @pytest.fixture(scope="module")
@@ -76,3 +80,25 @@ def test_a_mesh_of_a_later_phase_hides_what_an_earlier_one_drew(
     assert 500 < shown[0].sum() < shown[0].size / 4
     np.testing.assert_array_equal(shown[0], shown[2])
     np.testing.assert_array_equal(shown[1][shown[0]], shown[3][shown[0]])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
+def test_there_is_nothing_where_alpha_is_low(studio: Studio, representation: Representation) -> None:
+    """A square whose left half is cut out shows and shades as much as its right half alone."""
+    texture = np.full((8, 8, 4), 255, np.uint8)
+    texture[:, :4, 3] = 0
+    normal = [(0.0, 0.0, 1.0)] * 4
+    half = mesh_of([(0, 0, 0), (1, 0, 0), (1, 2, 0), (0, 2, 0)], [(0, 1, 2), (0, 2, 3)], normal)
+    whole = mesh_of([(-1, 0, 0), (1, 0, 0), (1, 2, 0), (-1, 2, 0)], [(0, 1, 2), (0, 2, 3)], normal)
+    uv = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)
+    cut = replace(whole, uv=uv, materials=(replace(whole.materials[0], texture=texture, cutoff=0.5),))
+    shown = []
+    for mesh in (half, cut):
+        library = ShapeLibrary([mesh], resolution=64, kept=False)
+        scene = scene_of((0, (0, 0.0, 0), 0.0, 1.0), representation=representation, ground={}, sun=SUN)
+        scene.render.shadows.enabled = True
+        picture = studio.picture(scene, library, Camera((0.0, 2.5, 4.0), (0.0, 0.8, 0.0), 1.0), size=(96, 72))
+        shown.append(picture[..., :3])
+    assert (np.abs(shown[0] - shown[1]).max(-1) > 0.06).mean() < 0.02
+    assert np.ptp(shown[0]) > 0.3

@@ -56,6 +56,7 @@ class MeshFallbacks:
     centre : (a, 3) middle of an upright cylinder that encloses the asset, asset frame, metres.
     half_height : (a,) half the height of that cylinder, metres.
     cylinder_radius : (a,) radius of that cylinder, metres.
+    has_interior : (a,) whether depth images lack what a viewer within sees, see `BakedObject`.
     span : (a,) distance from the depth object's own origin to the farthest corner of the asset, metres.
     """
 
@@ -68,6 +69,7 @@ class MeshFallbacks:
     centre: Array
     half_height: Array
     cylinder_radius: Array
+    has_interior: Mask
     span: Array
 
     @classmethod
@@ -83,6 +85,7 @@ class MeshFallbacks:
             centre=np.zeros((count, 3)),
             half_height=np.zeros(count),
             cylinder_radius=np.zeros(count),
+            has_interior=np.zeros(count, bool),
             span=np.zeros(count),
         )
 
@@ -101,6 +104,7 @@ class MeshFallbacks:
         rows = slice(numbers.start, numbers.stop)
         self.mesh[rows], self.part[rows] = mesh, np.arange(len(objects))
         self.triangles[mesh] = objects[0].mesh_triangles or np.inf
+        self.has_interior[rows] = any(baked.has_interior for baked in objects)
         self.texel[rows] = max(map(square_texel, objects))
         self.centre[rows], self.half_height[rows] = centre, (high - low)[1] / 2
         self.cylinder_radius[rows] = np.hypot(*(corners - centre).T[[0, 2]]).max()
@@ -179,8 +183,8 @@ class MeshFallbacks:
     ) -> Mask:
         """Return which depth objects are replaced by a mesh that is resident.
 
-        A mesh replaces those that are so near that they would be magnified, if it has few triangles for its pixels, and
-        those for which it is quicker.
+        A mesh replaces those that are so near that they would be magnified, if it has few triangles for its pixels,
+        those for which it is quicker, and those that the viewer is within, if their images lack what is seen there.
 
         Parameters
         ----------
@@ -204,7 +208,8 @@ class MeshFallbacks:
         triangles, is_read = self.triangles[mesh], levels.triangles[mesh, 0] > 0
         # Read in vain would be what has too many triangles, and no simplified levels that have less.
         magnified &= is_read | (triangles <= most) | (triangles > MOST_UNSIMPLIFIED)
-        quicker = np.zeros_like(found) if quicker is None else quicker
+        within = (self.mesh[number] >= 0) & self.has_interior[number] & (nearest <= 0)
+        quicker = within if quicker is None else quicker | within
         rows = np.flatnonzero(magnified | quicker)
         rows = rows[rule.is_resident(mesh[rows])]
         mesh = mesh[rows]

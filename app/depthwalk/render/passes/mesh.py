@@ -32,7 +32,7 @@ class MeshPass(Pass[MeshParams]):
 
     def setup(self, gl: Scope) -> None:
         """Prepare the variants of the program and a buffer for the indices of meshlets; `gl` owns them."""
-        layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT}
+        layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT, ("PAINTED", "CUT_OUT"): PAINTED_LAYOUT}
         self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *layouts[defines]))
         self._instances = InstanceStream(gl, PLACED_RECORD)
@@ -53,7 +53,7 @@ class MeshPass(Pass[MeshParams]):
     def _choose(self, clusters: ClusterObject, number: int) -> Program:
         """Return the program that draws part `number` of a mesh by clusters, with its material set; a ChooseProgram."""
         look = clusters.look.materials[clusters.materials[number]]
-        program = self._cluster_programs[("PAINTED",) if look.painted else ()]
+        program = self._cluster_programs[look.defines]
         look.texture.use(0)
         program.set(base_texture=0, **look.uniforms)
         if look.painted:
@@ -108,11 +108,10 @@ class MeshPass(Pass[MeshParams]):
     ) -> moderngl.VertexArray:
         """Set the material of part `number` of the mesh; return the vertex array of records from `first` on."""
         look = asset.look.materials[asset.parts[number].material]
-        defines = ("PAINTED",) if look.painted else ()
         look.texture.use(0)
-        program = self._programs[defines]
+        program = self._programs[look.defines]
         program.set(base_texture=0, **look.uniforms)
-        array = self._arrays[defines].get(key, asset.vertices, indices)
+        array = self._arrays[look.defines].get(key, asset.vertices, indices)
         self._instances.bind(array, first)
         return array
 

@@ -13,9 +13,9 @@ from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
-from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawList
+from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawBatch, DrawList
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.resources.mesh_object import POSITION_LAYOUT
+from depthwalk.render.resources.mesh_object import CUT_OUT_LAYOUT, POSITION_LAYOUT, MeshObject
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.shadows.cascades import Cascade
 from depthwalk.render.shadows.casters import ShadowMap
@@ -24,6 +24,7 @@ from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
 from depthwalk.scene.render_settings import ShadowParams
 
+_CUT_OUT = ("CUT_OUT",)
 _CLAMPED = (DEPTH_CLAMP,)  # what lies before the near plane of a map of the sun casts shadows, too
 
 
@@ -50,6 +51,9 @@ class ShadowsPass(Pass[ShadowParams]):
         self._grid_arrays = Variants(lambda defines: AssetArrays(gl, self._grid[defines], *GRID_LAYOUT))
         self._mesh = Program(gl, "shadows/mesh.vert", "shadows/map.frag", blocks={"View": MAP_VIEW})
         self._mesh_arrays = AssetArrays(gl, self._mesh, *POSITION_LAYOUT)
+        of_meshes = "shadows/mesh.vert", "shadows/map.frag"
+        self._cut_out = Variants(lambda defines: Program(gl, *of_meshes, defines, {"View": MAP_VIEW}))
+        self._cut_out_arrays = Variants(lambda defines: AssetArrays(gl, self._cut_out[defines], *CUT_OUT_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._of_sun = ShadowAtlas(gl, columns=COLUMNS)
         self._of_lamps = ShadowAtlas(gl, columns=4)
@@ -191,16 +195,32 @@ class ShadowsPass(Pass[ShadowParams]):
         self._instances.upload(shadow_map.meshes.records)
         for batch in shadow_map.meshes.batches:
             asset = frame.assets.meshes.object(batch.asset, batch.level)
+            if asset.look.has_cut_outs:
+                self._draw_cut_outs(asset, batch)
+                continue
             array = self._mesh_arrays.get((batch.asset, batch.level), asset.vertices, asset.indices)
             self._instances.bind(array, batch.first)
             with self.gl.state(cull=asset.look.solid):
                 array.render(instances=batch.count)
+
+    def _draw_cut_outs(self, asset: MeshObject, batch: DrawBatch) -> None:
+        """Draw a mesh part by part, each without what its material cuts out."""
+        program, key = self._cut_out[_CUT_OUT], (batch.asset, batch.level)
+        array = self._cut_out_arrays[_CUT_OUT].get(key, asset.vertices, asset.indices)
+        self._instances.bind(array, batch.first)
+        for part in asset.parts:
+            look = asset.look.materials[part.material]
+            look.texture.use(0)
+            program.set(base_texture=0, cutoff=look.cutoff or 0.0)
+            array.render(vertices=3 * part.face_count, first=3 * part.first_face, instances=batch.count)
 
     def forget_assets(self) -> None:
         """Drop the vertex arrays over buffers of assets, and the maps that show these assets."""
         for arrays in self._grid_arrays.values():
             arrays.forget()
         self._mesh_arrays.forget()
+        for arrays in self._cut_out_arrays.values():
+            arrays.forget()
         self._of_sun.forget()
         self._of_lamps.forget()
         self._begun = None

@@ -20,6 +20,7 @@ WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of materials without on
 PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
 PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
 POSITION_LAYOUT = ("3f 24x", "in_position")
+CUT_OUT_LAYOUT = ("3f 16x 2f", "in_position", "in_uv")  # for shadows of what has cut-outs
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
 # Of a mesh that was not read yet, a guess: a smooth one has half a vertex for each triangle, one of facets three.
 BYTES_PER_TRIANGLE = 3 * 4 + _VERTEX.itemsize
@@ -36,11 +37,19 @@ class MaterialLook(NamedTuple):
         The uniforms of shaders/mesh/mesh.frag, by name.
     painted
         Whether colours of the texture or of vertices show, so that the mesh is drawn by PAINTED_LAYOUT.
+    cutoff
+        Alpha of the texture below which there is no surface; None: the surface is everywhere.
     """
 
     texture: moderngl.Texture
     uniforms: dict[str, Any]
     painted: bool
+    cutoff: float | None = None
+
+    @property
+    def defines(self) -> tuple[str, ...]:
+        """Return the defines of shaders/mesh/mesh.frag with which the material is drawn."""
+        return () if not self.painted else ("PAINTED",) if self.cutoff is None else ("PAINTED", "CUT_OUT")
 
 
 @dataclass
@@ -57,6 +66,11 @@ class MeshLook:
 
     materials: list[MaterialLook]
     solid: bool
+
+    @property
+    def has_cut_outs(self) -> bool:
+        """Return whether a material cuts anything out."""
+        return any(material.cutoff is not None for material in self.materials)
 
 
 @dataclass(kw_only=True)
@@ -151,4 +165,6 @@ def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialL
     texels = WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
     texture = gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes())
     uniforms = {name: getattr(material, name) for name in ("base_colour", "specular", "shininess")}
-    return MaterialLook(texture, uniforms, coloured or material.texture is not None)
+    if material.cutoff is not None:
+        uniforms["cutoff"] = material.cutoff
+    return MaterialLook(texture, uniforms, coloured or material.texture is not None, material.cutoff)

@@ -1,34 +1,93 @@
-"""Place a camera so that it sees all of some objects."""
+"""Place a camera so that some objects fill its picture."""
 
 import math
+from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
 from pyglm import glm
 
+from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.geometry.vectors import components
 from depthwalk.render.view.bounds import Bounds
-from depthwalk.scene.arrays import Camera
+from depthwalk.scene.arrays import Camera, Objects
+from depthwalk.scene.camera import view_from_world
+from depthwalk.types import Array
 
 IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
+_FILLED = 0.9  # of the picture's height or width, by the objects
+_NEAREST = 0.3  # of the objects' radius: no part of them comes nearer, so that the perspective stays mild
+_BLOCK = 1024  # objects whose points are turned at a time
 
 
-def camera_on(bounds: Bounds, aspect: float, fov: float, away: glm.dvec3) -> Camera:
-    """Return a camera that looks at the middle of some objects and sees all of them.
+def camera_on(
+    objects: Objects,
+    bounds: Bounds,
+    extremes: Callable[[int], Array],
+    *,
+    aspect: float,
+    fov: float,
+    away: glm.dvec3,
+) -> Camera:
+    """Return the camera nearest to some objects that sees all of them, with a margin around.
+
+    Each side of a frustum whose camera has a given direction is a plane of a given direction. So the farthest points
+    along the normals of the four sides say where the planes must be at least, and these where the camera.
 
     Parameters
     ----------
-    bounds : the bounding spheres of the objects, world.
+    objects : the n objects.
+    bounds : their bounding spheres, world.
+    extremes : returns the points (k, 3), metres, asset frame, that reach farthest of the asset with a given number. It
+        is asked for those alone whose spheres reach out among all.
     aspect : width of the picture over its height.
     fov : vertical angle of view, radians.
     away : direction from the objects to the camera, world, of any length.
 
     Returns
     -------
-    The camera, world; one near the origin where there are no objects.
+    The camera, world, its target in the middle of the objects; one near the origin where there are no objects.
     """
-    if not len(bounds.bounding_radius):
+    if not len(objects):
         return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
     middle, radius = bounds.sphere()
-    narrower = min(fov, 2 * math.atan(math.tan(fov / 2) * aspect))
-    target = glm.dvec3(middle)
-    place = target + glm.normalize(away) * (radius / math.sin(narrower / 2))
-    return Camera(components(place), components(target), fov)
+    rigid = view_from_world(Camera(components(away), (0.0, 0.0, 0.0), fov))
+    right, up, back = np.array(glm.dmat3(rigid).to_list()).T  # rows of the rotation, world
+    across, down = np.array([aspect, 1.0]) * math.tan(fov / 2) * _FILLED
+    # x, y and z of the view; with z towards the viewer a point is seen where ±x ≤ across · (z of the camera − z)
+    sides = np.stack([right + across * back, across * back - right, up + down * back, down * back - up, back, -back])
+    east, west, north, south, front, rear = _reach(objects, bounds, extremes, sides, middle)
+    toward = max((east + west) / (2 * across), (north + south) / (2 * down), front + _NEAREST * radius)
+    depth = (front - rear) / 2  # of the middle of the objects
+    sideways = right * (east - west) / 2 + up * (north - south) / 2 + middle
+    place, target = sideways + back * toward, sideways + back * depth
+    return Camera(components(glm.dvec3(place)), components(glm.dvec3(target)), fov)
+
+
+def _reach(
+    objects: Objects, bounds: Bounds, extremes: Callable[[int], Array], directions: Array, middle: Array
+) -> NDArray[np.float64]:
+    """Return how far some objects reach from a point.
+
+    Parameters
+    ----------
+    objects, bounds, extremes : as of `camera_on`.
+    directions : (d, 3) of any lengths, world.
+    middle : (3,) the point, metres, world.
+
+    Returns
+    -------
+    (d,) largest scalar product of each direction with what leads from `middle` to a point of the objects.
+    """
+    along = (bounds.centre - middle) @ directions.T
+    spread = bounds.bounding_radius[:, None] * np.linalg.norm(directions, axis=1)
+    rows = np.flatnonzero((along + spread >= (along - spread).max(0)).any(1))
+    reach = np.full(len(directions), -np.inf)
+    for asset in np.unique(objects.asset[rows]).tolist():
+        points, members = extremes(asset), rows[objects.asset[rows] == asset]
+        for some in np.split(members, range(_BLOCK, len(members), _BLOCK)):
+            turned = rotate(conjugate(objects.rotation[some].astype(np.float64))[:, None], directions)
+            place = (objects.position[some] - middle) @ directions.T
+            scaled = objects.scale[some, None] * (turned @ points.T).max(-1, initial=-np.inf)
+            reach = np.maximum(reach, (place + scaled).max(0))
+    return reach

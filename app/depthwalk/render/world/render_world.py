@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.assets.demand import cook_options
+from depthwalk.geometry.extreme_points import extreme_points
 from depthwalk.render.lod.mesh_choice import MeshChoice, advised_table
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
@@ -126,6 +127,28 @@ class RenderWorld:
             table = self.table()
             self._bounds = object_bounds(self.objects(), table.centre, table.bounding_radius)
         return self._bounds
+
+    def points(self, number: int) -> Array:
+        """Return all points of the surface of an asset, which is read if need be.
+
+        Parameters
+        ----------
+        number : the number in `CookedParts` of a mesh or a part of depth images, which `objects` use.
+
+        Returns
+        -------
+        (n, 3) metres, in the frame of the objects that show it; the origin alone where the asset has no points.
+        """
+        if number < len(self._library):
+            mesh = self._library.mesh(number)
+            points = np.zeros((1, 3)) if mesh is None else mesh.positions
+        else:
+            points = self._assets.parts.load(number)[0].positions
+        return points if len(points) else np.zeros((1, 3))
+
+    def extremes(self, number: int) -> Array:
+        """Return those of `points` that reach farthest, (k, 3), see `geometry.extreme_points`."""
+        return extreme_points(self.points(number))
 
     def extent(self) -> tuple[Array, float] | None:
         """Return a sphere that holds all surfaces of the scene.

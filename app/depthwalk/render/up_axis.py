@@ -14,6 +14,7 @@ from depthwalk.types import Array
 Up = Literal["y", "z"]
 
 _SLICE = 0.02  # of a model's height: what is no higher above the lowest point counts as its lower end
+_FLAT = 1e-3  # of the largest extent: what is thinner is a picture
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
     "y": np.array([0, 0, 0, 1], np.float32),
@@ -26,6 +27,7 @@ def guess_up(points: Array) -> Up:
 
     Busts, statues, buildings and things on feet touch the ground at places that are far apart, while their sides end in
     curves. The answer is "y", which points upward in most files, unless the lower end along z is clearly the broader.
+    A picture, flat along z, hangs upright.
 
     Parameters
     ----------
@@ -37,6 +39,8 @@ def guess_up(points: Array) -> Up:
     Up
         "y" or "z".
     """
+    if np.ptp(points[:, 2]) <= _FLAT * np.ptp(points, axis=0).max():
+        return "y"
     return "z" if _stands(points[:, [0, 2, 1]]) > _stands(points) + 0.1 else "y"
 
 
@@ -49,19 +53,15 @@ def _stands(points: Array) -> float:
 
 
 def model_points(renderer: Renderer) -> Array:
-    """Return points (n, 3), metres, asset frame, of the only asset in the scene of `renderer`.
+    """Return points (n, 3), metres, asset frame, of the only object that `renderer` draws, before it is turned.
 
-    They are the vertices of the asset's mesh or, without a mesh, of its depth images.
+    They are the vertices of its mesh or, where it is drawn by its depth images, of these.
     """
-    assets = renderer.assets
-    levels = assets.meshes.reader.levels(0)
-    if levels is not None:
-        return levels[0].mesh.positions
-    found = []
-    for number in assets.parts.numbers(0):
-        cooked = assets.parts.cooked(number)
-        outline, (geometry, _) = cooked.outline, cooked.load()
-        found.append(rotate(np.asarray(outline.rotation), geometry.positions) + np.asarray(outline.position))
+    objects = renderer.world.objects()
+    found = [
+        rotate(rotation, renderer.world.points(asset)) + position
+        for asset, rotation, position in zip(objects.asset.tolist(), objects.rotation, objects.position, strict=True)
+    ]
     return np.concatenate(found)
 
 
@@ -104,10 +104,10 @@ class ModelTurn:
         self._points: Array | None = None
         self._up: Up = "y"
         self.guess = ""
-        if not is_model_file(scene.path) or len(scene.assets) != 1 or getattr(scene.assets[0], "up", "y") != "y":
+        if not is_model_file(scene.path) or len(scene.objects) != 1 or getattr(scene.assets[0], "up", "y") != "y":
             return
         self._points = model_points(renderer)
-        if guess_up(self._points) == "z":
+        if not getattr(scene.assets[0], "up_is_given", False) and guess_up(self._points) == "z":
             self.turn()
             self.guess = "It seems to stand along z; U turns it"
 
@@ -121,3 +121,16 @@ class ModelTurn:
         self._up = "z" if self._up == "y" else "y"
         turn_model(self._scene, self.renderer, self._points, self._up)
         return f"{self._up} points upward; in a scene: up: {self._up}"
+
+
+def stand_upright(scene: Scene, renderer: Renderer) -> str:
+    """Turn a model that is drawn without a scene as `ModelTurn` does, for pictures.
+
+    Returns
+    -------
+    str
+        A line that tells the user of the turn; "" where the model was left as it is.
+    """
+    if not ModelTurn(scene, renderer).guess:
+        return ""
+    return f"{scene.path}: seems to stand along z, and is drawn so; --set assets.model.up=y says otherwise"

@@ -9,9 +9,9 @@ import pytest
 
 import shapes
 from depthwalk.ingest.loader import load_mesh
+from depthwalk.render.up_axis import guess_up, turn_model
 from depthwalk.resources import asset_root
 from depthwalk.types import Array
-from depthwalk.walk.up_axis import guess_up, turn_model
 
 STANDING = ["teapot", "table", "man_of_the_paper", "venus_of_the_paper"]
 
@@ -30,6 +30,11 @@ def test_what_stands_is_recognised(name: str) -> None:
 def test_what_stands_in_no_way_keeps_y() -> None:
     for points in (shapes.sphere(1.0, columns=32, rows=16).positions, np.zeros((1, 3)), np.eye(3)):
         assert guess_up(points) == "y"
+
+
+def test_a_picture_hangs_and_a_floor_lies() -> None:
+    picture = np.array([[-1.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]])
+    assert guess_up(picture) == guess_up(picture[:, [0, 2, 1]]) == "y"
 
 
 @pytest.mark.slow

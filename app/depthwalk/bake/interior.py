@@ -1,0 +1,41 @@
+"""Find out whether a mesh encloses a space, as a room does, whose walls nobody outside sees."""
+
+import numpy as np
+
+from depthwalk.bake.raycast import RayCaster
+from depthwalk.geometry.extreme_points import spread_directions
+from depthwalk.ingest.mesh import Mesh
+
+_ALONG = 5  # places along each axis of the bounding box
+_RAYS = 48  # from each place
+_CLOSED = 0.9  # of the rays must meet something: a room has a door and windows, an arcade is open
+_FACING = 0.8  # of what they meet must face the place: within a solid all show their backs, within foliage half
+_LEAST_SHARE = 0.05  # of the places must be in such a space
+
+
+def has_interior(mesh: Mesh, caster: RayCaster) -> bool:
+    """Return whether a mesh has an inside to stand in, whose surfaces depth images leave out.
+
+    They hold what somebody outside sees. Rays are cast in all directions from places spread over the bounding box.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    caster
+        The same mesh, ready for rays.
+
+    Returns
+    -------
+    bool
+        Whether a twentieth of the places at least are enclosed by surfaces that face them.
+    """
+    low, high = (corner.astype(np.float64) for corner in mesh.bounds)
+    steps = (np.arange(_ALONG) + 0.5) / _ALONG
+    places = low + np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3) * (high - low)
+    directions = spread_directions(_RAYS)
+    hits = caster.first(np.repeat(places, _RAYS, axis=0), np.tile(directions, (len(places), 1)))
+    met = np.isfinite(hits.distance).reshape(-1, _RAYS)
+    facing = (~hits.flipped).reshape(-1, _RAYS) & met
+    enclosed = (met.mean(1) >= _CLOSED) & (facing.sum(1) >= _FACING * met.sum(1))
+    return bool(enclosed.mean() >= _LEAST_SHARE)

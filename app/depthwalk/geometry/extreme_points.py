@@ -1,0 +1,47 @@
+"""Pick the few points of a set that reach farthest, so that many questions about its extent are cheap."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.types import Array
+
+_COUNT = 512  # directions, 5° from one to the next: what is picked reaches as far as all points within 0.5 %
+_BLOCK = 1 << 13  # points whose reach is computed at a time: 16 MB
+
+
+def extreme_points(points: Array) -> NDArray[np.float64]:
+    """Return those of some points that reach farthest in directions spread evenly over the sphere.
+
+    The convex hull of the result is a little smaller than that of the points: no direction's extent shrinks by more
+    than 0.5 % of the set's size.
+
+    Parameters
+    ----------
+    points
+        (n, 3) in any unit and frame.
+
+    Returns
+    -------
+    numpy.ndarray
+        (k, 3) float64, k ≤ 512; where n ≤ 512, all of them.
+    """
+    if len(points) <= _COUNT:
+        return points.astype(np.float64)
+    directions = spread_directions(_COUNT)
+    found = np.zeros(_COUNT, np.int64)
+    farthest = np.full(_COUNT, -np.inf)
+    for start in range(0, len(points), _BLOCK):
+        reach = points[start : start + _BLOCK] @ directions.T
+        best = reach.argmax(0)
+        value = reach[best, np.arange(_COUNT)]
+        farther = value > farthest
+        farthest[farther], found[farther] = value[farther], start + best[farther]
+    return points[np.unique(found)].astype(np.float64)
+
+
+def spread_directions(count: int) -> NDArray[np.float32]:
+    """Return unit vectors (count, 3) on a Fibonacci lattice (González 2010, "Measurement of areas on a sphere")."""
+    number = np.arange(count) + 0.5
+    height, turn = 1 - 2 * number / count, np.pi * (1 + np.sqrt(5)) * number
+    ring = np.sqrt(1 - height**2)
+    return np.stack([ring * np.cos(turn), height, ring * np.sin(turn)], -1).astype(np.float32)
