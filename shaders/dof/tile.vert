@@ -1,7 +1,8 @@
-// Covers the tiles of some classes with a rectangle each: a software rasteriser computes what a shader leaves out by a branch.
+// Covers the tiles of some classes with a point each, which is a square: of two triangles a software rasteriser would compute
+// the blocks along the diagonal twice, and what a shader leaves out by a branch as well.
 #from depthwalk.render.view.lens import LEAST_HALF, LEAST_QUARTER, EVEN, LEAST_STEP, SHARP_RADIUS, TileClass as TILE
 uniform sampler2D range_texture;    // of `spread`
-uniform vec2 tiles_across;          // tiles along the picture's width and height, the last ones cut off
+uniform int tile_side;              // pixels of what is drawn into, whose viewport has whole tiles
 uniform int drawn_class;            // the classes to draw
 uniform int beside_class;           // and those beside which to draw all but `left_out`: filters look across a tile's border
 uniform int left_out;
@@ -26,7 +27,8 @@ bool is_drawn(ivec2 tile, ivec2 last) {
 }
 
 void main() {
-    ivec2 tiles = textureSize(range_texture, 0), tile = ivec2(gl_InstanceID % tiles.x, gl_InstanceID / tiles.x);
-    vec2 corner = vec2(tile + ivec2(gl_VertexID & 1, gl_VertexID >> 1)) / tiles_across;
-    gl_Position = is_drawn(tile, tiles - 1) ? vec4(corner * 2.0 - 1.0, 0.0, 1.0) : vec4(-2.0, -2.0, 0.0, 1.0);
+    ivec2 tiles = textureSize(range_texture, 0), tile = ivec2(gl_VertexID % tiles.x, gl_VertexID / tiles.x);
+    vec2 middle = (vec2(tile) + 0.5) / vec2(tiles);
+    gl_PointSize = float(tile_side);
+    gl_Position = is_drawn(tile, tiles - 1) ? vec4(middle * 2.0 - 1.0, 0.0, 1.0) : vec4(-2.0, -2.0, 0.0, 1.0);
 }

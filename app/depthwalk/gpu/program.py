@@ -308,6 +308,10 @@ class Program:
         """Draw `count` rectangles, each an instance of four vertices whose positions the vertex shader computes."""
         self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
+    def points(self, count: int) -> None:
+        """Draw `count` points, whose places and sizes the vertex shader computes, with `device.PROGRAM_POINT_SIZE` set."""
+        self.array.render(moderngl.POINTS, vertices=count)
+
 
 class Variants(dict[tuple[str, ...], T]):
     """Keep what is made of the variants of a program, by their defines; each is made when it is first asked for."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import moderngl
 
-from depthwalk.gpu.device import Scope
+from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.lens import HIGHEST_MIP, TILE, TileClass
@@ -116,11 +116,10 @@ class LensGather:
         self._classify(self._classes, quarter, circles["largest"])
         self._gather_reduced(quarter, targets, TileClass.QUARTER_EVEN, TileClass.QUARTER, samples=samples)
         self._gather_reduced(half, targets, TileClass.HALF_EVEN, TileClass.HALF, TileClass.MIXED, samples=samples)
-        across = targets.size[0] / TILE, targets.size[1] / TILE
-        whole: dict[str, Any] = {"lit_texture": 2, "samples": samples, "tiles_across": across, **circles}
-        self._tiles(targets.lit, "even", TileClass.EVEN, **whole)
-        near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1, "tile_side": TILE}  # of half the size
-        self._tiles(targets.lit, "gather", TileClass.MIXED, **near, **whole)
+        whole: dict[str, Any] = {"lit_texture": 2, "samples": samples, **circles}
+        self._tiles(targets.lit, "even", TILE, TileClass.EVEN, **whole)
+        near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1}  # of half the size
+        self._tiles(targets.lit, "gather", TILE, TileClass.MIXED, **near, **whole)
 
     def _gather_reduced(
         self, picture: _Reduced, targets: Targets, even: TileClass, traced: TileClass, lent: int = 0, *, samples: int
@@ -131,15 +130,14 @@ class LensGather:
         """
         picture.colour.use(3)
         picture.circles.use(1)
-        side, (width, height) = TILE // picture.block, picture.circles.size
+        side = TILE // picture.block
         reduced: dict[str, Any] = {"colour_texture": 3, "circles_texture": 1, "block": picture.block}
-        reduced |= {"samples": samples, "tile_side": side, "tiles_across": (width / side, height / side)}
-        self._tiles(picture.lens, "reduced_even", even, **reduced)
-        self._tiles(picture.lens, "reduced", traced | lent, beside=even | traced | lent, left_out=even, **reduced)
+        reduced |= {"samples": samples}
+        self._tiles(picture.lens, "reduced_even", side, even, **reduced)
+        self._tiles(picture.lens, "reduced", side, traced | lent, beside=even | traced | lent, left_out=even, **reduced)
         picture.gathered.use(4)
-        across = targets.size[0] / TILE, targets.size[1] / TILE
-        shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block, "tiles_across": across}
-        self._tiles(targets.lit, "upsample", even | traced, **shown)
+        shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block}
+        self._tiles(targets.lit, "upsample", TILE, even | traced, **shown)
 
     def _classify(self, classes: _Classes, quarter: _Reduced, largest: float) -> None:
         """Find the circles that may reach each tile; leave their texture at unit 5."""
@@ -175,13 +173,34 @@ class LensGather:
             self._programs[program].fill()
 
     def _tiles(
-        self, into: moderngl.Framebuffer, program: str, drawn: int, beside: int = 0, left_out: int = 0, **uniforms: Any
+        self,
+        into: moderngl.Framebuffer,
+        program: str,
+        side: int,
+        drawn: int,
+        beside: int = 0,
+        left_out: int = 0,
+        **uniforms: Any,
     ) -> None:
-        """Draw the tiles whose class is one of the bits `drawn`, and those next to `beside` that are not `left_out`."""
+        """Draw the tiles whose class is one of the bits `drawn`, and those next to `beside` that are not `left_out`.
+
+        side: of a tile, pixels of `into`.
+        """
         assert self._classes is not None  # `draw` made it
-        width, height = self._classes.ranges.size
+        across, up = self._classes.ranges.size
         self._programs[program].set(
-            range_texture=5, drawn_class=int(drawn), beside_class=int(beside), left_out=int(left_out), **uniforms
+            range_texture=5,
+            tile_side=side,
+            drawn_class=int(drawn),
+            beside_class=int(beside),
+            left_out=int(left_out),
+            **uniforms,
         )
-        with self._gl.state(into=into):
-            self._programs[program].rectangles(width * height)
+        viewport = into.viewport
+        # A point is dropped whose middle is outside, as that of a tile which the picture's edge cuts off may be.
+        into.viewport = 0, 0, across * side, up * side
+        try:
+            with self._gl.state(into=into, direct=(PROGRAM_POINT_SIZE,)):
+                self._programs[program].points(across * up)
+        finally:
+            into.viewport = viewport
