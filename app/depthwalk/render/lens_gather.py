@@ -15,8 +15,14 @@ import moderngl
 
 from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
 from depthwalk.gpu.program import Program
+from depthwalk.render.image import Image
+from depthwalk.render.pixel_source import ColourFunctions
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.lens import HIGHEST_MIP, TILE, TileClass
+
+_VERTEX = "dof/tile.vert"
+_LINEAR = moderngl.LINEAR, moderngl.LINEAR
+_NEAREST = moderngl.NEAREST, moderngl.NEAREST
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,16 +35,16 @@ class _Reduced:
     colour : linear light, premultiplied, with mip-maps.
     circles : radius; the least and the greatest of the block; pixels of the whole picture.
     surfaces : what draws into both.
-    gathered : what the lens sees, of the tiles that are gathered in this picture.
-    lens : what draws into that.
+    light : what the lens sees, of the tiles that are gathered in this picture.
+    shown : what the passes behind make of that.
     """
 
     block: int
     colour: moderngl.Texture
     circles: moderngl.Texture
     surfaces: moderngl.Framebuffer
-    gathered: moderngl.Texture
-    lens: moderngl.Framebuffer
+    light: Image
+    shown: Image
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,13 +55,30 @@ class _Classes:
     ----------
     found : the extremes of each tile.
     ranges : what may reach into each tile, see shaders/dof/spread.frag.
-    into_found, into_ranges : what draws into them.
     """
 
-    found: moderngl.Texture
-    ranges: moderngl.Texture
-    into_found: moderngl.Framebuffer
-    into_ranges: moderngl.Framebuffer
+    found: Image
+    ranges: Image
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Drawing:
+    """Hold what one frame is drawn with.
+
+    Attributes
+    ----------
+    into : the finished picture: `lit`, or what the passes behind draw into.
+    drawn : the classes of tiles that are drawn into it; the others are there already.
+    programs : those that draw tiles, by their names.
+    following : the uniforms of the passes behind.
+    most_rays : of a pixel.
+    """
+
+    into: moderngl.Framebuffer
+    drawn: int
+    programs: Mapping[str, Program]
+    following: Mapping[str, Any]
+    most_rays: int
 
 
 class LensGather:
@@ -68,61 +91,91 @@ class LensGather:
 
     def __init__(self, gl: Scope) -> None:
         self._gl = gl
-        whole, tile = "common/fullscreen.vert", "dof/tile.vert"
+        whole = "common/fullscreen.vert"
         self._programs = {
             "reduce_first": Program(gl, whole, "dof/reduce.frag", ("FIRST",)),
             "reduce": Program(gl, whole, "dof/reduce.frag"),
             "tiles": Program(gl, whole, "dof/tiles.frag"),
             "spread": Program(gl, whole, "dof/spread.frag"),
-            "reduced_even": Program(gl, tile, "dof/reduced.frag", ("EVEN_TILES",)),
-            "reduced": Program(gl, tile, "dof/reduced.frag"),
-            "upsample": Program(gl, tile, "dof/upsample.frag"),
-            "even": Program(gl, tile, "dof/even.frag"),
-            "gather": Program(gl, tile, "dof/gather.frag"),
         }
-        self._size = 0, 0
+        self._tile_programs: dict[tuple[Any, ...], dict[str, Program]] = {}
+        self._owned: list[Any] = []
         self._reduced: tuple[_Reduced, ...] = ()
         self._classes: _Classes | None = None
 
     def release(self) -> None:
         """Free the textures, as before targets of another size."""
-        for made in (*self._reduced, *([self._classes] if self._classes else [])):
-            textures = [each for each in vars(made).values() if isinstance(each, moderngl.Texture)]
-            framebuffers = [each for each in vars(made).values() if isinstance(each, moderngl.Framebuffer)]
-            self._gl.free(*framebuffers, *textures)
+        self._gl.free(*self._owned)
+        self._owned.clear()
         self._reduced, self._classes = (), None
 
-    def draw(self, targets: Targets, samples: int, circles: Mapping[str, Any]) -> None:
-        """Replace the target `lit` by what the lens sees.
+    def draw(
+        self, targets: Targets, samples: int, circles: Mapping[str, Any], following: ColourFunctions | None = None
+    ) -> None:
+        """Draw what the lens sees in place of the target `lit`, or what the passes behind make of it.
 
         Parameters
         ----------
         targets : the picture: `depth`, `lit`.
         samples : the most rays of a pixel.
         circles : the uniforms of shaders/dof/circle.glsl, by which depth is at texture unit 0.
+        following : the functions of the passes behind; their target is drawn into, and `lit` stays as it is.
         """
         if self._classes is None:
             self._create(targets.size)
         assert self._classes is not None  # `_create` made it
-        before, (half, quarter) = targets.lit_before(), self._reduced
+        drawing = self._drawing(targets, samples, following)
+        sharp, (half, quarter) = targets.lit_before() if following is None else targets.lit_texture, self._reduced
+        sharp.filter = _NEAREST
         targets.depth.use(0)
-        before.use(2)
-        self._fill(half.surfaces, "reduce_first", lit_texture=2, **circles)
+        sharp.use(2)
+        self._fill(half.surfaces, "reduce_first", sharp_texture=2, **circles)
         half.colour.build_mipmaps(max_level=HIGHEST_MIP)
         half.circles.use(1)
         half.colour.use(3)
-        self._fill(quarter.surfaces, "reduce", lit_texture=3, circles_texture=1)
+        self._fill(quarter.surfaces, "reduce", sharp_texture=3, circles_texture=1)
         quarter.colour.build_mipmaps(max_level=HIGHEST_MIP)
         self._classify(self._classes, quarter, circles["largest"])
-        self._gather_reduced(quarter, targets, TileClass.QUARTER_EVEN, TileClass.QUARTER, samples=samples)
-        self._gather_reduced(half, targets, TileClass.HALF_EVEN, TileClass.HALF, TileClass.MIXED, samples=samples)
-        whole: dict[str, Any] = {"lit_texture": 2, "samples": samples, **circles}
-        self._tiles(targets.lit, "even", TILE, TileClass.EVEN, **whole)
+        self._gather_reduced(drawing, quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER)
+        self._gather_reduced(drawing, half, TileClass.HALF_EVEN, TileClass.HALF, TileClass.MIXED)
+        sharp.filter = _LINEAR
+        whole: dict[str, Any] = {"sharp_texture": 2, "most_rays": samples, **circles, **drawing.following}
+        self._tiles(drawing, drawing.into, "even", TILE, drawing.drawn & (TileClass.EVEN | TileClass.SHARP), **whole)
         near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1}  # of half the size
-        self._tiles(targets.lit, "gather", TILE, TileClass.MIXED, **near, **whole)
+        self._tiles(drawing, drawing.into, "gather", TILE, TileClass.MIXED, **near, **whole)
+        sharp.filter = _NEAREST
+
+    def _drawing(self, targets: Targets, samples: int, following: ColourFunctions | None) -> _Drawing:
+        """Return what a frame is drawn with."""
+        if following is None:
+            return _Drawing(
+                into=targets.lit,
+                drawn=~TileClass.SHARP,
+                programs=self._programs_of((), ()),
+                following={},
+                most_rays=samples,
+            )
+        return _Drawing(
+            into=following.into,
+            drawn=~0,
+            programs=self._programs_of(following.defines, following.shaders),
+            following=following.uniforms,
+            most_rays=samples,
+        )
+
+    def _programs_of(self, defines: tuple[str, ...], shaders: tuple[Any, ...]) -> dict[str, Program]:
+        """Return the programs that draw tiles and call the functions of passes behind."""
+        if (defines, shaders) not in self._tile_programs:
+            files = {"reduced_even": ("reduced", "EVEN_TILES"), "reduced": ("reduced",), "even": ("even",)}
+            files |= {"gather": ("gather",)}
+            self._tile_programs[defines, shaders] = {
+                name: Program(self._gl, _VERTEX, f"dof/{file}.frag", (*own, *defines), includes=shaders)
+                for name, (file, *own) in files.items()
+            } | {"upsample": Program(self._gl, _VERTEX, "dof/upsample.frag")}
+        return self._tile_programs[defines, shaders]
 
     def _gather_reduced(
-        self, picture: _Reduced, targets: Targets, even: TileClass, traced: TileClass, lent: int = 0, *, samples: int
+        self, drawing: _Drawing, picture: _Reduced, even: TileClass, traced: TileClass, lent: int = 0
     ) -> None:
         """Gather the tiles of the classes `even`, `traced` and `lent` in `picture`; show the first two.
 
@@ -130,42 +183,49 @@ class LensGather:
         """
         picture.colour.use(3)
         picture.circles.use(1)
-        side = TILE // picture.block
+        side, gathered = TILE // picture.block, picture.shown if drawing.following else picture.light
         reduced: dict[str, Any] = {"colour_texture": 3, "circles_texture": 1, "block": picture.block}
-        reduced |= {"samples": samples}
-        self._tiles(picture.lens, "reduced_even", side, even, **reduced)
-        self._tiles(picture.lens, "reduced", side, traced | lent, beside=even | traced | lent, left_out=even, **reduced)
-        picture.gathered.use(4)
+        reduced |= {"most_rays": drawing.most_rays, **drawing.following}
+        self._tiles(drawing, gathered.framebuffer, "reduced_even", side, even, **reduced)
+        beside = {"beside": even | traced | lent, "left_out": even}
+        self._tiles(drawing, gathered.framebuffer, "reduced", side, traced | lent, **beside, **reduced)
+        gathered.texture.use(4)
         shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block}
-        self._tiles(targets.lit, "upsample", TILE, even | traced, **shown)
+        self._tiles(drawing, drawing.into, "upsample", TILE, even | traced, **shown)
 
     def _classify(self, classes: _Classes, quarter: _Reduced, largest: float) -> None:
         """Find the circles that may reach each tile; leave their texture at unit 5."""
         quarter.circles.use(1)
-        self._fill(classes.into_found, "tiles", circles_texture=1, tile_side=TILE // quarter.block)
-        classes.found.use(5)
-        self._fill(classes.into_ranges, "spread", tile_texture=5, tile_side=TILE, largest=largest)
-        classes.ranges.use(5)
+        self._fill(classes.found.framebuffer, "tiles", circles_texture=1, tile_side=TILE // quarter.block)
+        classes.found.texture.use(5)
+        self._fill(classes.ranges.framebuffer, "spread", tile_texture=5, tile_side=TILE, largest=largest)
+        classes.ranges.texture.use(5)
 
     def _create(self, size: tuple[int, int]) -> None:
         """Create the textures for targets of `size` (width, height) pixels."""
         half, quarter = (self._reduce(size, block) for block in (2, 4))
         self._reduced = half, quarter
         tiles = -(-size[0] // TILE), -(-size[1] // TILE)
-        found, ranges = self._gl.texture(tiles, 4, "f4"), self._gl.texture(tiles, 4, "f4")
-        into = [self._gl.framebuffer([texture]) for texture in (found, ranges)]
-        self._classes = _Classes(found=found, ranges=ranges, into_found=into[0], into_ranges=into[1])
+        self._classes = _Classes(found=self._image(tiles), ranges=self._image(tiles))
+
+    def _image(self, size: tuple[int, int], dtype: str = "f4") -> Image:
+        """Create an image of `size` texels."""
+        image = Image.make(self._gl, size, dtype=dtype)
+        self._owned += reversed(image)  # framebuffers are freed before their textures
+        return image
 
     def _reduce(self, size: tuple[int, int], block: int) -> _Reduced:
         """Create a picture for targets of `size` pixels, each of whose pixels stands for `block`² of theirs."""
         small = -(-size[0] // block), -(-size[1] // block)
         # Software rasterisers take halfs apart one by one; of reduced pictures, floats are small enough.
-        colour, circles, gathered = (self._gl.texture(small, 4, "f4") for _ in range(3))
+        colour, circles = (self._gl.texture(small, 4, "f4") for _ in range(2))
+        surfaces = self._gl.framebuffer([colour, circles])
+        self._owned += [surfaces, colour, circles]
         colour.build_mipmaps(max_level=HIGHEST_MIP)
         colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
-        gathered.filter = moderngl.LINEAR, moderngl.LINEAR
-        surfaces, lens = self._gl.framebuffer([colour, circles]), self._gl.framebuffer([gathered])
-        return _Reduced(block=block, colour=colour, circles=circles, surfaces=surfaces, gathered=gathered, lens=lens)
+        light, shown = self._image(small), self._image(small, "f1")
+        light.texture.filter = shown.texture.filter = _LINEAR
+        return _Reduced(block=block, colour=colour, circles=circles, surfaces=surfaces, light=light, shown=shown)
 
     def _fill(self, into: moderngl.Framebuffer, program: str, **uniforms: Any) -> None:
         self._programs[program].set(**uniforms)
@@ -174,6 +234,7 @@ class LensGather:
 
     def _tiles(
         self,
+        drawing: _Drawing,
         into: moderngl.Framebuffer,
         program: str,
         side: int,
@@ -187,8 +248,8 @@ class LensGather:
         side: of a tile, pixels of `into`.
         """
         assert self._classes is not None  # `draw` made it
-        across, up = self._classes.ranges.size
-        self._programs[program].set(
+        across, up = self._classes.ranges.texture.size
+        drawing.programs[program].set(
             range_texture=5,
             tile_side=side,
             drawn_class=int(drawn),
@@ -201,6 +262,6 @@ class LensGather:
         into.viewport = 0, 0, across * side, up * side
         try:
             with self._gl.state(into=into, direct=(PROGRAM_POINT_SIZE,)):
-                self._programs[program].points(across * up)
+                drawing.programs[program].points(across * up)
         finally:
             into.viewport = viewport

@@ -42,13 +42,13 @@ LEAST_STEP = 1.0  # pixels that they may always differ by
 class TileClass(IntEnum):
     """Name how a tile of the picture is gathered; several are asked for together as bits."""
 
-    SHARP = 0  # it stays as it is
-    EVEN = 1
-    MIXED = 2
-    HALF_EVEN = 4
-    HALF = 8
-    QUARTER_EVEN = 16
-    QUARTER = 32
+    SHARP = 1  # it stays as it is
+    EVEN = 2
+    MIXED = 4
+    HALF_EVEN = 8
+    HALF = 16
+    QUARTER_EVEN = 32
+    QUARTER = 64
 
 
 def lens_radius(lens: DofParams) -> float:
