@@ -10,7 +10,7 @@ uniform sampler2D circles_texture;  // of `reduce`, likewise
 uniform int tile_side;
 uniform int most_rays;
 
-ivec2 picture_size() { return textureSize(depth_texture, 0); }
+float circle_near(vec2 at) { return circle_of(textureLod(depth_texture, at / vec2(textureSize(depth_texture, 0)), 0.0).r); }
 #include "dof/rays.glsl"
 
 // What was gathered there about the pixel, and by how much of it a: 0 where none was.
@@ -33,7 +33,7 @@ vec4 gathered(out float total) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 range = texelFetch(range_texture, pixel / tile_side, 0);
-    vec2 size = vec2(picture_size());
+    vec2 size = vec2(textureSize(depth_texture, 0));
     float own = circle_at(pixel), radius = max(-range.x, own), covered = 0.0;
     if (radius >= SHARP_RADIUS && abs(own) >= LEAST_HALF) {
         vec4 found = gathered(covered);
@@ -51,7 +51,7 @@ void main() {
         int count = clamp(int(RAY_DENSITY * radius * radius), min(MIN_RAYS, most_rays), most_rays);
         vec2 towards = vec2(inversesqrt(float(count)), 0.0);
         for (int k = 0; k < count; ++k, towards = TURN * towards) {
-            vec3 end = traced(pixel, sqrt(float(k) + 0.5) * towards, own, range.xy);
+            vec3 end = traced(gl_FragCoord.xy, sqrt(float(k) + 0.5) * towards, own, range.xy);
             sum += end.z * textureLod(sharp_texture, end.xy / size, 0.0);
             total += end.z;
         }

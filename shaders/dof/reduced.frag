@@ -9,15 +9,14 @@ uniform int most_rays;
 uniform int tile_side;              // of this picture's pixels
 #include "dof/passed_on.glsl"
 
-ivec2 picture_size() { return textureSize(circles_texture, 0); }
-float circle_at(ivec2 pixel) { return texelFetch(circles_texture, pixel, 0).r / block; }
+float circle_near(vec2 at) { return textureLod(circles_texture, at / vec2(textureSize(circles_texture, 0)), 0.0).r / block; }
 #include "dof/rays.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float own = circle_at(pixel);
+    float own = texelFetch(circles_texture, pixel, 0).r / block;
     if (abs(own) < NEARLY * LEAST_HALF / block) discard;
-    vec2 size = vec2(picture_size());
+    vec2 size = vec2(textureSize(circles_texture, 0));
     vec4 sum = vec4(0.0);
 #ifdef EVEN_TILES
     // The texels of level 2^l, their filter and that of what is shown blur too: the disc is smaller by their variance.
@@ -34,7 +33,7 @@ void main() {
     vec2 towards = vec2(inversesqrt(float(count)), 0.0);
     float total = 0.0;
     for (int k = 0; k < count; ++k, towards = TURN * towards) {
-        vec3 end = traced(pixel, sqrt(float(k) + 0.5) * towards, own, range);
+        vec3 end = traced(gl_FragCoord.xy, sqrt(float(k) + 0.5) * towards, own, range);
         sum += end.z * textureLod(colour_texture, end.xy / size, 0.0);
         total += end.z;
     }

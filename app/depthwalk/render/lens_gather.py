@@ -35,16 +35,15 @@ class _Reduced:
     colour : linear light, premultiplied, with mip-maps.
     circles : radius; the least and the greatest of the block; pixels of the whole picture.
     surfaces : what draws into both.
-    light : what the lens sees, of the tiles that are gathered in this picture.
-    shown : what the passes behind make of that.
+    gathered : what the passes behind make of what the lens sees, of the tiles that are gathered in this picture. Bytes
+        would magnify a little faster, and visibly worse.
     """
 
     block: int
     colour: moderngl.Texture
     circles: moderngl.Texture
     surfaces: moderngl.Framebuffer
-    light: Image
-    shown: Image
+    gathered: Image
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,10 +54,12 @@ class _Classes:
     ----------
     found : the extremes of each tile.
     ranges : what may reach into each tile, see shaders/dof/spread.frag.
+    classes : how each tile is gathered, see shaders/dof/classes.frag.
     """
 
     found: Image
     ranges: Image
+    classes: Image
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +98,7 @@ class LensGather:
             "reduce": Program(gl, whole, "dof/reduce.frag"),
             "tiles": Program(gl, whole, "dof/tiles.frag"),
             "spread": Program(gl, whole, "dof/spread.frag"),
+            "classes": Program(gl, whole, "dof/classes.frag"),
         }
         self._tile_programs: dict[tuple[Any, ...], dict[str, Program]] = {}
         self._owned: list[Any] = []
@@ -141,7 +143,7 @@ class LensGather:
         sharp.filter = _LINEAR
         whole: dict[str, Any] = {"sharp_texture": 2, "most_rays": samples, **circles, **drawing.following}
         self._tiles(drawing, drawing.into, "even", TILE, drawing.drawn & (TileClass.EVEN | TileClass.SHARP), **whole)
-        near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1}  # of half the size
+        near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1, "range_texture": 5}  # of half the size
         self._tiles(drawing, drawing.into, "gather", TILE, TileClass.MIXED, **near, **whole)
         sharp.filter = _NEAREST
 
@@ -183,34 +185,37 @@ class LensGather:
         """
         picture.colour.use(3)
         picture.circles.use(1)
-        side, gathered = TILE // picture.block, picture.shown if drawing.following else picture.light
+        side, gathered = TILE // picture.block, picture.gathered
         reduced: dict[str, Any] = {"colour_texture": 3, "circles_texture": 1, "block": picture.block}
         reduced |= {"most_rays": drawing.most_rays, **drawing.following}
         self._tiles(drawing, gathered.framebuffer, "reduced_even", side, even, **reduced)
-        beside = {"beside": even | traced | lent, "left_out": even}
+        beside = {"range_texture": 5, "beside": even | traced | lent, "left_out": even}
         self._tiles(drawing, gathered.framebuffer, "reduced", side, traced | lent, **beside, **reduced)
         gathered.texture.use(4)
         shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block}
         self._tiles(drawing, drawing.into, "upsample", TILE, even | traced, **shown)
 
     def _classify(self, classes: _Classes, quarter: _Reduced, largest: float) -> None:
-        """Find the circles that may reach each tile; leave their texture at unit 5."""
+        """Find the circles that may reach each tile; leave them at texture unit 5, the tiles' classes at 6."""
         quarter.circles.use(1)
         self._fill(classes.found.framebuffer, "tiles", circles_texture=1, tile_side=TILE // quarter.block)
         classes.found.texture.use(5)
         self._fill(classes.ranges.framebuffer, "spread", tile_texture=5, tile_side=TILE, largest=largest)
         classes.ranges.texture.use(5)
+        self._fill(classes.classes.framebuffer, "classes", range_texture=5)
+        classes.classes.texture.use(6)
 
     def _create(self, size: tuple[int, int]) -> None:
         """Create the textures for targets of `size` (width, height) pixels."""
         half, quarter = (self._reduce(size, block) for block in (2, 4))
         self._reduced = half, quarter
         tiles = -(-size[0] // TILE), -(-size[1] // TILE)
-        self._classes = _Classes(found=self._image(tiles), ranges=self._image(tiles))
+        found, ranges, classes = (self._image(tiles) for _ in range(3))
+        self._classes = _Classes(found=found, ranges=ranges, classes=classes)
 
-    def _image(self, size: tuple[int, int], dtype: str = "f4") -> Image:
+    def _image(self, size: tuple[int, int]) -> Image:
         """Create an image of `size` texels."""
-        image = Image.make(self._gl, size, dtype=dtype)
+        image = Image.make(self._gl, size, dtype="f4")
         self._owned += reversed(image)  # framebuffers are freed before their textures
         return image
 
@@ -223,9 +228,9 @@ class LensGather:
         self._owned += [surfaces, colour, circles]
         colour.build_mipmaps(max_level=HIGHEST_MIP)
         colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
-        light, shown = self._image(small), self._image(small, "f1")
-        light.texture.filter = shown.texture.filter = _LINEAR
-        return _Reduced(block=block, colour=colour, circles=circles, surfaces=surfaces, light=light, shown=shown)
+        gathered = self._image(small)
+        gathered.texture.filter = _LINEAR
+        return _Reduced(block=block, colour=colour, circles=circles, surfaces=surfaces, gathered=gathered)
 
     def _fill(self, into: moderngl.Framebuffer, program: str, **uniforms: Any) -> None:
         self._programs[program].set(**uniforms)
@@ -250,7 +255,7 @@ class LensGather:
         assert self._classes is not None  # `draw` made it
         across, up = self._classes.ranges.texture.size
         drawing.programs[program].set(
-            range_texture=5,
+            class_texture=6,
             tile_side=side,
             drawn_class=int(drawn),
             beside_class=int(beside),
