@@ -17,6 +17,7 @@ from depthwalk.render.view.lens import (
     GOLDEN_ANGLE,
     HIDDEN_WEIGHT,
     HIGHEST_MIP,
+    LARGEST_BLOCK,
     LEAST_HALF,
     LINEAR_BLUR,
     MIN_RAYS,
@@ -108,10 +109,11 @@ def _gathered(
     traced = wide & ~flat
     counts = np.full(int(traced.sum()), min(REDUCED_RAYS, samples))
     out[traced] = _traced(picture, traced, spread[:, ::block, ::block] / block, counts)
-    level = np.clip(np.floor(np.log2(np.maximum(np.abs(own), 1e-9) / MIP_RADIUS) + 1), 0, HIGHEST_MIP)
+    highest = HIGHEST_MIP if block == LARGEST_BLOCK else 0
+    level = np.clip(np.floor(np.log2(np.maximum(np.abs(own), 1e-9) / MIP_RADIUS) + 1), 0, highest)
     reach = np.sqrt(np.maximum(own**2 - LINEAR_BLUR - 4**level, 0.25 * own**2))
     mip = picture.lit
-    for number in range(HIGHEST_MIP + 1):
+    for number in range(highest + 1):
         chosen = flat & (level == number)
         counts = np.full(int(chosen.sum()), min(EVEN_RAYS, samples))
         out[chosen] = _averaged(mip, chosen, reach[chosen], counts)

@@ -18,7 +18,7 @@ from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
 from depthwalk.render.pixel_source import ColourFunctions
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.lens import HIGHEST_MIP, TILE, TileClass
+from depthwalk.render.view.lens import HIGHEST_MIP, LARGEST_BLOCK, TILE, TileClass
 
 _VERTEX = "dof/tile.vert"
 _LINEAR = moderngl.LINEAR, moderngl.LINEAR
@@ -32,7 +32,8 @@ class _Reduced:
     Attributes
     ----------
     block : pixels of the whole picture along one of its pixels.
-    colour : linear light, premultiplied, with mip-maps.
+    highest_mip : of its mip-maps, which the smallest picture has.
+    colour : linear light, premultiplied.
     circles : radius; the least and the greatest of the block; pixels of the whole picture.
     surfaces : what draws into both.
     gathered : what the passes behind make of what the lens sees, of the tiles that are gathered in this picture. Bytes
@@ -40,6 +41,7 @@ class _Reduced:
     """
 
     block: int
+    highest_mip: int
     colour: moderngl.Texture
     circles: moderngl.Texture
     surfaces: moderngl.Framebuffer
@@ -132,11 +134,10 @@ class LensGather:
         targets.depth.use(0)
         sharp.use(2)
         self._fill(half.surfaces, "reduce_first", sharp_texture=2, **circles)
-        half.colour.build_mipmaps(max_level=HIGHEST_MIP)
         half.circles.use(1)
         half.colour.use(3)
         self._fill(quarter.surfaces, "reduce", sharp_texture=3, circles_texture=1)
-        quarter.colour.build_mipmaps(max_level=HIGHEST_MIP)
+        quarter.colour.build_mipmaps(max_level=quarter.highest_mip)
         self._classify(self._classes, quarter, circles["largest"])
         self._gather_reduced(drawing, quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER)
         self._gather_reduced(drawing, half, TileClass.HALF_EVEN, TileClass.HALF, TileClass.MIXED)
@@ -188,7 +189,8 @@ class LensGather:
         side, gathered = TILE // picture.block, picture.gathered
         reduced: dict[str, Any] = {"colour_texture": 3, "circles_texture": 1, "block": picture.block}
         reduced |= {"most_rays": drawing.most_rays, **drawing.following}
-        self._tiles(drawing, gathered.framebuffer, "reduced_even", side, even, **reduced)
+        levels = {"highest_mip": picture.highest_mip}
+        self._tiles(drawing, gathered.framebuffer, "reduced_even", side, even, **levels, **reduced)
         beside = {"range_texture": 5, "beside": even | traced | lent, "left_out": even}
         self._tiles(drawing, gathered.framebuffer, "reduced", side, traced | lent, **beside, **reduced)
         gathered.texture.use(4)
@@ -207,7 +209,7 @@ class LensGather:
 
     def _create(self, size: tuple[int, int]) -> None:
         """Create the textures for targets of `size` (width, height) pixels."""
-        half, quarter = (self._reduce(size, block) for block in (2, 4))
+        half, quarter = self._reduce(size, 2, 0), self._reduce(size, LARGEST_BLOCK, HIGHEST_MIP)
         self._reduced = half, quarter
         tiles = -(-size[0] // TILE), -(-size[1] // TILE)
         found, ranges, classes = (self._image(tiles) for _ in range(3))
@@ -219,18 +221,26 @@ class LensGather:
         self._owned += reversed(image)  # framebuffers are freed before their textures
         return image
 
-    def _reduce(self, size: tuple[int, int], block: int) -> _Reduced:
+    def _reduce(self, size: tuple[int, int], block: int, highest_mip: int) -> _Reduced:
         """Create a picture for targets of `size` pixels, each of whose pixels stands for `block`² of theirs."""
         small = -(-size[0] // block), -(-size[1] // block)
         # Software rasterisers take halfs apart one by one; of reduced pictures, floats are small enough.
         colour, circles = (self._gl.texture(small, 4, "f4") for _ in range(2))
         surfaces = self._gl.framebuffer([colour, circles])
         self._owned += [surfaces, colour, circles]
-        colour.build_mipmaps(max_level=HIGHEST_MIP)
-        colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
+        if highest_mip:
+            colour.build_mipmaps(max_level=highest_mip)
+        colour.filter = moderngl.LINEAR_MIPMAP_NEAREST if highest_mip else moderngl.LINEAR, moderngl.LINEAR
         gathered = self._image(small)
         gathered.texture.filter = _LINEAR
-        return _Reduced(block=block, colour=colour, circles=circles, surfaces=surfaces, gathered=gathered)
+        return _Reduced(
+            block=block,
+            highest_mip=highest_mip,
+            colour=colour,
+            circles=circles,
+            surfaces=surfaces,
+            gathered=gathered,
+        )
 
     def _fill(self, into: moderngl.Framebuffer, program: str, **uniforms: Any) -> None:
         self._programs[program].set(**uniforms)
