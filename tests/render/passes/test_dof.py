@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
 
+from depthwalk.colour import srgb_from_linear
 from depthwalk.gpu.device import Device
 from depthwalk.quality.metrics import psnr
 from depthwalk.reference.dof import gather
 from depthwalk.reference.dof_paper import paper
 from depthwalk.reference.dof_tiles import Reduced, ranges, reduced, tile_classes
+from depthwalk.reference.tone import TONES
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.lens import (
     DISC,
@@ -145,6 +147,27 @@ def test_gather_matches_its_twin_where_circles_are_wide(sharp: Drawn, library: S
     difference = np.abs(drawn.linear - expected).max(-1)
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
     assert np.array_equal(drawn.linear, again.linear)
+
+
+def test_what_output_makes_of_it_in_the_same_programs_matches_the_twin(
+    sharp: Drawn, gathered: Drawn, library: ShapeLibrary, gl_device: Device
+) -> None:
+    """Where nobody keeps the light, it is never stored: tiles are drawn in the colours of the screen."""
+
+    def shown(light: Array) -> Array:
+        tone = TONES[scene.render.output.tone_mapping]
+        mapped = tone(2.0**scene.render.output.exposure * light[..., :3].reshape(-1, 3)).reshape(*light.shape[:-1], 3)
+        return np.concatenate([srgb_from_linear(mapped), light[..., 3:]], -1)
+
+    scene = picket()
+    with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
+        headless.renderer.timers.time_next()
+        headless.draw(View(CAMERA, SIZE))
+        pixels = headless.pixels()[..., :3] / 255
+        assert "dof + output" in headless.renderer.timers.milliseconds
+    expected = gather(sharp.linear[::-1], gathered.limited[::-1], gathered.lens.samples, passed_on=shown)[::-1, :, :3]
+    difference = np.abs(pixels - expected).max(-1)
+    assert difference.mean() < 3e-3 and np.quantile(difference, 0.99) < 8e-3
 
 
 def test_paper_matches_its_twin(library: ShapeLibrary, sharp: Drawn) -> None:
