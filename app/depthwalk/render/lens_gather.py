@@ -136,7 +136,9 @@ class LensGather:
         self._fill(half.surfaces, "reduce_first", sharp_texture=2, **circles)
         half.circles.use(1)
         half.colour.use(3)
+        half.colour.filter = _NEAREST
         self._fill(quarter.surfaces, "reduce", sharp_texture=3, circles_texture=1)
+        half.colour.filter = _LINEAR
         quarter.colour.build_mipmaps(max_level=quarter.highest_mip)
         self._classify(self._classes, quarter, circles["largest"])
         self._gather_reduced(drawing, quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER)
