@@ -309,7 +309,7 @@ class Program:
         self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
     def points(self, count: int) -> None:
-        """Draw `count` points, whose places and sizes the vertex shader computes, with `device.PROGRAM_POINT_SIZE` set."""
+        """Draw `count` points; the vertex shader computes places and sizes, which `device.PROGRAM_POINT_SIZE` allows."""
         self.array.render(moderngl.POINTS, vertices=count)
 
 

@@ -4,7 +4,8 @@ Rays go to points of the lens through the depth buffer (Lee, Eisemann and Seidel
 Control*, 2010). A wide circle leaves nothing fine in the picture: it is gathered in one of half or a quarter of the
 width and height, and shown magnified. Tiles of the picture are classified by the circles that reach them (McGuire et
 al. 2012; Jimenez, *Next Generation Post Processing in Call of Duty: Advanced Warfare*, 2014), and each class is drawn
-by a program of its own, since a software rasteriser computes both sides of a branch. `reference/dof.py` is the twin.
+by a program of its own, since a software rasteriser computes both sides of a branch. The passes behind that map colours
+alone are part of these programs (`render.pixel_source`). `reference/dof.py` is the twin.
 """
 
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ from typing import Any
 import moderngl
 
 from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
+from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
 from depthwalk.render.pixel_source import ColourFunctions
@@ -210,7 +212,14 @@ class LensGather:
         classes.classes.texture.use(6)
 
     def _create(self, size: tuple[int, int]) -> None:
-        """Create the textures for targets of `size` (width, height) pixels."""
+        """Create the textures for targets of `size` (width, height) pixels.
+
+        Raises GpuError where points are smaller than tiles, which OpenGL allows and no known driver does.
+        """
+        if (most := self._gl.device.context.info["GL_POINT_SIZE_RANGE"][1]) < TILE:
+            raise GpuError(
+                f"render.dof.mode: gather draws points of {TILE} pixels; this driver's have {most:g} at most"
+            )
         half, quarter = self._reduce(size, 2, 0), self._reduce(size, LARGEST_BLOCK, HIGHEST_MIP)
         self._reduced = half, quarter
         tiles = -(-size[0] // TILE), -(-size[1] // TILE)

@@ -37,9 +37,7 @@ def neighbours(
         yield group
 
 
-def _together(
-    group: Sequence[DrawnPass], other: DrawnPass, passes: Sequence[Pass[Any]], kept: Collection[str]
-) -> bool:
+def _together(group: Sequence[DrawnPass], other: DrawnPass, passes: Sequence[Pass[Any]], kept: Collection[str]) -> bool:
     """Return whether a pass may share the program of the `group` before it: nobody else reads what lies between."""
     one = group[-1]
     if not (isinstance(one.pass_, PixelPass | PixelSource) and isinstance(other.pass_, PixelPass)):
