@@ -309,7 +309,7 @@ class Program:
         self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
     def points(self, count: int) -> None:
-        """Draw `count` points; the vertex shader computes places and sizes, which `device.PROGRAM_POINT_SIZE` allows."""
+        """Draw `count` points; the vertex shader computes their places and, by `device.PROGRAM_POINT_SIZE`, sizes."""
         self.array.render(moderngl.POINTS, vertices=count)
 
 

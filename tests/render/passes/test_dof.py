@@ -9,12 +9,14 @@ from scipy.ndimage import binary_dilation
 
 from depthwalk.colour import srgb_from_linear
 from depthwalk.gpu.device import Device
+from depthwalk.gpu.failures import GpuError
 from depthwalk.quality.metrics import psnr
 from depthwalk.reference.dof import gather
 from depthwalk.reference.dof_paper import paper
 from depthwalk.reference.dof_tiles import Reduced, ranges, reduced, tile_classes
 from depthwalk.reference.tone import TONES
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.lens_gather import LensGather
 from depthwalk.render.view.lens import (
     DISC,
     TILE,
@@ -275,3 +277,11 @@ def test_what_is_where_in_the_picture(library: ShapeLibrary, gl_device: Device) 
                 assert (x / z, y / z) == pytest.approx(view.half_extent * np.array([2 * across - 1, 1 - 2 * down]))
         with headless.device.context:
             assert 3 < headless.renderer.distance_at() < 4
+
+
+def test_a_driver_without_large_points_is_named() -> None:
+    """OpenGL promises points of one pixel only."""
+    context = SimpleNamespace(info={"GL_POINT_SIZE_RANGE": (1.0, 8.0)})
+    lens = LensGather(cast(Any, SimpleNamespace(device=SimpleNamespace(context=context))))
+    with pytest.raises(GpuError, match="gather needs points of 16 pixels; this driver has 8 at most"):
+        lens.draw(cast(Any, SimpleNamespace(size=SIZE)), 16, {})
