@@ -5,7 +5,7 @@ uniform sampler2D colour_texture;   // of `reduce`, linear filter
 uniform sampler2D circles_texture;
 uniform sampler2D range_texture;
 uniform float block;                // pixels of the whole picture along one of this picture's
-uniform float highest_mip;         // of the colours
+uniform float highest_mip;          // of the colours
 uniform int most_rays;
 uniform int tile_side;              // of this picture's pixels
 #include "dof/passed_on.glsl"
