@@ -1,20 +1,20 @@
 // Averages each pixel over its circle of confusion, where all around are about as large and nothing hides anything.
 #from depthwalk.render.view.lens import SHARP_RADIUS, RAY_DENSITY, MIN_RAYS, LINEAR_BLUR
-uniform sampler2D lit_texture;      // as it was, linear filter
-uniform int samples;
-layout(location = 0) out vec4 lit;
+uniform sampler2D sharp_texture;    // the picture as it was, linear filter
+uniform int most_rays;
 #include "dof/circle.glsl"
 #include "dof/disc.glsl"
+#include "dof/passed_on.glsl"
 
 void main() {
     float own = circle_at(ivec2(gl_FragCoord.xy));
-    if (abs(own) < SHARP_RADIUS) discard;
-    int count = clamp(int(RAY_DENSITY * own * own), min(MIN_RAYS, samples), samples);
-    float spread = sqrt(max(own * own - LINEAR_BLUR, 0.25 * own * own));
-    vec2 size = vec2(textureSize(lit_texture, 0));
+    bool sharp = abs(own) < SHARP_RADIUS;
+    int count = sharp ? 1 : clamp(int(RAY_DENSITY * own * own), min(MIN_RAYS, most_rays), most_rays);
+    float spread = sharp ? 0.0 : sqrt(max(own * own - LINEAR_BLUR, 0.25 * own * own));
+    vec2 texel = 1.0 / vec2(textureSize(sharp_texture, 0)), middle = gl_FragCoord.xy * texel;
     vec2 towards = vec2(spread * inversesqrt(float(count)), 0.0);
-    lit = vec4(0.0);
+    vec4 sum = vec4(0.0);
     for (int k = 0; k < count; ++k, towards = TURN * towards)
-        lit += textureLod(lit_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, 0.0);
-    lit /= float(count);
+        sum += textureLod(sharp_texture, middle + sqrt(float(k) + 0.5) * towards * texel, 0.0);
+    result = passed_on(sum / float(count));
 }

@@ -1,36 +1,31 @@
 // Traces rays from a pixel's point of the focal plane to points of the lens through the circles of confusion (Lee, Eisemann
 // and Seidel 2010). Where the circle is c, a ray to the point u of the unit disc passes c·u beside the pixel. So it meets the
 // surface that has the circle c at that place. From the nearest on: what is in front hides what is behind. What includes it
-// defines `ivec2 picture_size()` and `float circle_at(ivec2)`. Twin: reference/dof.py.
+// defines `float circle_near(vec2)`, the circle of the pixel that holds a place of the picture. Twin: reference/dof.py.
 #from depthwalk.render.view.lens import SHARP_RADIUS, RAY_STRIDE, HIDDEN_WEIGHT
 #include "dof/disc.glsl"
 
-ivec2 beside(ivec2 pixel, vec2 offset) {
-    return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), picture_size() - 1);
-}
-vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
-
-// Where in the picture a ray ends, pixels, and what it counts. own: the circle at `pixel`, where all rays that meet nothing
-// before it end. What a ray meets may be hidden from the viewer: the farthest surface that it passed behind the pixel's own
-// stands for that; where there was none, the ray counts next to nothing.
-vec3 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
+// Where in the picture a ray ends, pixels, and what it counts. middle: of the pixel; own: its circle, where all rays that meet
+// nothing before it end. What a ray meets may be hidden from the viewer: the farthest surface that it passed behind the pixel's
+// own stands for that; where there was none, the ray counts next to nothing.
+vec3 traced(vec2 middle, vec2 lens, float own, vec2 range) {
     float stride = RAY_STRIDE / max(length(lens), 0.05);
     float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
     float last = -1e4, deepest = own + 2.0 * SHARP_RADIUS;
-    vec3 end = vec3(middle_of(pixel), HIDDEN_WEIGHT);
+    vec3 end = vec3(middle, HIDDEN_WEIGHT);
     for (float k = -before; k <= after; ++k) {
         float circle = own + (k < 0.0 ? (own - range.x) * k / before : (range.y - own) * k / max(after, 1.0));
-        ivec2 at = beside(pixel, circle * lens);
-        float found = circle_at(at);
+        vec2 at = middle + circle * lens;
+        float found = circle_near(at);
         if (found <= circle + SHARP_RADIUS && found >= last - SHARP_RADIUS) {
             // Met since the last step, unless the ray came out from behind another surface.
-            ivec2 met = beside(pixel, found * lens);
-            if (abs(circle_at(met) - found) <= 2.0 * SHARP_RADIUS)
-                return vec3(mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0)), 1.0);
+            vec2 met = middle + found * lens;
+            if (abs(circle_near(met) - found) <= 2.0 * SHARP_RADIUS)
+                return vec3(mix(floor(met) + 0.5, met, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0)), 1.0);
         }
         if (found > deepest) {
             deepest = found;
-            end = vec3(middle_of(at), 1.0);
+            end = vec3(floor(at) + 0.5, 1.0);
         }
         last = circle;
     }

@@ -1,43 +1,43 @@
 // Gathers what rays from all over the lens meet, in a reduced picture. Twin: reference/dof.py.
 // EVEN_TILES: where circles are about as large all around, no ray is traced.
-#from depthwalk.render.view.lens import LEAST_HALF, NEARLY, REDUCED_RAYS, EVEN_RAYS, MIP_RADIUS, HIGHEST_MIP, LINEAR_BLUR
+#from depthwalk.render.view.lens import LEAST_HALF, NEARLY, REDUCED_RAYS, EVEN_RAYS, MIP_RADIUS, LINEAR_BLUR
 uniform sampler2D colour_texture;   // of `reduce`, linear filter
 uniform sampler2D circles_texture;
 uniform sampler2D range_texture;
 uniform float block;                // pixels of the whole picture along one of this picture's
-uniform int samples;
+uniform float highest_mip;          // of the colours
+uniform int most_rays;
 uniform int tile_side;              // of this picture's pixels
-layout(location = 0) out vec4 lit;
+#include "dof/passed_on.glsl"
 
-ivec2 picture_size() { return textureSize(circles_texture, 0); }
-float circle_at(ivec2 pixel) { return texelFetch(circles_texture, pixel, 0).r / block; }
+float circle_near(vec2 at) { return textureLod(circles_texture, at / vec2(textureSize(circles_texture, 0)), 0.0).r / block; }
 #include "dof/rays.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float own = circle_at(pixel);
+    float own = texelFetch(circles_texture, pixel, 0).r / block;
     if (abs(own) < NEARLY * LEAST_HALF / block) discard;
-    vec2 size = vec2(picture_size());
-    lit = vec4(0.0);
+    vec2 size = vec2(textureSize(circles_texture, 0));
+    vec4 sum = vec4(0.0);
 #ifdef EVEN_TILES
     // The texels of level 2^l, their filter and that of what is shown blur too: the disc is smaller by their variance.
-    float level = clamp(floor(log2(abs(own) / MIP_RADIUS) + 1.0), 0.0, float(HIGHEST_MIP)), texel = exp2(level);
+    float level = clamp(floor(log2(abs(own) / MIP_RADIUS) + 1.0), 0.0, highest_mip), texel = exp2(level);
     float reach = sqrt(max(own * own - LINEAR_BLUR - texel * texel, 0.25 * own * own));
-    int count = min(EVEN_RAYS, samples);
+    int count = min(EVEN_RAYS, most_rays);
     vec2 towards = vec2(reach * inversesqrt(float(count)), 0.0);
     for (int k = 0; k < count; ++k, towards = TURN * towards)
-        lit += textureLod(colour_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, level);
-    lit /= float(count);
+        sum += textureLod(colour_texture, (gl_FragCoord.xy + sqrt(float(k) + 0.5) * towards) / size, level);
+    float total = float(count);
 #else
     vec2 range = texelFetch(range_texture, pixel / tile_side, 0).xy / block;
-    int count = min(REDUCED_RAYS, samples);
+    int count = min(REDUCED_RAYS, most_rays);
     vec2 towards = vec2(inversesqrt(float(count)), 0.0);
     float total = 0.0;
     for (int k = 0; k < count; ++k, towards = TURN * towards) {
-        vec3 end = traced(pixel, sqrt(float(k) + 0.5) * towards, own, range);
-        lit += end.z * textureLod(colour_texture, end.xy / size, 0.0);
+        vec3 end = traced(gl_FragCoord.xy, sqrt(float(k) + 0.5) * towards, own, range);
+        sum += end.z * textureLod(colour_texture, end.xy / size, 0.0);
         total += end.z;
     }
-    lit /= total;
 #endif
+    result = passed_on(sum / total);
 }

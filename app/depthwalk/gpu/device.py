@@ -25,6 +25,7 @@ from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
 log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
+PROGRAM_POINT_SIZE = 0x8642  # GL_PROGRAM_POINT_SIZE: the vertex shader says how large a point is
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
 

@@ -323,6 +323,10 @@ class Program:
         """Draw `count` rectangles, each an instance of four vertices whose positions the vertex shader computes."""
         self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
+    def points(self, count: int) -> None:
+        """Draw `count` points; the vertex shader computes their places and, by `device.PROGRAM_POINT_SIZE`, sizes."""
+        self.array.render(moderngl.POINTS, vertices=count)
+
 
 class Variants(dict[tuple[str, ...], T]):
     """Keep what is made of the variants of a program, by their defines; each is made when it is first asked for."""

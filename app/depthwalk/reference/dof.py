@@ -7,6 +7,8 @@ Pictures are (H, W, 4) linear, premultiplied. Circles of confusion are (H, W) ra
 focus. Row 0 is at the bottom, as the shaders have it.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
@@ -17,6 +19,7 @@ from depthwalk.render.view.lens import (
     GOLDEN_ANGLE,
     HIDDEN_WEIGHT,
     HIGHEST_MIP,
+    LARGEST_BLOCK,
     LEAST_HALF,
     LINEAR_BLUR,
     MIN_RAYS,
@@ -34,7 +37,13 @@ from depthwalk.types import Array
 _Pixels = NDArray[np.intp]
 
 
-def gather(lit: Array, circles: Array, samples: int, tile: int = TILE) -> Array:
+def gather(
+    lit: Array,
+    circles: Array,
+    samples: int,
+    tile: int = TILE,
+    passed_on: Callable[[Array], Array] = np.asarray,
+) -> Array:
     """Return the picture that a lens takes: each pixel is the mean of what rays from all over the lens meet.
 
     Where circles are wide, rays are traced in a picture of half or a quarter of the size, which is magnified.
@@ -49,11 +58,13 @@ def gather(lit: Array, circles: Array, samples: int, tile: int = TILE) -> Array:
         Most rays per pixel.
     tile
         Edge of a tile whose circles are found together, pixels.
+    passed_on
+        What the passes behind make of colours (…, 4), before reduced pictures are magnified; by default, nothing.
 
     Returns
     -------
     Array
-        (H, W, 4) linear, premultiplied; pixels whose surroundings are sharp are those of `lit`.
+        (H, W, 4) linear, premultiplied, passed on; pixels whose surroundings are sharp are those of `lit`.
     """
     whole = Reduced(block=1, lit=np.asarray(lit, float), circles=circles, least=circles, greatest=circles)
     half = reduced(whole)
@@ -65,13 +76,14 @@ def gather(lit: Array, circles: Array, samples: int, tile: int = TILE) -> Array:
         chosen = np.isin(classes, wanted).repeat(tile, 0).repeat(tile, 1)
         return np.asarray(chosen[:height, :width])
 
-    out = np.array(lit, float)
+    out = np.array(passed_on(whole.lit))
     shown = [
         (quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER),
         (half, TileClass.HALF_EVEN, TileClass.HALF),
     ]
     for picture, even, traced in shown:
         seen, large = _gathered(picture, where(even), spread, samples)
+        seen = passed_on(seen)
         magnified = where(even, traced)
         out[magnified] = _magnified(seen, np.ones(large.shape, bool), picture.block, (height, width))[0][magnified]
     mixed = where(TileClass.MIXED)
@@ -81,10 +93,10 @@ def gather(lit: Array, circles: Array, samples: int, tile: int = TILE) -> Array:
     out[from_half] = value[from_half]
     rays = mixed & near & ~from_half
     radius = np.maximum(-spread[0], circles)
-    out[rays] = _traced(whole, rays, spread, _counts(radius, samples)[rays])
+    out[rays] = passed_on(_traced(whole, rays, spread, _counts(radius, samples)[rays]))
     level = where(TileClass.EVEN) & (np.abs(circles) >= SHARP_RADIUS)
     reach = np.sqrt(np.maximum(circles**2 - LINEAR_BLUR, 0.25 * circles**2))
-    out[level] = _averaged(whole.lit, level, reach[level], _counts(circles, samples)[level])
+    out[level] = passed_on(_averaged(whole.lit, level, reach[level], _counts(circles, samples)[level]))
     return out
 
 
@@ -108,10 +120,11 @@ def _gathered(
     traced = wide & ~flat
     counts = np.full(int(traced.sum()), min(REDUCED_RAYS, samples))
     out[traced] = _traced(picture, traced, spread[:, ::block, ::block] / block, counts)
-    level = np.clip(np.floor(np.log2(np.maximum(np.abs(own), 1e-9) / MIP_RADIUS) + 1), 0, HIGHEST_MIP)
+    highest = HIGHEST_MIP if block == LARGEST_BLOCK else 0
+    level = np.clip(np.floor(np.log2(np.maximum(np.abs(own), 1e-9) / MIP_RADIUS) + 1), 0, highest)
     reach = np.sqrt(np.maximum(own**2 - LINEAR_BLUR - 4**level, 0.25 * own**2))
     mip = picture.lit
-    for number in range(HIGHEST_MIP + 1):
+    for number in range(highest + 1):
         chosen = flat & (level == number)
         counts = np.full(int(chosen.sum()), min(EVEN_RAYS, samples))
         out[chosen] = _averaged(mip, chosen, reach[chosen], counts)

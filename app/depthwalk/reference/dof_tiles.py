@@ -92,7 +92,7 @@ def reduced(picture: Reduced) -> Reduced:
 
 
 def tile_classes(quarter: Reduced, tile: int) -> NDArray[np.intp]:
-    """Return the `TileClass` of each tile; mirrors tiles.frag, spread.frag and tile.vert.
+    """Return the `TileClass` of each tile; mirrors tiles.frag, spread.frag and classes.frag.
 
     Parameters
     ----------

@@ -4,7 +4,8 @@ Rays go to points of the lens through the depth buffer (Lee, Eisemann and Seidel
 Control*, 2010). A wide circle leaves nothing fine in the picture: it is gathered in one of half or a quarter of the
 width and height, and shown magnified. Tiles of the picture are classified by the circles that reach them (McGuire et
 al. 2012; Jimenez, *Next Generation Post Processing in Call of Duty: Advanced Warfare*, 2014), and each class is drawn
-by a program of its own, since a software rasteriser computes both sides of a branch. `reference/dof.py` is the twin.
+by a program of its own, since a software rasteriser computes both sides of a branch. The passes behind that map colours
+alone are part of these programs (`render.pixel_source`). `reference/dof.py` is the twin.
 """
 
 from collections.abc import Mapping
@@ -13,10 +14,17 @@ from typing import Any
 
 import moderngl
 
-from depthwalk.gpu.device import Scope
+from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
+from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program
+from depthwalk.render.image import Image
+from depthwalk.render.pixel_source import ColourFunctions
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.lens import HIGHEST_MIP, TILE, TileClass
+from depthwalk.render.view.lens import HIGHEST_MIP, LARGEST_BLOCK, TILE, TileClass
+
+_VERTEX = "dof/tile.vert"
+_LINEAR = moderngl.LINEAR, moderngl.LINEAR
+_NEAREST = moderngl.NEAREST, moderngl.NEAREST
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,19 +34,20 @@ class _Reduced:
     Attributes
     ----------
     block : pixels of the whole picture along one of its pixels.
-    colour : linear light, premultiplied, with mip-maps.
+    highest_mip : of its mip-maps, which the smallest picture has.
+    colour : linear light, premultiplied.
     circles : radius; the least and the greatest of the block; pixels of the whole picture.
     surfaces : what draws into both.
-    gathered : what the lens sees, of the tiles that are gathered in this picture.
-    lens : what draws into that.
+    gathered : what the passes behind make of what the lens sees, of the tiles that are gathered in this picture. Bytes
+        would magnify a little faster, and visibly worse.
     """
 
     block: int
+    highest_mip: int
     colour: moderngl.Texture
     circles: moderngl.Texture
     surfaces: moderngl.Framebuffer
-    gathered: moderngl.Texture
-    lens: moderngl.Framebuffer
+    gathered: Image
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,13 +58,32 @@ class _Classes:
     ----------
     found : the extremes of each tile.
     ranges : what may reach into each tile, see shaders/dof/spread.frag.
-    into_found, into_ranges : what draws into them.
+    classes : how each tile is gathered, see shaders/dof/classes.frag.
     """
 
-    found: moderngl.Texture
-    ranges: moderngl.Texture
-    into_found: moderngl.Framebuffer
-    into_ranges: moderngl.Framebuffer
+    found: Image
+    ranges: Image
+    classes: Image
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Drawing:
+    """Hold what one frame is drawn with.
+
+    Attributes
+    ----------
+    into : the finished picture: `lit`, or what the passes behind draw into.
+    drawn : the classes of tiles that are drawn into it; the others are there already.
+    programs : those that draw tiles, by their names.
+    following : the uniforms of the passes behind.
+    most_rays : of a pixel.
+    """
+
+    into: moderngl.Framebuffer
+    drawn: int
+    programs: Mapping[str, Program]
+    following: Mapping[str, Any]
+    most_rays: int
 
 
 class LensGather:
@@ -68,62 +96,93 @@ class LensGather:
 
     def __init__(self, gl: Scope) -> None:
         self._gl = gl
-        whole, tile = "common/fullscreen.vert", "dof/tile.vert"
+        whole = "common/fullscreen.vert"
         self._programs = {
             "reduce_first": Program(gl, whole, "dof/reduce.frag", ("FIRST",)),
             "reduce": Program(gl, whole, "dof/reduce.frag"),
             "tiles": Program(gl, whole, "dof/tiles.frag"),
             "spread": Program(gl, whole, "dof/spread.frag"),
-            "reduced_even": Program(gl, tile, "dof/reduced.frag", ("EVEN_TILES",)),
-            "reduced": Program(gl, tile, "dof/reduced.frag"),
-            "upsample": Program(gl, tile, "dof/upsample.frag"),
-            "even": Program(gl, tile, "dof/even.frag"),
-            "gather": Program(gl, tile, "dof/gather.frag"),
+            "classes": Program(gl, whole, "dof/classes.frag"),
         }
-        self._size = 0, 0
+        self._tile_programs: dict[tuple[Any, ...], dict[str, Program]] = {}
+        self._owned: list[Any] = []
         self._reduced: tuple[_Reduced, ...] = ()
         self._classes: _Classes | None = None
 
     def release(self) -> None:
         """Free the textures, as before targets of another size."""
-        for made in (*self._reduced, *([self._classes] if self._classes else [])):
-            textures = [each for each in vars(made).values() if isinstance(each, moderngl.Texture)]
-            framebuffers = [each for each in vars(made).values() if isinstance(each, moderngl.Framebuffer)]
-            self._gl.free(*framebuffers, *textures)
+        self._gl.free(*self._owned)
+        self._owned.clear()
         self._reduced, self._classes = (), None
 
-    def draw(self, targets: Targets, samples: int, circles: Mapping[str, Any]) -> None:
-        """Replace the target `lit` by what the lens sees.
+    def draw(
+        self, targets: Targets, samples: int, circles: Mapping[str, Any], following: ColourFunctions | None = None
+    ) -> None:
+        """Draw what the lens sees in place of the target `lit`, or what the passes behind make of it.
 
         Parameters
         ----------
         targets : the picture: `depth`, `lit`.
         samples : the most rays of a pixel.
         circles : the uniforms of shaders/dof/circle.glsl, by which depth is at texture unit 0.
+        following : the functions of the passes behind; their target is drawn into, and `lit` stays as it is.
         """
         if self._classes is None:
             self._create(targets.size)
         assert self._classes is not None  # `_create` made it
-        before, (half, quarter) = targets.lit_before(), self._reduced
+        drawing = self._drawing(targets, samples, following)
+        sharp, (half, quarter) = targets.lit_before() if following is None else targets.lit_texture, self._reduced
+        sharp.filter = _NEAREST
         targets.depth.use(0)
-        before.use(2)
-        self._fill(half.surfaces, "reduce_first", lit_texture=2, **circles)
-        half.colour.build_mipmaps(max_level=HIGHEST_MIP)
+        sharp.use(2)
+        self._fill(half.surfaces, "reduce_first", sharp_texture=2, **circles)
         half.circles.use(1)
         half.colour.use(3)
-        self._fill(quarter.surfaces, "reduce", lit_texture=3, circles_texture=1)
-        quarter.colour.build_mipmaps(max_level=HIGHEST_MIP)
+        half.colour.filter = _NEAREST
+        self._fill(quarter.surfaces, "reduce", sharp_texture=3, circles_texture=1)
+        half.colour.filter = _LINEAR
+        quarter.colour.build_mipmaps(max_level=quarter.highest_mip)
         self._classify(self._classes, quarter, circles["largest"])
-        self._gather_reduced(quarter, targets, TileClass.QUARTER_EVEN, TileClass.QUARTER, samples=samples)
-        self._gather_reduced(half, targets, TileClass.HALF_EVEN, TileClass.HALF, TileClass.MIXED, samples=samples)
-        across = targets.size[0] / TILE, targets.size[1] / TILE
-        whole: dict[str, Any] = {"lit_texture": 2, "samples": samples, "tiles_across": across, **circles}
-        self._tiles(targets.lit, "even", TileClass.EVEN, **whole)
-        near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1, "tile_side": TILE}  # of half the size
-        self._tiles(targets.lit, "gather", TileClass.MIXED, **near, **whole)
+        self._gather_reduced(drawing, quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER)
+        self._gather_reduced(drawing, half, TileClass.HALF_EVEN, TileClass.HALF, TileClass.MIXED)
+        sharp.filter = _LINEAR
+        whole: dict[str, Any] = {"sharp_texture": 2, "most_rays": samples, **circles, **drawing.following}
+        self._tiles(drawing, drawing.into, "even", TILE, drawing.drawn & (TileClass.EVEN | TileClass.SHARP), **whole)
+        near: dict[str, Any] = {"gathered_texture": 4, "circles_texture": 1, "range_texture": 5}  # of half the size
+        self._tiles(drawing, drawing.into, "gather", TILE, TileClass.MIXED, **near, **whole)
+        sharp.filter = _NEAREST
+
+    def _drawing(self, targets: Targets, samples: int, following: ColourFunctions | None) -> _Drawing:
+        """Return what a frame is drawn with."""
+        if following is None:
+            return _Drawing(
+                into=targets.lit,
+                drawn=~TileClass.SHARP,
+                programs=self._programs_of((), ()),
+                following={},
+                most_rays=samples,
+            )
+        return _Drawing(
+            into=following.into,
+            drawn=~0,
+            programs=self._programs_of(following.defines, following.shaders),
+            following=following.uniforms,
+            most_rays=samples,
+        )
+
+    def _programs_of(self, defines: tuple[str, ...], shaders: tuple[Any, ...]) -> dict[str, Program]:
+        """Return the programs that draw tiles and call the functions of passes behind."""
+        if (defines, shaders) not in self._tile_programs:
+            files = {"reduced_even": ("reduced", "EVEN_TILES"), "reduced": ("reduced",), "even": ("even",)}
+            files |= {"gather": ("gather",)}
+            self._tile_programs[defines, shaders] = {
+                name: Program(self._gl, _VERTEX, f"dof/{file}.frag", (*own, *defines), includes=shaders)
+                for name, (file, *own) in files.items()
+            } | {"upsample": Program(self._gl, _VERTEX, "dof/upsample.frag")}
+        return self._tile_programs[defines, shaders]
 
     def _gather_reduced(
-        self, picture: _Reduced, targets: Targets, even: TileClass, traced: TileClass, lent: int = 0, *, samples: int
+        self, drawing: _Drawing, picture: _Reduced, even: TileClass, traced: TileClass, lent: int = 0
     ) -> None:
         """Gather the tiles of the classes `even`, `traced` and `lent` in `picture`; show the first two.
 
@@ -131,43 +190,66 @@ class LensGather:
         """
         picture.colour.use(3)
         picture.circles.use(1)
-        side, (width, height) = TILE // picture.block, picture.circles.size
+        side, gathered = TILE // picture.block, picture.gathered
         reduced: dict[str, Any] = {"colour_texture": 3, "circles_texture": 1, "block": picture.block}
-        reduced |= {"samples": samples, "tile_side": side, "tiles_across": (width / side, height / side)}
-        self._tiles(picture.lens, "reduced_even", even, **reduced)
-        self._tiles(picture.lens, "reduced", traced | lent, beside=even | traced | lent, left_out=even, **reduced)
-        picture.gathered.use(4)
-        across = targets.size[0] / TILE, targets.size[1] / TILE
-        shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block, "tiles_across": across}
-        self._tiles(targets.lit, "upsample", even | traced, **shown)
+        reduced |= {"most_rays": drawing.most_rays, **drawing.following}
+        levels = {"highest_mip": picture.highest_mip}
+        self._tiles(drawing, gathered.framebuffer, "reduced_even", side, even, **levels, **reduced)
+        beside = {"range_texture": 5, "beside": even | traced | lent, "left_out": even}
+        self._tiles(drawing, gathered.framebuffer, "reduced", side, traced | lent, **beside, **reduced)
+        gathered.texture.use(4)
+        shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block}
+        self._tiles(drawing, drawing.into, "upsample", TILE, even | traced, **shown)
 
     def _classify(self, classes: _Classes, quarter: _Reduced, largest: float) -> None:
-        """Find the circles that may reach each tile; leave their texture at unit 5."""
+        """Find the circles that may reach each tile; leave them at texture unit 5, the tiles' classes at 6."""
         quarter.circles.use(1)
-        self._fill(classes.into_found, "tiles", circles_texture=1, tile_side=TILE // quarter.block)
-        classes.found.use(5)
-        self._fill(classes.into_ranges, "spread", tile_texture=5, tile_side=TILE, largest=largest)
-        classes.ranges.use(5)
+        self._fill(classes.found.framebuffer, "tiles", circles_texture=1, tile_side=TILE // quarter.block)
+        classes.found.texture.use(5)
+        self._fill(classes.ranges.framebuffer, "spread", tile_texture=5, tile_side=TILE, largest=largest)
+        classes.ranges.texture.use(5)
+        self._fill(classes.classes.framebuffer, "classes", range_texture=5)
+        classes.classes.texture.use(6)
 
     def _create(self, size: tuple[int, int]) -> None:
-        """Create the textures for targets of `size` (width, height) pixels."""
-        half, quarter = (self._reduce(size, block) for block in (2, 4))
+        """Create the textures for targets of `size` (width, height) pixels.
+
+        Raises GpuError where points are smaller than tiles, which OpenGL allows and no known driver does.
+        """
+        if (most := self._gl.device.context.info["GL_POINT_SIZE_RANGE"][1]) < TILE:
+            raise GpuError(f"render.dof.mode: gather needs points of {TILE} pixels; this driver has {most:g} at most")
+        half, quarter = self._reduce(size, 2, 0), self._reduce(size, LARGEST_BLOCK, HIGHEST_MIP)
         self._reduced = half, quarter
         tiles = -(-size[0] // TILE), -(-size[1] // TILE)
-        found, ranges = self._gl.texture(tiles, 4, "f4"), self._gl.texture(tiles, 4, "f4")
-        into = [self._gl.framebuffer([texture]) for texture in (found, ranges)]
-        self._classes = _Classes(found=found, ranges=ranges, into_found=into[0], into_ranges=into[1])
+        found, ranges, classes = (self._image(tiles) for _ in range(3))
+        self._classes = _Classes(found=found, ranges=ranges, classes=classes)
 
-    def _reduce(self, size: tuple[int, int], block: int) -> _Reduced:
+    def _image(self, size: tuple[int, int]) -> Image:
+        """Create an image of `size` texels."""
+        image = Image.make(self._gl, size, dtype="f4")
+        self._owned += reversed(image)  # framebuffers are freed before their textures
+        return image
+
+    def _reduce(self, size: tuple[int, int], block: int, highest_mip: int) -> _Reduced:
         """Create a picture for targets of `size` pixels, each of whose pixels stands for `block`² of theirs."""
         small = -(-size[0] // block), -(-size[1] // block)
         # Software rasterisers take halfs apart one by one; of reduced pictures, floats are small enough.
-        colour, circles, gathered = (self._gl.texture(small, 4, "f4") for _ in range(3))
-        colour.build_mipmaps(max_level=HIGHEST_MIP)
-        colour.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
-        gathered.filter = moderngl.LINEAR, moderngl.LINEAR
-        surfaces, lens = self._gl.framebuffer([colour, circles]), self._gl.framebuffer([gathered])
-        return _Reduced(block=block, colour=colour, circles=circles, surfaces=surfaces, gathered=gathered, lens=lens)
+        colour, circles = (self._gl.texture(small, 4, "f4") for _ in range(2))
+        surfaces = self._gl.framebuffer([colour, circles])
+        self._owned += [surfaces, colour, circles]
+        if highest_mip:
+            colour.build_mipmaps(max_level=highest_mip)
+        colour.filter = moderngl.LINEAR_MIPMAP_NEAREST if highest_mip else moderngl.LINEAR, moderngl.LINEAR
+        gathered = self._image(small)
+        gathered.texture.filter = _LINEAR
+        return _Reduced(
+            block=block,
+            highest_mip=highest_mip,
+            colour=colour,
+            circles=circles,
+            surfaces=surfaces,
+            gathered=gathered,
+        )
 
     def _fill(self, into: moderngl.Framebuffer, program: str, **uniforms: Any) -> None:
         self._programs[program].set(**uniforms)
@@ -175,13 +257,35 @@ class LensGather:
             self._programs[program].fill()
 
     def _tiles(
-        self, into: moderngl.Framebuffer, program: str, drawn: int, beside: int = 0, left_out: int = 0, **uniforms: Any
+        self,
+        drawing: _Drawing,
+        into: moderngl.Framebuffer,
+        program: str,
+        side: int,
+        drawn: int,
+        beside: int = 0,
+        left_out: int = 0,
+        **uniforms: Any,
     ) -> None:
-        """Draw the tiles whose class is one of the bits `drawn`, and those next to `beside` that are not `left_out`."""
+        """Draw the tiles whose class is one of the bits `drawn`, and those next to `beside` that are not `left_out`.
+
+        side: of a tile, pixels of `into`.
+        """
         assert self._classes is not None  # `draw` made it
-        width, height = self._classes.ranges.size
-        self._programs[program].set(
-            range_texture=5, drawn_class=int(drawn), beside_class=int(beside), left_out=int(left_out), **uniforms
+        across, up = self._classes.ranges.texture.size
+        drawing.programs[program].set(
+            class_texture=6,
+            tile_side=side,
+            drawn_class=int(drawn),
+            beside_class=int(beside),
+            left_out=int(left_out),
+            **uniforms,
         )
-        with self._gl.state(into=into):
-            self._programs[program].rectangles(width * height)
+        viewport = into.viewport
+        # A point is dropped whose middle is outside, as that of a tile which the picture's edge cuts off may be.
+        into.viewport = 0, 0, across * side, up * side
+        try:
+            with self._gl.state(into=into, direct=(PROGRAM_POINT_SIZE,)):
+                drawing.programs[program].points(across * up)
+        finally:
+            into.viewport = viewport

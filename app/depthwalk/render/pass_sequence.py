@@ -10,7 +10,9 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import sample_views
 from depthwalk.render.declared_targets import declared
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.pixel_pass import DrawnPass, PixelPrograms, neighbours
+from depthwalk.render.pass_groups import neighbours
+from depthwalk.render.pixel_pass import DrawnPass, PixelPrograms
+from depthwalk.render.pixel_source import ColourFunctions, PixelSource
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
@@ -99,8 +101,7 @@ class PassSequence:
         self._view_block.show(frame.view)
         groups = neighbours(self._enabled(passes, frame), self.passes, keeps if self._settings.fused else None)
         for group in groups:
-            name, (pass_, own_frame, params) = " + ".join(each.pass_.name for each in group), group[0]
-            parts = pass_.parts(own_frame, params) if len(group) == 1 else self._pixel_programs.parts(group)
+            name, parts = " + ".join(each.pass_.name for each in group), self._parts(group)
             unfinished = True
             while unfinished:
                 with self._timers.measure(name):
@@ -108,6 +109,15 @@ class PassSequence:
                 if self._timers.may_be_long:  # each part by itself, lest a driver's watchdog end them all
                     self._gl.device.context.finish()
                 yield name
+
+    def _parts(self, group: Sequence[DrawnPass]) -> Iterator[None]:
+        """Return what draws a group of `neighbours`, part by part."""
+        pass_, frame, params = group[0]
+        if len(group) == 1:
+            return pass_.parts(frame, params)
+        if isinstance(pass_, PixelSource):
+            return pass_.parts_with(frame, params, ColourFunctions.of(group[1:]))
+        return self._pixel_programs.parts(group)
 
     def _enabled(self, passes: Sequence[Pass[Any]], frame: Frame) -> Iterator[DrawnPass]:
         """Yield those of `passes` that have anything to draw, each with the targets that it declares."""

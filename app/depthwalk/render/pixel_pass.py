@@ -7,7 +7,7 @@ into one program, in which the pixel stays in registers. A pass drawn alone is a
 """
 
 from abc import abstractmethod
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -32,7 +32,7 @@ _VERTEX, _FRAGMENT = "common/far_plane.vert", "common/pixel_passes.frag"
 _STRIP_PIXELS = 1 << 18  # in software some 10 ms of light
 # The fields of `Pixel` in shaders/common/pixel.glsl that hold targets, and how one becomes the colour that is written.
 _FIELDS = {"depth": "", "albedo": "", "surface": "", "shadow": "vec4(pixel.shadow)", "lit": "pixel.lit"}
-_RESULTS = _FIELDS | {"screen": "pixel.screen"}
+RESULTS = _FIELDS | {"screen": "pixel.screen"}
 _TEXELS = {"f1": (np.uint8, 255.0), "f2": (np.float16, 1.0)}  # by moderngl's name, how texels are read, and what 1 is
 _SKY_TESTED = "SKY", "TESTED"  # the half of the pixels where nothing is, which a test of the depth finds
 
@@ -72,6 +72,8 @@ class PixelPass(Pass[P]):
     Attributes
     ----------
     shader : the file of the function, as `Program` takes it; by default NAME/NAME.glsl below `shaders/`.
+    maps_colour : whether the function depends on the colour of `lit` alone, on nothing else and no texture. It may then
+        be computed of a smaller picture, which is magnified (`render.pixel_source`).
 
     Raises
     ------
@@ -80,13 +82,14 @@ class PixelPass(Pass[P]):
     """
 
     shader: ClassVar[str | Path] = ""
+    maps_colour: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         if "name" not in vars(cls):
             return
-        if len(cls.writes) != 1 or not _RESULTS.get(cls.writes[0]):
-            written = ", ".join(name for name, colour in _RESULTS.items() if colour)
+        if len(cls.writes) != 1 or not RESULTS.get(cls.writes[0]):
+            written = ", ".join(name for name, colour in RESULTS.items() if colour)
             raise TypeError(f"pass {cls.name}: a pass of pixels writes one target of {written}")
         if "shader" not in vars(cls):
             cls.shader = f"{cls.name}/{cls.name}.glsl"
@@ -181,50 +184,6 @@ class DrawnPass(NamedTuple):
     params: Any
 
 
-def neighbours(
-    drawn: Iterable[DrawnPass], passes: Sequence[Pass[Any]], kept: Collection[str] | None
-) -> Iterator[list[DrawnPass]]:
-    """Group the passes of a frame into those that are drawn together.
-
-    Parameters
-    ----------
-    drawn : the passes that have anything to draw, in their order. The one that follows a `PixelPass` is taken before
-        that is yielded.
-    passes : all passes of the frame, in their order.
-    kept : names of the targets that somebody reads when the frame is over; None: each pass is drawn alone.
-
-    Yields
-    ------
-    Passes that follow each other: several `PixelPass`, or one pass of any class.
-    """
-    group: list[DrawnPass] = []
-    for each in drawn:
-        if group and (kept is None or not _together(group[-1], each, passes, kept)):
-            yield group
-            group = []
-        if isinstance(each.pass_, PixelPass):
-            group.append(each)
-        else:
-            yield [each]
-    if group:
-        yield group
-
-
-def _together(one: DrawnPass, other: DrawnPass, passes: Sequence[Pass[Any]], kept: Collection[str]) -> bool:
-    """Return whether two passes that follow each other may be one program: nobody else reads what lies between."""
-    if not (isinstance(one.pass_, PixelPass) and isinstance(other.pass_, PixelPass)):
-        return False
-    if not (
-        one.pass_.fuses_with_next(one.frame, one.params) and other.pass_.fuses_with_previous(other.frame, other.params)
-    ):
-        return False
-    (between,) = one.pass_.writes
-    if between in other.pass_.writes:
-        return True
-    after = passes[passes.index(other.pass_) + 1 :]
-    return between not in kept and not any(between in each.reads for each in after)
-
-
 class PixelPrograms:
     """Compile and draw groups of passes, each in one program.
 
@@ -251,7 +210,7 @@ class PixelPrograms:
         ------
         None, between two strips.
         """
-        passes = [_pixel_pass(each) for each in group]
+        passes = [pixel_pass(each) for each in group]
         inputs = [pass_.inputs(each.frame, each.params) for pass_, each in zip(passes, group, strict=True)]
         readers = _readers(group)
         textures = _textures(group, readers) | {name: each for own in inputs for name, each in own.textures.items()}
@@ -327,7 +286,7 @@ class PixelPrograms:
         key = (*shaders, defines)
         if key not in self._programs:
             calls = " ".join(f"draw_{each.name}(pixel);" for each in passes)
-            own = f"DRAW_PASSES={calls}", f"RESULT={_RESULTS[passes[-1].writes[0]]}"
+            own = f"DRAW_PASSES={calls}", f"RESULT={RESULTS[passes[-1].writes[0]]}"
             self._programs[key] = Program(self._gl, _VERTEX, _FRAGMENT, (*defines, *own), includes=shaders)
         return self._programs[key]
 
@@ -349,7 +308,8 @@ class PixelPrograms:
         return self._with_depth.of(name, into, depth)
 
 
-def _pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
+def pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
+    """Return the pass that is `drawn`, which is one of pixels."""
     assert isinstance(drawn.pass_, PixelPass)  # as `neighbours` groups them
     return drawn.pass_
 

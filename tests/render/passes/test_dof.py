@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
 
+from depthwalk.colour import srgb_from_linear
 from depthwalk.gpu.device import Device
+from depthwalk.gpu.failures import GpuError
 from depthwalk.quality.metrics import psnr
 from depthwalk.reference.dof import gather
 from depthwalk.reference.dof_paper import paper
 from depthwalk.reference.dof_tiles import Reduced, ranges, reduced, tile_classes
+from depthwalk.reference.tone import TONES
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.lens_gather import LensGather
 from depthwalk.render.view.lens import (
     DISC,
     TILE,
@@ -147,6 +151,27 @@ def test_gather_matches_its_twin_where_circles_are_wide(sharp: Drawn, library: S
     assert np.array_equal(drawn.linear, again.linear)
 
 
+def test_what_output_makes_of_it_in_the_same_programs_matches_the_twin(
+    sharp: Drawn, gathered: Drawn, library: ShapeLibrary, gl_device: Device
+) -> None:
+    """Where nobody keeps the light, it is never stored: tiles are drawn in the colours of the screen."""
+
+    def shown(light: Array) -> Array:
+        tone = TONES[scene.render.output.tone_mapping]
+        mapped = tone(2.0**scene.render.output.exposure * light[..., :3].reshape(-1, 3)).reshape(*light.shape[:-1], 3)
+        return np.concatenate([srgb_from_linear(mapped), light[..., 3:]], -1)
+
+    scene = picket()
+    with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
+        headless.renderer.timers.time_next()
+        headless.draw(View(CAMERA, SIZE))
+        pixels = headless.pixels()[..., :3] / 255
+        assert "dof + output" in headless.renderer.timers.milliseconds
+    expected = gather(sharp.linear[::-1], gathered.limited[::-1], gathered.lens.samples, passed_on=shown)[::-1, :, :3]
+    difference = np.abs(pixels - expected).max(-1)
+    assert difference.mean() < 3e-3 and np.quantile(difference, 0.99) < 8e-3
+
+
 def test_paper_matches_its_twin(library: ShapeLibrary, sharp: Drawn) -> None:
     drawn = Drawn(library, mode="paper")
     most = min(drawn.extremes.max(), largest_radius(drawn.lens, View(CAMERA, SIZE)))  # formula (3), limited
@@ -252,3 +277,11 @@ def test_what_is_where_in_the_picture(library: ShapeLibrary, gl_device: Device) 
                 assert (x / z, y / z) == pytest.approx(view.half_extent * np.array([2 * across - 1, 1 - 2 * down]))
         with headless.device.context:
             assert 3 < headless.renderer.distance_at() < 4
+
+
+def test_a_driver_without_large_points_is_named() -> None:
+    """OpenGL promises points of one pixel only."""
+    context = SimpleNamespace(info={"GL_POINT_SIZE_RANGE": (1.0, 8.0)})
+    lens = LensGather(cast(Any, SimpleNamespace(device=SimpleNamespace(context=context))))
+    with pytest.raises(GpuError, match="gather needs points of 16 pixels; this driver has 8 at most"):
+        lens.draw(cast(Any, SimpleNamespace(size=SIZE)), 16, {})

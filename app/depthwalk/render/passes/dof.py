@@ -5,21 +5,22 @@ the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Foc
 Haeberli and Akeley, *The Accumulation Buffer*, 1990.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import moderngl
 import numpy as np
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
-from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.frame import Frame
 from depthwalk.render.lens_gather import LensGather
+from depthwalk.render.pixel_source import ColourFunctions, PixelSource
 from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_radius, lens_views
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import DofParams
 
 
-class DofPass(Pass[DofParams]):
+class DofPass(PixelSource[DofParams]):
     """Replace the target `lit` by the picture that the lens gives of it, sharp only at the focus distance."""
 
     name = "dof"
@@ -48,6 +49,18 @@ class DofPass(Pass[DofParams]):
     def enabled(self, frame: Frame, params: DofParams) -> bool:
         """Return whether `params` choose a mode of depth of field; `frame` does not matter."""
         return params.mode != "none"
+
+    def fuses_with_next(self, frame: Frame, params: DofParams) -> bool:
+        """Return whether `params` choose the mode whose pixels may be passed on, of an opaque `frame`.
+
+        Where a picture is transparent, colours without alpha cannot be magnified.
+        """
+        return params.mode == "gather" and not frame.transparent
+
+    def parts_with(self, frame: Frame, params: DofParams, following: ColourFunctions) -> Iterator[None]:
+        """Draw in one part what `following` make of what the lens of `params` sees of `frame`."""
+        self._gather.draw(frame.targets, params.samples, _circles(frame, params), following)
+        yield from ()
 
     def draw(self, frame: Frame, params: DofParams) -> None:
         """Blur the target `lit` of `frame` by the mode and the lens that `params` describe."""

@@ -15,6 +15,7 @@ class OutputPass(PixelPass[OutputParams]):
     name = "output"
     reads = ("lit",)
     writes = ("screen",)
+    maps_colour = True
 
     def fuses_with_previous(self, frame: Frame, params: OutputParams) -> bool:
         """Return whether a pixel of `frame` has one sample; `params` do not matter.

@@ -33,7 +33,8 @@ NEARLY = 0.75  # of `LEAST_HALF`: circles that a reduced picture still gathers f
 REDUCED_RAYS = 16  # traced rays of a pixel of reduced pictures
 EVEN_RAYS = 20  # points of the lens there, where no ray needs to be traced
 MIP_RADIUS = 6.0  # pixels of the reduced picture: the radius from which on its first mip-map is averaged
-HIGHEST_MIP = 2
+HIGHEST_MIP = 2  # of the smallest reduced picture; of the other, circles are hardly larger than `MIP_RADIUS`
+LARGEST_BLOCK = 4  # pixels along one of the smallest reduced picture's
 LINEAR_BLUR = 2 / 3  # radius², pixels, of the disc that blurs as linear filtering does: 4 variances of a tent
 EVEN = 0.2  # how far neighbours' circles may differ, relative to the least around, where no ray needs to be traced
 LEAST_STEP = 1.0  # pixels that they may always differ by
@@ -42,13 +43,13 @@ LEAST_STEP = 1.0  # pixels that they may always differ by
 class TileClass(IntEnum):
     """Name how a tile of the picture is gathered; several are asked for together as bits."""
 
-    SHARP = 0  # it stays as it is
-    EVEN = 1
-    MIXED = 2
-    HALF_EVEN = 4
-    HALF = 8
-    QUARTER_EVEN = 16
-    QUARTER = 32
+    SHARP = 1  # it stays as it is
+    EVEN = 2
+    MIXED = 4
+    HALF_EVEN = 8
+    HALF = 16
+    QUARTER_EVEN = 32
+    QUARTER = 64
 
 
 def lens_radius(lens: DofParams) -> float:
