@@ -117,8 +117,13 @@ def _urn_relief(theta: Array, y: Array) -> Array:
 
 def column() -> Model:
     """Make a fluted column with leafy capital and ivy that winds up, 3.2 m high."""
-    torus = [[0, 0.14], [0.29, 0.14], [0.29, 0.2], [0.25, 0.225], [0.27, 0.26], [0.255, 0.3], [0.22, 0.31], [0, 0.31]]
-    base = lathe(dense(bevelled_profile(torus, 0.012), 0.005), 360)
+    # The foot is round, and its steps slope: a square one's corners would lie below the scrolls, a third layer deep, and
+    # ledges of less than two texels would be missed.
+    foot: Polyline = [
+        [0, 0], [0.3, 0], [0.3, 0.11], [0.272, 0.15], [0.285, 0.2], [0.245, 0.23], [0.265, 0.265], [0.25, 0.3], [0.22, 0.31],
+        [0, 0.31],
+    ]  # fmt: skip
+    base = lathe(dense(bevelled_profile(foot, 0.012), 0.005), 360)
     y = np.linspace(0.3, 2.62, 560)
     swell = 0.205 - 0.035 * ((y - 0.3) / 2.32) ** 1.6
     shaft = lathe(np.concatenate([[[0, 0.3]], np.stack([swell, y], axis=1), [[0, 2.62]]]), 720, _flutes)
@@ -129,10 +134,8 @@ def column() -> Model:
         ),
         240,
     )
-    # The foot is round and hardly wider than what stands on it: corners would lie below the scrolls, a third layer deep.
-    foot = lathe(dense(bevelled_profile([[0, 0], [0.305, 0], [0.305, 0.14], [0, 0.14]], 0.012), 0.005), 360)
     plate = rounded_block([-0.29, 3.06, -0.29], [0.29, 3.17, 0.29], 0.006, 0.006)
-    carved = weathered(merged([foot, base, shaft, bell, plate, *_acanthus()]), 0.024, 22, 0.05)
+    carved = weathered(merged([base, shaft, bell, plate, *_acanthus()]), 0.024, 22, 0.05)
     marble = stone(carved, *LIMESTONE, 0.5, 21)
     return shaded(assembled(marble, *_ivy()), 0.2, 0.35)
 
@@ -198,7 +201,7 @@ def _ivy() -> list[Model]:
     radius = 0.235 - 0.045 * t + 0.13 * np.exp(-t * 30)
     path = np.stack([radius * np.cos(angle), y, radius * np.sin(angle)], axis=1)
     stem = tube(path, np.linspace(0.014, 0.005, 160), 10).painted((0.33, 0.26, 0.17))
-    count = 900
+    count = 850
     at = np.sort(rng.beta(1.0, 1.35, count))
     here = np.stack([np.interp(at, t, path[:, k]) for k in range(3)], axis=1)
     turn = rng.normal(0, 0.34 * (1.1 - at), count)
