@@ -117,11 +117,11 @@ def _urn_relief(theta: Array, y: Array) -> Array:
 
 def column() -> Model:
     """Make a fluted column with leafy capital and ivy that winds up, 3.2 m high."""
-    # The foot is round, and its steps slope: a square one's corners would lie below the scrolls, a third layer deep, and
-    # ledges of less than two texels would be missed.
+    # The foot is round, and its steps slope: a square one's corners would lie below the scrolls, a third layer deep,
+    # and ledges of less than two texels would be missed.
     foot: Polyline = [
-        [0, 0], [0.3, 0], [0.3, 0.11], [0.272, 0.15], [0.285, 0.2], [0.245, 0.23], [0.265, 0.265], [0.25, 0.3], [0.22, 0.31],
-        [0, 0.31],
+        [0, 0], [0.3, 0], [0.3, 0.11], [0.272, 0.15], [0.285, 0.2], [0.245, 0.23], [0.265, 0.265], [0.25, 0.3],
+        [0.22, 0.31], [0, 0.31],
     ]  # fmt: skip
     base = lathe(dense(bevelled_profile(foot, 0.012), 0.005), 360)
     y = np.linspace(0.3, 2.62, 560)
@@ -201,7 +201,7 @@ def _ivy() -> list[Model]:
     radius = 0.235 - 0.045 * t + 0.13 * np.exp(-t * 30)
     path = np.stack([radius * np.cos(angle), y, radius * np.sin(angle)], axis=1)
     stem = tube(path, np.linspace(0.014, 0.005, 160), 10).painted((0.33, 0.26, 0.17))
-    count = 850
+    count = 820
     at = np.sort(rng.beta(1.0, 1.35, count))
     here = np.stack([np.interp(at, t, path[:, k]) for k in range(3)], axis=1)
     turn = rng.normal(0, 0.34 * (1.1 - at), count)
