@@ -6,8 +6,7 @@ outside all blocks find the defaults of `State`.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import TypedDict, Unpack
+from typing import NamedTuple, TypedDict, Unpack
 
 import moderngl
 
@@ -17,8 +16,7 @@ ALWAYS = "1"
 ColourMask = tuple[bool, bool, bool, bool]
 
 
-@dataclass(frozen=True, kw_only=True)
-class State:
+class State(NamedTuple):
     """Hold the GL state that may differ from draw to draw. Counter-clockwise faces are front faces.
 
     Attributes
@@ -92,7 +90,7 @@ class StateKeeper:
         before = self.now
         masks = (into.depth_mask, into.color_mask) if into is not None else None
         try:
-            self._set(replace(before, **changes))
+            self._set(before._replace(**changes))
             if into is not None:
                 into.depth_mask = depth_write
                 if colour_mask is not None:
