@@ -96,11 +96,11 @@ def test_empty_texels_take_no_other_surface_from_the_next_layer(gl_device: Devic
     text = Source("common/depth_images.glsl", "").text + BESIDE_EDGE.replace("IMAGE", str(side))
     program = gl_device.context.program(vertex_shader=text, varyings=("found",))
     scope.framebuffer([scope.texture((4, 4), 4)]).use()
-    pages = scope.texture((2 * side, side), 4, data=stored)
+    pages = scope.texture((2 * side, side), 4, data=stored.tobytes())
     entries = gl_device.context.texture_array((1, 1, 2), 2, table.tobytes(), dtype="i2")
-    for unit, (name, texture) in enumerate({"page_normals": pages, "page_table": entries}.items()):
-        texture.use(unit)
-        program[name] = unit
+    pages.use(0)
+    entries.use(1)
+    program["page_normals"], program["page_table"] = 0, 1
     program["first_images"] = [0, *[2] * (len(Face) - 1)]
     program["image_size"] = 8.0, 8.0
     array = gl_device.context.vertex_array(program, [(scope.buffer(np.array([depth], np.float32)), "1f", "depth")])
