@@ -119,7 +119,8 @@ class _Walk:
         self._show_renderer()
         self._state.arrive()
         self._loading.end()
-        self._state.tell(self._model_turn.guess or "H shows the keys")
+        tour = "P plays the tour, " if playback else ""
+        self._state.tell(self._model_turn.guess or f"W A S D and right drag move and look; {tour}H shows all keys")
 
     def _begin(self) -> None:
         """Make what loading shows its progress with, in the window's context."""
