@@ -28,6 +28,9 @@ float depth_off(float stored, float depth) {
 // are replaced by those that show the surface. Returns its normal.
 vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
     const float SAME_SURFACE = 1.5;     // texels of depth
+    // Another layer shows this surface only so far off, texels. Where nobody has it, as beyond what a face owns, what is stored is
+    // its nearest texel, half a period off by its depth: any other surface would be nearer than that.
+    const float FARTHEST = 4.0;
     vec4 off;
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
     if (any(greaterThan(off, vec4(SAME_SURFACE)))) {
@@ -41,7 +44,7 @@ vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around 
                 ivec2 place = low + ivec2(k & 1, k >> 1);
                 vec4 found = texelFetch(page_normals, place, 0);
                 float found_off = depth_off(found.a, depth);
-                if (found_off < off[k]) {
+                if (found_off < min(off[k], FARTHEST)) {
                     off[k] = found_off;
                     around.at[k] = place;
                     texel[k] = found;

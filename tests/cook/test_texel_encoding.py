@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import moderngl
 import numpy as np
+import pytest
 
+from depthwalk.bake.images import Face
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD, depth_code, encode_normals, image_texels
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
@@ -65,3 +67,48 @@ def test_depths_are_told_apart_by_their_remainders(gl_device: Device) -> None:
     half = DEPTH_PERIOD / 2
     expected = np.abs((stored - depth + half) % DEPTH_PERIOD - half)
     assert np.abs(found - expected).max() < 0.26
+
+
+BESIDE_EDGE = """
+uniform int image;  // a uniform, or unused numbers of faces vanish
+in float depth;
+out vec4 found;  // normal, and the image from which the texel came
+void main() {
+    vec4 texel[4];
+    vec2 place = vec2(6.0);
+    page_normal(place, texel);
+    Around around = texels_around(place);
+    found.xyz = sample_border(image, vec2(0.5), texel, depth, around);
+    found.w = around.at[0].x < IMAGE ? 0.0 : 1.0;
+}
+"""
+
+
+@pytest.mark.parametrize(("behind", "taken"), [(0.0, 1), (2.5, 1), (8.0, 0), (50.0, 0)])
+def test_empty_texels_take_no_other_surface_from_the_next_layer(gl_device: Device, behind: float, taken: int) -> None:
+    """They hold their nearest texel: better than a surface that lies texels behind."""
+    side, depth = 12, 40.0  # of an image of one tile with what is around it
+    stored = np.zeros((side, 2 * side, 4), np.uint8)
+    stored[:, :side] = 255, 128, 128, depth_code(np.array(depth)) ^ 128
+    stored[:, side:] = 128, 255, 128, depth_code(np.array(depth + behind))
+    table = np.array([[0, 0], [side, 0]], np.int16).reshape(2, 1, 1, 2) + np.int16(3)
+    scope = gl_device.scope("test")
+    text = Source("common/depth_images.glsl", "").text + BESIDE_EDGE.replace("IMAGE", str(side))
+    program = gl_device.context.program(vertex_shader=text, varyings=("found",))
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    pages = scope.texture((2 * side, side), 4, data=stored.tobytes())
+    entries = gl_device.context.texture_array((1, 1, 2), 2, table.tobytes(), dtype="i2")
+    pages.use(0)
+    entries.use(1)
+    program["page_normals"], program["page_table"] = 0, 1
+    program["first_images"] = [0, *[2] * (len(Face) - 1)]
+    program["image_size"] = 8.0, 8.0
+    array = gl_device.context.vertex_array(program, [(scope.buffer(np.array([depth], np.float32)), "1f", "depth")])
+    out = scope.buffer(reserve=16)
+    array.transform(out, moderngl.POINTS, 1)
+    normal = np.frombuffer(out.read(), np.float32)
+    for made in array, program, entries:
+        made.release()
+    scope.release()
+    assert normal[3] == taken
+    assert normal[1 if taken else 0] > 0.9
