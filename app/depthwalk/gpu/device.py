@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
+from pathlib import Path
 from typing import Any, Unpack
 from weakref import WeakSet
 
@@ -52,6 +53,8 @@ class Device:
         Layers of an array texture.
     max_samples
         Samples per pixel that textures of every kind may have; 1 where shaders cannot run per sample.
+    shaders
+        The folder of the shaders that programs are compiled of; None: `resources.shader_root`.
     """
 
     def __init__(self, context: moderngl.Context, address_of: AddressOf | None = None) -> None:
@@ -63,6 +66,7 @@ class Device:
         self._status = never_reset if address_of is None else reset_status(context, address_of)
         self._scopes: WeakSet[Scope] = WeakSet()
         self.live: Counter[str] = Counter()
+        self.shaders: Path | None = None
         self.state = StateKeeper(context)
         self.renderer: str = context.info["GL_RENDERER"]
         self.driver: str = context.info["GL_VERSION"]
