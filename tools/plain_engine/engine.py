@@ -20,8 +20,8 @@ from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
+from depthwalk.render.image import read_pixels
 from depthwalk.render.lighting.irradiance import lighting
-from depthwalk.render.renderer import read_pixels
 from depthwalk.render.resources.placed_records import PLACED_RECORD, placed_records
 from depthwalk.render.view.bounds import depth_range, object_bounds
 from depthwalk.render.view.view import View

@@ -71,7 +71,7 @@ class ShownFrames:
         self._known: tuple[Any, ...] = ()  # everything else of that call
         self._scale = FrameScale()
         self._finished_scale = 1.0  # of the last frame
-        self._hurried = False  # whether somebody waits for the frame, who moves or sees nothing yet
+        self._interactive = False  # whether the frame is for a viewer who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
         self._still = StillPicture(renderer.device)
         self._still_slices = Slices(renderer.device)
@@ -240,7 +240,7 @@ class ShownFrames:
         if self._reprojection.unseen(view) > _MOST_UNSEEN:
             coming = time.perf_counter() - start + self.scene_seconds
             view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
-            self._begin(view.camera, view, hurried=True)
+            self._begin(view.camera, view, interactive=True)
             self.finish()
         return view
 
@@ -267,8 +267,8 @@ class ShownFrames:
             self._settled = 0  # one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
-        self._hurried = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
-        self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._hurried else None
+        self._interactive = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
+        self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._interactive else None
         self._finished_scale = 1.0
         self._reprojection.forget_picture()
         start = time.perf_counter()
@@ -280,36 +280,36 @@ class ShownFrames:
 
     def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw a frame at once, but as in slices: if it takes long as well, it is there to be moved later."""
-        self._begin(view.camera, view, hurried=self._moved)
-        self._hurried, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
+        self._begin(view.camera, view, interactive=self._moved)
+        self._interactive, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
         self.finish()
         self._reprojection.show(view, screen)
 
     def _end_frame(self, seconds: float) -> None:
         self._durations.append(seconds)
         self.scene_seconds = seconds
-        self._settled += not self._hurried
+        self._settled += not self._interactive
 
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
         if not self._frame.is_drawing:
             ahead = min(_SHOWN_FOR * self._frame.delay, _FARTHEST_AHEAD)
-            self._begin(self._motion.ahead(ahead), view, hurried=self._moved)
+            self._begin(self._motion.ahead(ahead), view, interactive=self._moved)
         return self._advance(self._slice_seconds(view))
 
-    def _begin(self, camera: Camera, view: View, hurried: bool) -> None:
+    def _begin(self, camera: Camera, view: View, interactive: bool) -> None:
         """Begin a frame that is seen by `camera`, and wider by the margin than `view`.
 
-        hurried: whether it has fewer pixels, and limits to its work, since somebody waits for it.
+        interactive: whether it has fewer pixels, and limits to its work, since the viewer moves.
         """
         self._drop_still()
         self._around.drop()
         settings = self._renderer.settings.reprojection
-        self._hurried = hurried
+        self._interactive = interactive
         self._source = widened(View(camera, view.size), settings.margin)
-        if self._hurried:
+        if self._interactive:
             self._source = reduced(self._source, settings.scale * self._scale.factor)
-        self._renderer.warp_limit = round(_WARP_LIMIT * self._scale.factor**2) if self._hurried else None
+        self._renderer.warp_limit = round(_WARP_LIMIT * self._scale.factor**2) if self._interactive else None
         self._frame.begin(self._renderer.steps(self._source, self._reprojection.canvas(self._source.size)))
 
     def _slice_seconds(self, view: View) -> float:
@@ -330,7 +330,7 @@ class ShownFrames:
         self._take_finished()
         self._around.note_frame()
         work = self._frame.end()
-        if self._hurried:
+        if self._interactive:
             self._scale.note(self._frame.delay, self._renderer.settings.reprojection.frame_limit / 1e3)
         self._end_frame(work)
         return True
