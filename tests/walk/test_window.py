@@ -78,7 +78,7 @@ def tell(**facts):
 
 def watched_step(walk):
     step(walk)
-    state, window = walk._state, walk._window
+    state, window = walk.state, walk.window
     frames.append(1)
     tell(
         frame=len(frames),
@@ -102,7 +102,7 @@ def drop_by_signal(window, action):
     signal.signal(signal.SIGUSR2, lambda *_: window.close())
 
 devices, frames = [], []
-step, app._Walk._step = app._Walk._step, watched_step
+step, app.Walk.step = app.Walk.step, watched_step
 app.Device, app.LoadingScreen = WatchedDevice, WatchedScreen
 on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
 scene = load_scene(sys.argv[1])

@@ -9,7 +9,7 @@ from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.resources.library import Library
-from depthwalk.render.world.stand_ins import StandIns
+from depthwalk.render.world.placeholders import Placeholders
 from depthwalk.scene.arrays import OF_MESH, Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Ints, Mask
@@ -22,7 +22,7 @@ def place_objects(
     forced: Representation | None,
     which: slice = slice(None),
     *,
-    stand_ins: StandIns | None = None,
+    placeholders: Placeholders | None = None,
 ) -> Objects:
     """Return the scene's objects as they are drawn: a row for the mesh, or one for each part of the depth images.
 
@@ -33,14 +33,14 @@ def place_objects(
     store : numbers what is drawn.
     forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
     which : the slice of the scene's objects to return.
-    stand_ins : what is drawn of assets whose depth images are not ready; None: all are ready.
+    placeholders : what is drawn of assets whose depth images are not ready; None: all are ready.
 
     Returns
     -------
     The rows in the frames of their parts; `asset` holds numbers of `store.parts`.
     """
     objects = scene.objects.take(which)
-    representation, first, count = _rows(objects, library, store, forced, stand_ins)
+    representation, first, count = _rows(objects, library, store, forced, placeholders)
     row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
     number = first[row] + within_runs(count)
     position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
@@ -58,7 +58,7 @@ def placed_rows(
     forced: Representation | None,
     which: slice,
     *,
-    stand_ins: StandIns | None = None,
+    placeholders: Placeholders | None = None,
 ) -> slice:
     """Return which rows of all that `place_objects` returns belong to some objects of the scene.
 
@@ -69,21 +69,21 @@ def placed_rows(
     store : numbers what is drawn.
     forced : the representation that `place_objects` was given.
     which : the slice of the scene's objects whose rows are looked for.
-    stand_ins : the stand-ins that `place_objects` was given.
+    placeholders : the placeholders that `place_objects` was given.
 
     Returns
     -------
     The slice of the rows.
     """
     before, within = (
-        int(_rows(scene.objects.take(run), library, store, forced, stand_ins)[2].sum())
+        int(_rows(scene.objects.take(run), library, store, forced, placeholders)[2].sum())
         for run in (slice(0, which.start), which)
     )
     return slice(before, before + within)
 
 
 def choosing_rows(
-    scene: Scene, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns
+    scene: Scene, library: Library, store: AssetStore, forced: Representation | None, placeholders: Placeholders
 ) -> Mask:
     """Return which rows (n,) of all that `place_objects` returns are drawn as meshes or depth images as is quicker.
 
@@ -93,27 +93,31 @@ def choosing_rows(
     library : tells which assets have meshes and depth images.
     store : numbers what is drawn.
     forced : the representation that `place_objects` was given.
-    stand_ins : the stand-ins that `place_objects` was given.
+    placeholders : the placeholders that `place_objects` was given.
 
     Returns
     -------
     A mask of the rows.
     """
     chooses = asked_for(scene.objects, library, forced) == Representation.AUTO
-    return np.repeat(chooses, _rows(scene.objects, library, store, forced, stand_ins)[2])
+    return np.repeat(chooses, _rows(scene.objects, library, store, forced, placeholders)[2])
 
 
 def _rows(
-    objects: Objects, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns | None
+    objects: Objects,
+    library: Library,
+    store: AssetStore,
+    forced: Representation | None,
+    placeholders: Placeholders | None,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
     """Return how each object (n,) is drawn, the first number that shows it, and how many do."""
-    representation, stand_ins = asked_for(objects, library, forced), stand_ins or StandIns.none(len(library))
+    representation, placeholders = asked_for(objects, library, forced), placeholders or Placeholders.none(len(library))
     representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
     imaged = ~np.isin(representation, OF_MESH)
-    waiting = imaged & ~stand_ins.ready[objects.asset]
-    representation[waiting] = stand_ins.representation[objects.asset[waiting]]
+    waiting = imaged & ~placeholders.ready[objects.asset]
+    representation[waiting] = placeholders.representation[objects.asset[waiting]]
     imaged &= ~waiting
-    first, of_mesh = np.arange(len(library), dtype=np.int32), stand_ins.has_mesh.astype(np.int32)
+    first, of_mesh = np.arange(len(library), dtype=np.int32), placeholders.has_mesh.astype(np.int32)
     shown = np.unique(objects.asset[imaged]).tolist()
     if store.background is None:
         library.bake_missing([asset for asset in shown if not store.parts.knows(asset)])
@@ -122,7 +126,7 @@ def _rows(
         numbers = store.parts.numbers(asset)
         first[asset], of_images[asset] = numbers.start, len(numbers)
     count = np.where(imaged, of_images[objects.asset], of_mesh[objects.asset])
-    count[waiting & stand_ins.too_many[objects.asset]] = 0
+    count[waiting & placeholders.too_many[objects.asset]] = 0
     return representation, np.where(imaged, first[objects.asset], objects.asset), count
 
 
