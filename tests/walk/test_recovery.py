@@ -1,5 +1,7 @@
 """Failures of the GPU, one after another."""
 
+from types import SimpleNamespace
+
 import moderngl
 import pytest
 
@@ -35,7 +37,7 @@ def test_too_many_failures_end_it_with_the_last() -> None:
 
 def test_failures_long_ago_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(range(0, 100, 5))
-    monkeypatch.setattr(recovery.time, "perf_counter", lambda: float(next(clock)))
+    monkeypatch.setattr(recovery, "time", SimpleNamespace(perf_counter=lambda: float(next(clock))))
     restart = Restarts(0)
     gpu = GpuRecovery(restart)
     for number in range(6):
