@@ -101,7 +101,7 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(
     tmp_path: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Rows of lists are no texels, of which images may have 4096."""
-    monkeypatch.setattr("depthwalk.bake.file._LIST_WIDTH", 16)
+    monkeypatch.setattr("depthwalk.bake.file_parts._LIST_WIDTH", 16)
     count = 4096 * 16 + 1
     triangles = np.tile(np.arange(3, dtype=np.int32), (count, 1))
     nothing = np.zeros((0, 2), np.float16)

@@ -21,7 +21,7 @@ import numpy as np
 from depthwalk.gpu.egl import RobustContext
 from depthwalk.gpu.failures import AddressOf, GpuError, check_reset, never_reset, reset_status
 from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
-from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
+from depthwalk.gpu.state import Changes, StateKeeper
 
 log = logging.getLogger(__name__)
 
@@ -456,7 +456,6 @@ class Scope:
         into: moderngl.Framebuffer | None = None,
         *,
         depth_write: bool = True,
-        colour_mask: ColourMask | None = None,
         **changes: Unpack[Changes],
     ) -> AbstractContextManager[None]:
         """Set GL state for a `with` block; afterwards it is what it was before.
@@ -467,12 +466,10 @@ class Scope:
             The framebuffer to draw into, which stays bound after the block; None leaves it as it is.
         depth_write
             Whether draws write the framebuffer's depth, where there is a depth test.
-        colour_mask
-            Whether draws write red, green, blue and alpha of the framebuffer's one texture; None: all four.
         **changes
             Fields of `State` with their new values; those that are not named stay as they are.
         """
-        return self.device.state.changed(into, depth_write=depth_write, colour_mask=colour_mask, **changes)
+        return self.device.state.changed(into, depth_write=depth_write, **changes)
 
     def free(self, *objects: Any) -> None:
         """Release some objects of this scope before the scope itself.

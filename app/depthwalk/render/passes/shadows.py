@@ -182,7 +182,7 @@ class ShadowsPass(Pass[ShadowParams]):
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
             program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
-            asset.use_geometry(program, 0, frame.common.lod)
+            asset.use_geometry(program, frame.common.lod)
             for batch in batches:
                 self._instances.bind(array, batch.first)
                 asset.draw(array, batch.indices, batch.count)
