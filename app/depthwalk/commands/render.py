@@ -5,6 +5,14 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.option_values import (
+    check_camera_source,
+    open_scene,
+    parse_camera,
+    parse_resolution,
+    refuse_reuse,
+    representation,
+)
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -22,12 +30,6 @@ from depthwalk.commands.options import (
     SceneArgument,
     Settings,
     Verbose,
-    check_camera_source,
-    open_scene,
-    parse_camera,
-    parse_resolution,
-    refuse_reuse,
-    representation,
 )
 from depthwalk.commands.program import FAILURE, guarded
 from depthwalk.errors import InputError
@@ -76,8 +78,9 @@ def main(
     for option, given in (("--frames", frames is not None), ("--resume", resume), ("--cluster", where is not None)):
         if given and path is None:
             raise InputError(f"{option}: needs --path")
+    from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
     from depthwalk.commands.frame_keys import frame_keys
-    from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, parse_frames, smooth
+    from depthwalk.commands.output import Output, check_output
     from depthwalk.commands.reports import input_files
     from depthwalk.scene.path import load_path
 
