@@ -18,14 +18,14 @@ from pyglm import glm
 
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.reprojection import Reprojection
-from depthwalk.render.still_picture import StillPicture
 from depthwalk.render.view.field_of_view import reduced, widened
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.frame_scale import FrameScale
 from depthwalk.walk.look_around import LookAround
 from depthwalk.walk.motion import Motion
-from depthwalk.walk.slices import FrameSlices, Slices, longest
+from depthwalk.walk.slices import FrameSlices, longest
+from depthwalk.walk.still_slices import StillSlices
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
 _QUICK = 0.025  # s below which they are drawn whole again
@@ -73,9 +73,7 @@ class ShownFrames:
         self._finished_scale = 1.0  # of the last frame
         self._interactive = False  # whether the frame is for a viewer who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
-        self._still = StillPicture(renderer.device)
-        self._still_slices = Slices(renderer.device)
-        self._still_done = False
+        self._still = StillSlices(renderer)
         self._unshown = False  # whether something is finished that no picture has shown
 
     @property
@@ -89,7 +87,7 @@ class ShownFrames:
     @refines.setter
     def refines(self, refines: bool) -> None:
         if self._refines and not refines:
-            self._drop_still()
+            self._still.drop()
             self._around.drop()
             self._settled = 0
         self._refines = refines
@@ -98,7 +96,12 @@ class ShownFrames:
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
         knows_around = self._around.knows_all or not (self.in_slices and self.refines)
-        return not self._unshown and self._is_settled and knows_around and (self._still_done or not self._wants_still)
+        return (
+            not self._unshown
+            and self._is_settled
+            and knows_around
+            and (self._still.is_finished or not self._wants_still)
+        )
 
     @property
     def _is_settled(self) -> bool:
@@ -115,7 +118,7 @@ class ShownFrames:
     @property
     def is_drawing(self) -> bool:
         """Return whether a frame, or a still picture, has been begun that is not finished yet."""
-        return self._frame.is_drawing or self._still_slices.is_drawing or self._around.is_drawing
+        return self._frame.is_drawing or self._still.is_drawing or self._around.is_drawing
 
     @property
     def scale(self) -> float:
@@ -169,8 +172,8 @@ class ShownFrames:
         self._choose_way()
         if not self.in_slices:
             return self._draw_whole_or_still(view, screen)
-        finished, self._unshown = self._unshown and not self._still_done, False
-        if self._still_done and self._is_settled:
+        finished, self._unshown = self._unshown and not self._still.is_finished, False
+        if self._still.is_finished and self._is_settled:
             self._still.show(screen)
             return finished
         if self._reprojection.unseen(view) > _MOST_UNSEEN:  # as before the first frame, or after a sudden turn
@@ -190,9 +193,9 @@ class ShownFrames:
             self._around.advance(self._slice_seconds(self._view))
         elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
-        elif self._wants_still and not self._still_done:
-            self._still_done = self._draw_still(self._view, longest(self._renderer.settings.reprojection.slice / 1e3))
-            self._unshown |= self._still_done
+        elif self._wants_still and not self._still.is_finished:
+            seconds = longest(self._renderer.settings.reprojection.slice / 1e3)
+            self._unshown |= self._still.advance(self._view, seconds)
 
     def _looks_around(self, view: View) -> bool:
         """Return whether something beside what `view` shows is drawn now, and begin with it if it is wanted."""
@@ -208,28 +211,17 @@ class ShownFrames:
         """Draw a frame at once, or the still picture; return whether it was a frame."""
         self._unshown = False
         if not (self._is_settled and self._wants_still):
-            self._drop_still()
+            self._still.drop()
             if self._renderer.settings.reprojection.mode == "auto" and min(self._durations, default=0.0) > _SLOW:
                 self._draw_first(view, screen)
             else:
                 self._draw_whole(view, screen)
             return True
-        if not self._still_done:
-            self._still_done = self._draw_still(view, np.inf)
+        if not self._still.is_finished:
+            self._still.advance(view, np.inf)
             self._renderer.render(view, screen)  # targets are to be those of the plan again
         self._still.show(screen)
         return False
-
-    def _draw_still(self, view: View, seconds: float) -> bool:
-        """Go on with the still picture for about `seconds`; return whether it is finished."""
-        if not self._still_slices.is_drawing:
-            self._still_slices.begin(self._still.steps(self._renderer, view))
-        return self._still_slices.advance(seconds)
-
-    def _drop_still(self) -> None:
-        """Forget the still picture, and what of one has been drawn."""
-        self._still_slices.drop()
-        self._still_done = False
 
     def _catch_up(self, view: View) -> View:
         """Finish a frame at once, or two, until one holds what is to be seen; return where the viewer is by then."""
@@ -246,7 +238,7 @@ class ShownFrames:
 
     def finish(self) -> None:
         """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
-        self._drop_still()
+        self._still.drop()
         self._around.drop()
         while self._frame.is_drawing:
             self._advance(np.inf)
@@ -302,7 +294,7 @@ class ShownFrames:
 
         interactive: whether it has fewer pixels, and limits to its work, since the viewer moves.
         """
-        self._drop_still()
+        self._still.drop()
         self._around.drop()
         settings = self._renderer.settings.reprojection
         self._interactive = interactive
@@ -369,7 +361,6 @@ class ShownFrames:
     def release(self) -> None:
         """Free everything on the GPU, and forget a frame that has been begun."""
         self._frame.drop()
-        self._drop_still()
         self._around.drop()
         self._still.release()
         self._reprojection.release()
