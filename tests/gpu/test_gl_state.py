@@ -67,6 +67,6 @@ def test_state_is_restored_after_an_exception() -> None:
 def test_unknown_state_is_an_error_and_changes_nothing() -> None:
     context = Recorded()
     keeper = keeper_of(context)
-    with pytest.raises(TypeError), keeper.changed(culling=True):  # type: ignore[call-arg]
+    with pytest.raises(ValueError), keeper.changed(culling=True):  # type: ignore[call-arg]
         pass
     assert keeper.now == State()

@@ -155,6 +155,32 @@ def test_defines_and_uniforms_reach_the_program(gl_device: Device, shaders: Call
     assert found[0] == pytest.approx([1.0, 2.0, 3.0, 4.0])
 
 
+def test_uniforms_are_written_again_where_their_values_are_others(
+    gl_device: Device, shaders: Callable[..., Path]
+) -> None:
+    shaders(
+        v="void main() { gl_Position = vec4(4.0 * float(gl_VertexID % 2) - 1.0, 2.0 * gl_VertexID - 1.0, 0, 1); }",
+        f="uniform float some[2];\nuniform vec2 one;\nout vec4 c; void main() { c = vec4(some[0], some[1], one); }",
+    )
+    scope = gl_device.scope("test")
+    made, texture = Program(scope, "v.glsl", "f.glsl"), scope.texture((1, 1), 4, "f4")
+    into = scope.framebuffer([texture])
+
+    def drawn(**values: object) -> list[float]:
+        made.set(**values)
+        with scope.state(into=into):
+            made.fill()
+        return np.frombuffer(texture.read(), np.float32).tolist()
+
+    some = [1.0, 2.0]
+    assert drawn(some=some, one=(3.0, 4.0)) == [1, 2, 3, 4]
+    some[1] = 5.0  # the same list
+    assert drawn(some=some) == [1, 5, 3, 4]
+    assert drawn(some=[1.0, 2.0], one=np.array([6.0, 7.0], "f4").tobytes()) == [1, 2, 6, 7]
+    assert drawn(one=(6.0, 8.0)) == [1, 2, 6, 8] and drawn(one=(6.0, 8.0)) == [1, 2, 6, 8]
+    scope.release()
+
+
 def test_programs_of_our_shaders_are_compiled_when_they_are_used_others_at_once(
     gl_device: Device, shaders: Callable[..., Path], tmp_path: Path
 ) -> None:

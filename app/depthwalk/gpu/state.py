@@ -6,8 +6,7 @@ outside all blocks find the defaults of `State`.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import TypedDict, Unpack
+from typing import NamedTuple, TypedDict, Unpack
 
 import moderngl
 
@@ -15,8 +14,7 @@ LESS = "<"  # depth functions, as moderngl names them
 ALWAYS = "1"
 
 
-@dataclass(frozen=True, kw_only=True)
-class State:
+class State(NamedTuple):
     """Hold the GL state that may differ from draw to draw. Counter-clockwise faces are front faces.
 
     Attributes
@@ -87,7 +85,7 @@ class StateKeeper:
         before = self.now
         wrote_depth = into is None or into.depth_mask
         try:
-            self._set(replace(before, **changes))
+            self._set(before._replace(**changes))
             if into is not None:
                 into.depth_mask = depth_write
                 into.use()

@@ -238,7 +238,7 @@ class PixelPrograms:
         self._programs: dict[tuple[str | Path | tuple[str, ...], ...], Program] = {}
         self._with_depth = DepthFramebuffers(gl)
         self._single: dict[str, moderngl.Framebuffer] = {}  # by data type, one texel of it
-        self._sky: tuple[Program, bytes, Colour] | None = None  # with the uniforms, and what it draws
+        self._sky: tuple[Program, Mapping[str, Any], Colour] | None = None  # with the uniforms, and what it draws
 
     def parts(self, group: Sequence[DrawnPass]) -> Iterator[None]:
         """Draw passes into the target of the last of them; stop between strips of the picture.
@@ -308,8 +308,7 @@ class PixelPrograms:
 
         It is drawn into one texel and read back when it may have changed.
         """
-        key = b"".join(np.asarray(value).tobytes() for value in uniforms.values())
-        if self._sky is None or self._sky[:2] != (program, key):
+        if self._sky is None or self._sky[:2] != (program, uniforms):
             if dtype not in self._single:
                 self._single[dtype] = self._gl.framebuffer([self._gl.texture((1, 1), 4, dtype)])
             for unit, texture in enumerate(textures):
@@ -319,7 +318,7 @@ class PixelPrograms:
             stored, one = _TEXELS[dtype]
             texel = np.frombuffer(only_texture(self._single[dtype]).read(alignment=1), stored)
             red, green, blue, alpha = (texel / np.float64(one)).tolist()
-            self._sky = program, key, (red, green, blue, alpha)
+            self._sky = program, uniforms, (red, green, blue, alpha)
         return self._sky[2]
 
     def _program(self, passes: Sequence[PixelPass[Any]], defines: tuple[str, ...]) -> Program:
