@@ -30,7 +30,9 @@ class Fault:
     detail: str
 
 
-def judge(target: Target, files: Files, folder: Path, trace: LineTrace | None = None) -> Fault | None:
+def judge(
+    target: Target, files: Files, folder: Path, trace: LineTrace | None = None, part: float = 1.0
+) -> Fault | None:
     """Read an input and judge how it was read.
 
     Parameters
@@ -43,6 +45,8 @@ def judge(target: Target, files: Files, folder: Path, trace: LineTrace | None = 
         An empty folder, to which the files are written; nobody empties it.
     trace
         Notes which lines run; None: nothing does.
+    part
+        Of the seconds of its budget, how many reading may take, 0 to 1.
 
     Returns
     -------
@@ -64,7 +68,7 @@ def judge(target: Target, files: Files, folder: Path, trace: LineTrace | None = 
         fault = _bad_message(str(error), folder)
     except Exception as error:
         fault = Fault(kind=f"{type(error).__name__} {_place(error)}", detail="".join(traceback.format_exception(error)))
-    overdraft = overdrawn(before, length, target.megabytes)
+    overdraft = overdrawn(before, length, target.megabytes, part)
     if fault is None and overdraft is not None:
         spent = used()
         detail = f"{spent.seconds - before.seconds:.1f} s, {(spent.peak - before.peak) >> 20} MiB for {length} bytes"

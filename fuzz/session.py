@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fuzz.budget import limit_seconds, used
+from fuzz.budget import UNTRACED, limit_seconds, used
 from fuzz.bytes_changes import bounded, change_bytes
 from fuzz.case import Files, Target, write_files
 from fuzz.judge import Fault, judge
@@ -97,8 +97,8 @@ class Session:
         """Judge an input, and keep it to be changed further where it took a new way."""
         before = len(self.trace.steps)
         fault = self._judged(files)
-        if fault is not None and fault.kind == "too many seconds":  # a busy machine may be to blame
-            fault = self._judged(files)
+        if _is_slow(fault):
+            fault = self._judged(files, traced=False)
         self.tally.inputs += 1
         if fault is not None and fault.kind not in self.tally.faults:
             self._report(files, fault)
@@ -106,13 +106,18 @@ class Session:
             self.corpus.append(files)
             self.tally.kept += 1
 
-    def _judged(self, files: Files) -> Fault | None:
+    def _judged(self, files: Files, traced: bool = True) -> Fault | None:
+        """Judge an input, with a trace of its lines; one that took too long is judged again without.
+
+        The trace is called for each function that any library calls, and makes the time of one that is written in
+        Python, such as that of YAML, six times as long: on a busy machine too long for a file that is read in 0.1 s.
+        """
         folder = self.folder / "input"  # is there as long as it is read: should the process end, it was that
         folder.mkdir()
         (self.folder / "first").write_text(next(iter(files)))
         limit_seconds()
         try:
-            return judge(self.target, files, folder, self.trace)
+            return judge(self.target, files, folder, *((self.trace,) if traced else (None, UNTRACED)))
         finally:
             shutil.rmtree(folder)
 
@@ -128,7 +133,7 @@ class Session:
             )
 
     def _same(self, files: Files, fault: Fault) -> bool:
-        again = self._judged(files)
+        again = self._judged(files, traced=not _is_slow(fault))
         return again is not None and again.kind == fault.kind
 
     def _save(self) -> None:
@@ -139,6 +144,10 @@ class Session:
         temporary = self.folder / "tally.json.part"
         temporary.write_text(json.dumps(vars(self.tally)))
         temporary.replace(self.folder / "tally.json")
+
+
+def _is_slow(fault: Fault | None) -> bool:
+    return fault is not None and fault.kind == "too many seconds"
 
 
 def shortened(files: Files, still: object, most_trials: int = _MOST_TRIALS) -> Files:

@@ -25,6 +25,8 @@ def test_a_misspelt_file_is_told_which_one_is_meant(tmp_path: Path) -> None:
         f"{tmp_path / 'gardn.yaml'}: no such file; did you mean 'garden.yaml'?"
     )
     assert str(missing_file(tmp_path / "night.yaml")) == f"{tmp_path / 'night.yaml'}: no such file"
+    assert str(missing_file(tmp_path / "room.yml")).endswith("room.yml: no such file; did you mean 'room.yaml'?")
+    assert str(missing_file(tmp_path / "room.ply")).endswith("room.ply: no such file")
     assert str(missing_file(tmp_path / "no" / "gardn.yaml")) == f"{tmp_path / 'no' / 'gardn.yaml'}: no such file"
     assert str(missing_file(tmp_path)) == f"{tmp_path}: is a folder"
 

@@ -175,7 +175,7 @@ def farm(folder: Path, workers: int) -> Iterator[Farm]:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     address = f"tls://127.0.0.1:{port}"
-    environment = os.environ | certificates(folder)
+    environment = os.environ | certificates(folder) | cache(folder)  # no run reads the user's cache
     dask = [sys.executable, "-m", "distributed.cli.dask_{}"]
     common = ["--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0"]
     scheduler = [dask[0], dask[1], dask[2].format("scheduler"), *common, "--port", str(port), "--protocol", "tls"]

@@ -75,12 +75,18 @@ def missing_file(path: Path) -> InputError:
 
 
 def suggest_file(path: Path) -> str:
-    """Return `; did you mean 'x'?`, where x is the file spelt most like `path`, of its folder and ending; or ""."""
+    """Return `; did you mean 'x'?`, where x is the file spelt most like `path`, of its folder and ending; or "".
+
+    Where only the ending is misspelt, as in `.yml` for `.yaml`, x is the file with the right one.
+    """
     try:
         with os.scandir(path.parent) as entries:
             names = [Path(entry.name) for entry in islice(entries, _MAX_NAMES)]
     except (OSError, ValueError):  # no such folder either, one that may not be read, or a null character
         return ""
-    alike = {name.stem: name.name for name in names if name.suffix.lower() == path.suffix.lower()}
-    close = get_close_matches(path.stem, alike, n=1, cutoff=0.6)
-    return f"; did you mean {alike[close[0]]!r}?" if close else ""
+    endings = {name.suffix: name.name for name in names if name.stem == path.stem}
+    stems = {name.stem: name.name for name in names if name.suffix.lower() == path.suffix.lower()}
+    for spelt, alike in ((path.suffix, endings), (path.stem, stems)):
+        if close := get_close_matches(spelt, alike, n=1, cutoff=0.6):
+            return f"; did you mean {alike[close[0]]!r}?"
+    return ""

@@ -146,6 +146,30 @@ def test_renderers_refuse(scene: Scene, options: dict[str, Any], message: str) -
         dw.Renderer(scene, **options)
 
 
+@pytest.mark.parametrize(
+    ("camera", "message"),
+    [
+        (dw.Camera((0, 1, 5), (0, 1, 0), 60), r"fov 60 must be 0\.0175 to 2\.97 radians, that is 1 to 170 degrees"),
+        (dw.Camera((0, 1, 5), (0, 1, 5), 1), "target must be elsewhere"),
+        (dw.Camera((0, float("nan"), 5), (0, 1, 0), 1), "must be finite"),
+    ],
+)
+def test_cameras_that_see_nothing(scene: Scene, camera: dw.Camera, message: str) -> None:
+    with dw.Renderer(scene, (8, 6), representation="mesh") as renderer, pytest.raises(dw.InputError, match=message):
+        renderer.render(camera)
+
+
+def test_what_is_no_scene_and_what_is_closed(scene: Scene, scene_file: Path) -> None:
+    given: Any = scene_file
+    for take in (lambda: dw.Renderer(given, (8, 6)), lambda: dw.view(given)):
+        with pytest.raises(TypeError, match="must be a Scene, as load_scene returns it, not "):
+            take()
+    with dw.Renderer(scene, (8, 6), representation="mesh") as renderer:
+        pass
+    with pytest.raises(ValueError, match="renderer is closed"):
+        renderer.render()
+
+
 def test_nothing_is_printed(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -5,6 +5,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -185,6 +186,14 @@ def test_the_quicker_way_is_named_with_its_bounds() -> None:
     assert 1.95 < low <= median <= high < 2.05
     alike = to_text(report_of({"a": frame.tolist(), "b": (frame * rng.uniform(0.9, 1.1, 100)).tolist()}))
     assert alike.endswith(", which is within the noise")
+
+
+def test_what_could_not_be_drawn_as_asked_is_not_compared() -> None:
+    report = report_of({"mesh": [1.0, 2.0], "dpci": [3.0, 4.0]})
+    unlike = replace(report.runs[0], counts={"mesh": 0, "dpci": 7, "occluded": 0})
+    text = to_text(replace(report, runs=(unlike, report.runs[1])))
+    assert text.count("nothing was drawn as mesh") == 1 and " as fast as " not in text and not text.endswith("\n")
+    assert "  dpci 7\n" in text  # counts that are 0 are left out
 
 
 def test_slow_frames_name_what_they_took_longer_for() -> None:

@@ -1,11 +1,16 @@
 """What nannies do for their workers."""
 
+import asyncio
 import importlib
+import subprocess
+import sys
+from types import SimpleNamespace
 
 import dask
 import pytest
 
 from depthwalk.cluster import nanny
+from depthwalk.cluster.lasting_worker import LastingWorker
 
 
 def test_what_is_preloaded_exists() -> None:
@@ -18,9 +23,40 @@ def test_a_preloading_nanny_forks_workers_and_may_start_processes(monkeypatch: p
     loaded: list[object] = []
     monkeypatch.setattr(nanny, "preload", lambda: loaded.append(dask.config.get(METHOD)))
     with dask.config.set({METHOD: "spawn"}):
-        nanny.dask_setup(None)
+        made = SimpleNamespace(config=dask.config.merge(dask.config.config), env={TRIM: "1"}, pre_spawn_env={TRIM: "1"})
+        nanny.dask_setup(made)
         assert loaded == [nanny.worker_config().get(METHOD, "spawn")]
         assert dask.config.get("distributed.worker.daemon") is False
+    assert dask.config.get("distributed.worker.profile.enabled", config=made.config) is False  # what workers are given
+    assert not made.env and not made.pre_spawn_env and made.Worker is LastingWorker
+
+
+def test_a_worker_whose_scheduler_is_lost_leaves_its_nanny() -> None:
+    told: list[dict[str, object]] = []
+
+    class Lost:
+        async def handle_stream(self, comm: object) -> None:
+            raise OSError("the connection broke")
+
+        async def close(self, **how: object) -> None:
+            told.append(how)
+
+    with pytest.raises(OSError, match="broke"):
+        asyncio.run(LastingWorker.handle_scheduler(Lost(), None))  # type: ignore[arg-type]  # all that it asks for
+    assert [how["nanny"] for how in told] == [False]
+
+
+@pytest.mark.slow
+def test_what_workers_are_forked_from_has_read_a_scene_and_is_not_searched_for_garbage() -> None:
+    program = (
+        "import gc, sys, depthwalk.commands.worker_start as made;"
+        "from depthwalk.scene.path import PathFile;"
+        "from depthwalk.cluster.nanny import PRELOADED;"
+        "assert gc.isenabled() and gc.get_freeze_count() > 100_000;"
+        "assert PathFile.__pydantic_complete__ and sys.modules.keys() >= set(PRELOADED);"
+        "made._rehearse()"  # which may not fail, though a nanny would pass over it
+    )
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
 
 
 def test_macos_does_not_fork(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -29,3 +65,4 @@ def test_macos_does_not_fork(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 METHOD = "distributed.worker.multiprocessing-method"
+TRIM = "MALLOC_TRIM_THRESHOLD_"

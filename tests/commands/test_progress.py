@@ -1,4 +1,4 @@
-"""Progress appears on a terminal and nowhere else; without one, stages are logged."""
+"""Live progress appears on a terminal only; without one, a line now and then says what is waited for."""
 
 import io
 import logging
@@ -32,6 +32,9 @@ def test_progress_is_for_terminals_that_are_not_told_to_be_quiet(
 ) -> None:
     terminal()
     assert show_progress()
+    monkeypatch.setenv("TERM", "dumb")
+    assert not show_progress()
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.ERROR)
     assert not show_progress()
     monkeypatch.setattr(sys, "stderr", io.StringIO())
@@ -87,3 +90,17 @@ def test_a_pipe_is_told_now_and_then_what_takes_long(plain_seconds: float, monke
         for stage in ("reading", "side", "top", "owners"):
             report("bust", stage)
     assert written.getvalue() == "waiting for bust: side\nwaiting for bust: owners\n"
+
+
+def test_a_pipe_is_told_now_and_then_how_many_frames_are_done(
+    plain_seconds: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", plain_seconds)
+    monkeypatch.setattr(sys, "stderr", written := io.StringIO())
+    monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.WARNING)
+    clock = iter([0.0, 1.0, 7.0, 7.0, 8.0])
+    monkeypatch.setattr("depthwalk.commands.progress.time.monotonic", lambda: next(clock))
+    with frame_progress("rendering", 3) as advance:
+        for _ in range(3):
+            advance()
+    assert written.getvalue() == "rendering: 2 of 3 frames\n"

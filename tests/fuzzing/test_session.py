@@ -8,7 +8,10 @@ import pytest
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.mtl import parse_mtl
-from fuzz.case import Target
+from fuzz.budget import SECONDS
+from fuzz.case import Files, Target
+from fuzz.judge import Fault
+from fuzz.line_trace import LineTrace
 from fuzz.session import Session, Tally, shortened
 
 
@@ -57,6 +60,21 @@ def test_a_planted_fault_is_found_and_made_short(tmp_path: Path) -> None:
     again = run(tmp_path / "b", 0)
     assert again.inputs == tally.inputs
     assert (tmp_path / "b" / "fault-1" / "x.mtl").read_bytes() == (found / "x.mtl").read_bytes()
+
+
+@pytest.mark.usefixtures("_unlimited")
+@pytest.mark.parametrize("is_slow", [False, True])
+def test_time_that_the_trace_takes_is_no_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_slow: bool) -> None:
+    def judged(
+        target: Target, files: Files, folder: Path, trace: LineTrace | None = None, part: float = 1.0
+    ) -> Fault | None:
+        seconds = 2 * SECONDS if trace else SECONDS * (0.5 if is_slow else 0.2)
+        return Fault(kind="too many seconds", detail="") if seconds > part * SECONDS else None
+
+    monkeypatch.setattr("fuzz.session.judge", judged)
+    session = Session(TARGET, 0, tmp_path)
+    session.attempt({"x.mtl": b"Ns"})
+    assert ("too many seconds" in session.tally.faults) == is_slow
 
 
 @pytest.mark.usefixtures("_unlimited")

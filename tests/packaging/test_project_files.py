@@ -24,6 +24,7 @@ from depthwalk import resources
 from depthwalk.commands.cli import app
 from depthwalk.render.passes import PASSES
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.path import load_path
 from depthwalk.walk.hud import HELP
 
 ROOT = Path(__file__).parents[2]
@@ -143,15 +144,20 @@ def test_the_readme_shows_every_command_as_it_is() -> None:
     assert seen == set(commands.commands)
 
 
-def test_the_readme_shows_every_key() -> None:
+def test_the_page_on_the_window_shows_every_key() -> None:
+    page = (ROOT / "docs" / "walking.md").read_text(encoding="utf-8")
     for key, meaning in HELP:
-        assert f"| {key} | {meaning} |\n" in README
+        assert f"| {key} | {meaning} |\n" in page
 
 
-def test_the_readme_scene_loads(tmp_path: Path) -> None:
-    scene = tmp_path / "court.yaml"
-    (shown, *_) = re.findall(r"```yaml\n(.+?)```", README, re.DOTALL)
-    scene.write_text(shown, encoding="utf-8")
-    loaded = load_scene(scene)
-    assert len(loaded.objects) == 2 + 36 + 2 + 60
-    assert len(loaded.nodes.name) and "corner" in loaded.nodes.name
+def test_the_scenes_of_readme_and_tutorial_load(tmp_path: Path) -> None:
+    tutorial = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    file, loaded = tmp_path / "court.yaml", []
+    *shown, walk = re.findall(r"```yaml\n(.+?)```", README + tutorial, re.DOTALL)
+    for text in shown:
+        file.write_text(text, encoding="utf-8")
+        loaded.append(load_scene(file))
+    assert [len(scene.objects) for scene in loaded] == [15 + 60, 2 + 36 + 2 + 60, 1]
+    assert {"corner", "pot"} <= set(loaded[1].nodes.name)
+    file.write_text(walk, encoding="utf-8")
+    assert len(load_path(file).frames()) == 61

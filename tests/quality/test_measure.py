@@ -233,7 +233,8 @@ def test_the_report_marks_goals_and_holds_no_infinity() -> None:
     summary, mesh = overall(PSNR, models)
     assert (summary.worst, mesh) == (26, "a.ply")
     text = to_text(report)
-    assert "30.00 FAIL" in text and "26.00 FAIL" in text and "20.0 MB on the GPU FAIL" in text
+    assert "30.00 FAIL" in text and "26.00 FAIL" in text and "20.0 MB on the GPU FAIL (goal 16 MB)" in text
+    assert next(line for line in text.splitlines() if "PSNR" in line).endswith("≥ 33, ≥ 27")
     assert text.splitlines()[-1].split()[-6:] == ["3.0", "ok", "–", "1.0", "20.0", "FAIL"]
     assert "baked in 3.0 s ok" in text and "a poor candidate: holes" in text and "overall, 2 models" in text
     document = json.loads(to_json(report))

@@ -1,6 +1,7 @@
 """The tools the generators are made of."""
 
 import os
+import runpy
 import subprocess
 import sys
 from collections.abc import Callable
@@ -32,6 +33,12 @@ from depthwalk.scene.scene import MeshAsset
 from depthwalk.types import Array
 
 ROOT = Path(__file__).parents[2]
+
+
+def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "skimage.measure", None)
+    with pytest.raises(SystemExit, match=r"scikit-image is not installed; pip install -e '\.\[models\]' brings it"):
+        runpy.run_path(str(ROOT / "tools" / "make_models" / "meshing.py"))
 
 
 def signed_volume(model: Model) -> float:

@@ -10,9 +10,13 @@ from scipy.ndimage import zoom
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
-from skimage.measure import marching_cubes
 from tools.make_models.model import Model, vertex_normals
 from tools.make_models.sdf import Field
+
+try:
+    from skimage.measure import marching_cubes
+except ImportError:
+    raise SystemExit("scikit-image is not installed; pip install -e '.[models]' brings it") from None
 
 _COARSE = 4  # fine cells per coarse cell
 _CHUNK = 1 << 17  # points per evaluation: the temporaries stay in the processor's cache

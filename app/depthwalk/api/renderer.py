@@ -1,6 +1,7 @@
 """Render pictures of a scene without a window, as arrays."""
 
 import logging
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.api.object_ids import object_ids
-from depthwalk.api.scene import PathLike, Scene
+from depthwalk.api.scene import PathLike, Scene, check_scene
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
+from depthwalk.limits import MAX_FOV, MIN_FOV
 from depthwalk.pictures import jpeg_bytes, png_bytes
 from depthwalk.render.frame import Pass
 from depthwalk.render.headless import HeadlessRenderer
@@ -126,6 +128,8 @@ class Renderer:
         Where no OpenGL 3.3 context can be created.
     InputError
         For assets that cannot be used.
+    TypeError
+        Where `scene` is no `Scene`, but the name of a file, say.
 
     Examples
     --------
@@ -151,6 +155,7 @@ class Renderer:
         progress: Callable[[str, str], None] | None = None,
     ) -> None:
         """Read the scene's assets, and make the context and the programs that draw them."""
+        check_scene(scene)
         if len(size) != 2 or min(size) < 1:
             raise InputError(f"size {size}: must be a width and a height of at least 1 pixel")
         self.size = size
@@ -161,6 +166,7 @@ class Renderer:
         all_passes = [*(default_passes() if passes is None else passes), self._ids]
         self._headless = HeadlessRenderer(scene.loaded, library, size, wanted, all_passes)
         self._headless.renderer.remembers = reuse
+        self._closed = False
         self._moved: list[slice] = []  # runs of objects, since the last picture
         scene.watch(self._note_moved)
 
@@ -176,6 +182,7 @@ class Renderer:
 
     def close(self) -> None:
         """Free what the renderer holds on the GPU; the end of a `with` block does so too."""
+        self._closed = True
         self._headless.release()
 
     def render(self, camera: Camera | None = None, *, object_id: bool = False, background: bool = True) -> Image:
@@ -194,7 +201,18 @@ class Renderer:
         -------
         Image
             The picture.
+
+        Raises
+        ------
+        InputError
+            For a camera that sees nothing: one whose target is where it stands, or whose angle is none in radians.
+        ValueError
+            Where the renderer is closed.
         """
+        if self._closed:
+            raise ValueError("the renderer is closed; render within its `with` block")
+        if camera is not None:
+            _check_camera(camera)
         world = self._headless.renderer.world
         with self._headless.device.context:
             for objects in self._moved:
@@ -232,6 +250,17 @@ class Renderer:
             depth=view_distance(np.take_along_axis(depth, nearest, -1)[..., 0], *view.depth_range),
             object_id=None if ids is None else np.take_along_axis(ids, nearest, -1)[..., 0],
         )
+
+
+def _check_camera(camera: Camera) -> None:
+    """Raise InputError where `camera` shows no picture."""
+    if not MIN_FOV <= math.degrees(camera.fov) <= MAX_FOV:
+        bounds = f"{math.radians(MIN_FOV):.3g} to {math.radians(MAX_FOV):.3g} radians"
+        raise InputError(f"camera: fov {camera.fov:g} must be {bounds}, that is {MIN_FOV:g} to {MAX_FOV:g} degrees")
+    if not np.isfinite([camera.position, camera.target]).all():
+        raise InputError("camera: position and target must be finite")
+    if tuple(camera.position) == tuple(camera.target):
+        raise InputError("camera: target must be elsewhere than the camera's position")
 
 
 def _representation(name: str) -> Representation:

@@ -171,6 +171,8 @@ class Scene:
         """
         number, local = self._number(node), self._loaded.nodes.local
         place = self.position_of(number) if position is None else position
+        if len(place) != 3:
+            raise InputError(f"node {node!r}: position {place} must be three numbers")
         angle = float(local.yaw[number]) if yaw is None else yaw
         factor = float(local.scale[number]) if scale is None else scale
         try:
@@ -205,6 +207,12 @@ class Scene:
         if not 0 <= node < len(self.nodes):
             raise InputError(f"no node {node}: the scene has {len(self.nodes)}")
         return node
+
+
+def check_scene(scene: Scene) -> None:
+    """Raise TypeError where `scene` is none, but something else that a scene can be made of, as the name of a file."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: must be a Scene, as load_scene returns it, not {scene!r}")
 
 
 def load_scene(

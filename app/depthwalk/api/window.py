@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from depthwalk.api.scene import PathLike, Scene
+from depthwalk.api.scene import PathLike, Scene, check_scene
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.gpu.failures import GpuError
 from depthwalk.scene.path import load_path
@@ -30,11 +30,14 @@ def view(
         Where no window can be opened, as without a display.
     InputError
         For assets and paths that cannot be used.
+    TypeError
+        Where `scene` is no `Scene`.
 
     Examples
     --------
     >>> dw.view(dw.load_scene("scene.yaml"))
     """
+    check_scene(scene)
     from depthwalk import walk  # the window's libraries take half a second
 
     loaded = scene.loaded

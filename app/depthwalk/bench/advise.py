@@ -191,7 +191,7 @@ def to_table(advised: Advised, want_flip: float) -> Table:
         rows.append((advice.asset, f"{advice.pixels:g}", *measured, advice.quickest.label, draws.label))
     notes = [f"{name} {why}: nothing to choose." for name, why in advised.left_out.items()]
     if advised.unfinished:
-        notes.append(f"{advised.unfinished} measurements were left out for lack of time; --seconds allows more.")
+        notes.append(f"Left out for lack of time: {advised.unfinished} measurements; --seconds allows more.")
     return Table(
         name="advise",
         title="Milliseconds for each copy of an object, in brackets FLIP",

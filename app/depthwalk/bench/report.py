@@ -46,7 +46,8 @@ def to_text(report: Report) -> str:
         lines += ["", title(run).ljust(24) + _columns(titles)]
         lines += [f"  {name}".ljust(24) + _columns(times) for name, *times in rows]
         lines += [f"  {line}" for line in notes(run)]
-    return "\n".join([*lines, *["", *speed_ups(report)][: None if len(report.runs) > 1 else 0]])
+    compared = speed_ups(report)
+    return "\n".join([*lines, *(["", *compared] if compared else [])])
 
 
 def headline(report: Report) -> list[str]:
@@ -80,12 +81,17 @@ def table(run: Run) -> list[list[str]]:
 
 
 def notes(run: Run) -> list[str]:
-    """Return the lines below a run's table: what it drew, and a line for each of its slowest frames."""
-    lines = [", ".join(f"{name} {value:g}" for name, value in run.counts.items())]
-    kind = "mesh" if run.representation.startswith("mesh") else run.representation
-    if run.counts.get(kind) == 0:
+    """Return the lines below a run's table: its counts that are not 0, and a line for each of its slowest frames."""
+    lines = [", ".join(f"{name} {value:g}" for name, value in run.counts.items() if value)]
+    if _drew_nothing(run):
         lines.append(f"nothing was drawn as {run.representation}: no asset that was seen can be")
     return lines + [_slow_line(slow, run.frame_ms.p50) for slow in run.slowest]
+
+
+def _drew_nothing(run: Run) -> bool:
+    """Return whether no object was drawn as the representation that was asked for, but as others allow it."""
+    kind = "mesh" if run.representation.startswith("mesh") else run.representation
+    return run.counts.get(kind) == 0
 
 
 def _slow_line(slow: SlowFrame, median: float) -> str:
@@ -94,8 +100,11 @@ def _slow_line(slow: SlowFrame, median: float) -> str:
 
 
 def speed_ups(report: Report) -> list[str]:
-    """Return a line for each two runs that says how many times as fast the quicker one is, frame by frame."""
-    return [_speed_up(*pair) for pair in _pairs(report.runs)]
+    """Return a line for each two runs that says how many times as fast the quicker one is, frame by frame.
+
+    A run in which nothing was drawn as it should have been says nothing about its representation, and is left out.
+    """
+    return [_speed_up(*pair) for pair in _pairs(tuple(run for run in report.runs if not _drew_nothing(run)))]
 
 
 def _speed_up(one: Run, other: Run) -> str:

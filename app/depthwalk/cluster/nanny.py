@@ -4,13 +4,16 @@ A worker that starts from nothing spends more than a second of a processor on im
 nannies start workers as `multiprocessing` does; by its method "forkserver" a process without threads imports once, and
 is forked for each worker. OpenGL contexts are created after the fork, by the tasks.
 
-The nannies of a cluster on other machines do the same where they are given `--preload-nanny depthwalk.cluster.nanny`.
+The nannies of a cluster on other machines do the same where they are given `--preload-nanny depthwalk.cluster.nanny`,
+and outlive their scheduler.
 """
 
 import multiprocessing
 import sys
+from typing import Any
 
-# By name, since most lie above this package: the process that is forked imports them, this one need not.
+# By name, since most lie above this package: the process that is forked imports them, this one need not. The later
+# ones are what functions import when they are called.
 PRELOADED = (
     "distributed.nanny",
     "distributed.comm.tcp",
@@ -19,8 +22,18 @@ PRELOADED = (
     "depthwalk.commands.comparison",
     "depthwalk.commands.frame_chunks",
     "depthwalk.ingest.trimesh_reader",
+    "depthwalk.bake.parts",
+    "depthwalk.scene.scatter",
+    "PIL.JpegImagePlugin",
+    "PIL.PngImagePlugin",
+    "embreex.mesh_construction",
+    "embreex.rtcore_scene",
+    "glcontext.egl",
+    "scipy.interpolate",
+    "scipy.ndimage",
+    "scipy.spatial.transform",
 )
-
+_IMPORTER = "depthwalk.commands.worker_start"
 
 # What watches a worker costs one core in fifty, and nobody looks at it here.
 _CONFIG = {
@@ -29,6 +42,9 @@ _CONFIG = {
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.worker.daemon": False,  # FLIP and measured bakes start processes of their own
 }
+# With Dask's value the C library gives every large array back to the system at once, and the next one is zeroed: until
+# the second frame there are twice as many page faults.
+_UNSET = ("MALLOC_TRIM_THRESHOLD_",)
 
 
 def worker_config() -> dict[str, object]:
@@ -37,7 +53,8 @@ def worker_config() -> dict[str, object]:
     Windows cannot fork, and libraries of macOS may not be used in forked processes.
     """
     can_fork = sys.platform != "darwin" and "forkserver" in multiprocessing.get_all_start_methods()
-    return _CONFIG | ({"distributed.worker.multiprocessing-method": "forkserver"} if can_fork else {})
+    unset = {f"distributed.nanny.pre-spawn-environ.{variable}": None for variable in _UNSET}
+    return _CONFIG | unset | ({"distributed.worker.multiprocessing-method": "forkserver"} if can_fork else {})
 
 
 def preload() -> None:
@@ -46,12 +63,20 @@ def preload() -> None:
 
     context = get_mp_context()
     if context.get_start_method() == "forkserver":
-        context.set_forkserver_preload(list(PRELOADED))  # in the place of Dask's list, which is made by the line above
+        context.set_forkserver_preload([_IMPORTER])  # in the place of Dask's list, which `get_mp_context` has made
 
 
-def dask_setup(nanny: object) -> None:
+def dask_setup(nanny: Any) -> None:
     """Prepare a nanny; Dask calls this where it preloads the module, before the nanny has a worker."""
     import dask
 
+    from depthwalk.cluster.lasting_worker import LastingWorker
+
     dask.config.set(worker_config())
+    # It has copied the configuration already, and of that the environment.
+    nanny.config = dask.config.merge(nanny.config, dask.config.config)
+    for variable in _UNSET:
+        nanny.pre_spawn_env.pop(variable, None)
+        nanny.env.pop(variable, None)
+    nanny.Worker = LastingWorker
     preload()

@@ -4,6 +4,7 @@ So `depthwalk --help` waits for no library of numbers or graphics, and `depthwal
 another command needs. A command that imports much does so once its options were parsed.
 """
 
+import gc
 import os
 from collections.abc import Iterator, Mapping
 from importlib import import_module
@@ -94,6 +95,7 @@ def main() -> None:
     """Run the program `depthwalk` with the arguments of the process."""
     for name, value in _ENVIRONMENT.items():
         os.environ.setdefault(name, value)
+    gc.disable()  # until a command has been imported, see `without_garbage`
     app()
 
 

@@ -80,19 +80,18 @@ RepresentationOption = Annotated[
     typer.Option(
         "--representation",
         metavar="NAME",
-        help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod, mesh-clusters) "
-        "or as depth samples warped straight to the screen (dmesh), and as nothing else; reliefs also by rays that "
-        "look for their surface (relief, distance, parallax), flat (bump), as displaced vertices (displacement) or "
-        "warped by the processor and drawn as a texture (relief-texture); "
-        "meshes also by pictures from many directions, three of them blended (octahedral) or one alone (billboard); "
-        "auto: as meshes or depth images, whichever is quicker; scene: as the scene file says, by auto where it "
-        "says nothing, with meshes in place of depth images near by.",
+        help="Draw all that can be drawn so as dpci (depth images), mesh, mesh-lod, mesh-clusters, dmesh, octahedral "
+        "or billboard; reliefs also as relief, distance, parallax, bump, displacement or relief-texture; auto: mesh "
+        "or dpci, whichever is quicker; scene: as the scene file says.",
     ),
 ]
 PathOption = Annotated[
     Path | None, typer.Option("--path", metavar="FILE", help="Camera path file.", show_default=False)
 ]
-Frames = Annotated[int | None, typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames.")]
+Frames = Annotated[
+    int | None,
+    typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out."),
+]
 NoBackground = Annotated[bool, typer.Option("--no-background", help="Leave the background transparent (alpha 0).")]
 AssetRoots = Annotated[
     list[Path] | None,

@@ -65,6 +65,14 @@ class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
     Its help calls arguments by their names: `SCENE`, where typer would write `{SCENE}` and `SCENE <path>`.
     """
 
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Read the arguments; a mistake in them is told with the name of this command, not of the whole program."""
+        try:
+            return super().parse_args(ctx, args)
+        except UsageError as error:
+            error.ctx = error.ctx or ctx
+            raise
+
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return the parts of the line "Usage:" after the command's name."""
         return [piece.replace("{", "").replace("}", "") for piece in super().collect_usage_pieces(ctx)]
@@ -104,6 +112,9 @@ def guarded(command: Command) -> Command:
 
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> None:
+        if not gc.isenabled():  # it was off while the command was imported
+            with without_garbage():
+                pass
         _open_closed_streams()
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))

@@ -4,7 +4,9 @@ Live displays appear only on a terminal. Elsewhere what takes long is told of in
 --verbose in a line for every stage.
 """
 
+import itertools
 import logging
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -32,8 +34,9 @@ def quiet() -> Iterator[None]:
 
 
 def show_progress() -> bool:
-    """Return whether to show live progress: stderr is a terminal and --quiet was not given."""
-    return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR
+    """Return whether to show live progress: stderr is a terminal that moves its cursor, and --quiet was not given."""
+    can_move = sys.stderr.isatty() and os.environ.get("TERM", "") not in ("dumb", "unknown")  # as `rich` sees it
+    return can_move and log.getEffectiveLevel() < logging.ERROR
 
 
 def live_options() -> dict[str, Any]:
@@ -57,9 +60,14 @@ class _PlainReport:
         end_if_interrupted()
         if log.isEnabledFor(logging.INFO):
             log.info("%s: %s", name, stage)
-        elif log.isEnabledFor(logging.WARNING) and time.monotonic() - self._last > PLAIN_SECONDS:
+        else:
+            self.now_and_then(f"waiting for {name}: {stage}")
+
+    def now_and_then(self, line: str) -> None:
+        """Print a line, unless the last one was printed a moment ago."""
+        if log.isEnabledFor(logging.WARNING) and time.monotonic() - self._last > PLAIN_SECONDS:
             self._last = time.monotonic()
-            print(f"waiting for {name}: {stage}", file=sys.stderr, flush=True)
+            print(line, file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -83,22 +91,31 @@ def asset_progress() -> Iterator[Report]:
 
 @contextmanager
 def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show a progress bar, as long as the `with` block lasts.
+    """Show a progress bar, as long as the `with` block lasts; without a terminal a line now and then.
 
     Parameters
     ----------
     label
         The text before the bar.
     total
-        Number of frames; a single one gets no bar.
+        Number of frames; of a single one nothing is shown.
 
     Yields
     ------
     Callable[[], None]
         A function to call after each frame. It also ends a command that was interrupted, see `end_if_interrupted`.
     """
-    if total < 2 or not show_progress():
+    if total < 2:
         yield end_if_interrupted
+        return
+    if not show_progress():
+        plain, done = _PlainReport(), itertools.count(1)
+
+        def count() -> None:
+            plain.now_and_then(f"{label}: {next(done)} of {total} frames")
+            end_if_interrupted()
+
+        yield count
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -1,5 +1,6 @@
 """Declare `depthwalk render`, which draws a scene, or the frames of a camera path, to pictures or a video."""
 
+from contextlib import ExitStack
 from typing import Annotated
 
 import typer
@@ -31,7 +32,7 @@ from depthwalk.commands.options import (
     Settings,
     Verbose,
 )
-from depthwalk.commands.program import FAILURE, guarded
+from depthwalk.commands.program import FAILURE, guarded, without_garbage
 from depthwalk.errors import InputError
 
 
@@ -78,15 +79,16 @@ def main(
     for option, given in (("--frames", frames is not None), ("--resume", resume), ("--cluster", where is not None)):
         if given and path is None:
             raise InputError(f"{option}: needs --path")
-    from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
-    from depthwalk.commands.frame_keys import frame_keys
-    from depthwalk.commands.output import Output, check_output
-    from depthwalk.commands.reports import input_files
-    from depthwalk.scene.path import load_path
+    with without_garbage():
+        from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
+        from depthwalk.commands.frame_keys import frame_keys
+        from depthwalk.commands.output import Output, check_output
+        from depthwalk.commands.reports import input_files
+        from depthwalk.scene.path import load_path
 
-    loaded = open_scene(scene, asset_root, settings)
-    walk = load_path(path) if path else None
-    numbers = parse_frames(frames, walk) if walk else range(1)
+        loaded = open_scene(scene, asset_root, settings)
+        walk = load_path(path) if path else None
+        numbers = parse_frames(frames, walk) if walk else range(1)
     output = Output(out, no_background)
     if output.suffix != ".exr":  # its distances are those in the middles of pixels
         smooth(loaded, size)
@@ -105,6 +107,8 @@ def main(
     if output.is_series and walk:
         named = frame_keys(loaded, settings or (), size, str(representation_name), no_background, output.suffix)
         keys = [named.key(camera) for camera in cameras]
-    with open_headless(loaded, size, representation(representation_name)) as headless:
+    with ExitStack() as stack:
+        with without_garbage():
+            headless = stack.enter_context(open_headless(loaded, size, representation(representation_name)))
         cameras = cameras or [options.apply(loaded.camera or headless.frame_all())]
         draw_frames(headless, cameras, output, walk.fps if walk else 1.0, keys, numbers[0], resume)

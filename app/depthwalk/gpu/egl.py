@@ -6,13 +6,14 @@ notification" is the default). Everything else, as which GPU is taken, is left t
 
 import ctypes
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 
 from depthwalk.gpu.failures import ContextLostError, GpuError
 
 _LIBRARY = "libEGL.so.1"
+_GL_LIBRARY = "libGL.so.1"
 _OPENGL_API = 0x30A2
 _CONFIG_ID, _NONE = 0x3028, 0x3038
 _DRAW, _READ = 0x3059, 0x305A
@@ -119,7 +120,8 @@ def _display_and_config() -> tuple[int, int]:
     egl = _library()
     egl.eglBindAPI(_OPENGL_API)
     before = _current(egl)
-    ordinary = moderngl.create_context(require=330, standalone=True, backend="egl")  # type: ignore[arg-type]
+    named: dict[str, Any] = {"backend": "egl", "libgl": _GL_LIBRARY, "libegl": _LIBRARY}  # else ldconfig is run twice
+    ordinary = moderngl.create_context(require=330, standalone=True, **named)
     try:
         now, number, config, count = _current(egl), _Int(), _Handle(), _Int()
         egl.eglQueryContext(now.display, now.context, _CONFIG_ID, ctypes.byref(number))

@@ -105,7 +105,9 @@ class Source:
         self.files.append(name)
         out = [_line(number, 1)]
         for index, line in enumerate(lines, start=1):
-            if (constants := _FROM.match(line)) is not None:
+            if "#" not in line:  # nearly all; a renderer reads ten thousand lines before its first picture
+                out.append(line)
+            elif (constants := _FROM.match(line)) is not None:
                 try:
                     out += [*_constant_defines(constants["rest"], isinstance(name, str)), _line(number, index + 1)]
                 except (ImportError, AttributeError, TypeError, SyntaxError) as error:

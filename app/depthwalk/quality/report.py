@@ -212,6 +212,8 @@ def headline(report: CompareReport) -> str:
 def costs_line(model: ModelReport) -> str:
     """Return a line that says how `model` was baked and what it costs."""
     reached, costs, params = cost_goals(model), model.costs, model.params
+    in_time = mark(reached["bake_seconds"], f" (goal {goals.BAKE_SECONDS:g} s)")
+    in_memory = mark(reached["bytes_gpu"], f" (goal {goals.GPU_BYTES / 1e6:g} MB)")
     peak = "" if costs.bake_peak_bytes is None else f" within {costs.bake_peak_bytes / 1e6:.0f} MB"
     count = model.deepest if params.layers == "auto" else params.layers
     layers = f"{count} layer{'s' if count > 1 else ''}{' (auto)' if params.layers == 'auto' else ''}"
@@ -219,9 +221,9 @@ def costs_line(model: ModelReport) -> str:
     return (
         f"{params.resolution}², {layers}, {params.method}{parts}; "
         f"{model.triangles} triangles, {len(model.views)} views; "
-        f"baked in {costs.bake_seconds:.1f} s{mark(reached['bake_seconds'])}{peak}, "
+        f"baked in {costs.bake_seconds:.1f} s{in_time}{peak}, "
         f"{costs.bytes_disk / 1e6:.1f} MB on disk, "
-        f"{costs.bytes_gpu / 1e6:.1f} MB on the GPU{mark(reached['bytes_gpu'])}; "
+        f"{costs.bytes_gpu / 1e6:.1f} MB on the GPU{in_memory}; "
         f"{100 * model.candidate.left_out:.2f} % of the visible surface left out"
     )
 
@@ -230,9 +232,9 @@ def _megabytes(count: int | None) -> str:
     return "–" if count is None else f"{count / 1e6:.1f}"
 
 
-def mark(reached: bool | None) -> str:
-    """Return the mark that stands behind a value: " ok" where its goal is `reached`, else " FAIL"; "" for no goal."""
-    return "" if reached is None else " ok" if reached else " FAIL"
+def mark(reached: bool | None, goal: str = "") -> str:
+    """Return the mark behind a value: " ok" where its goal is `reached`, else " FAIL" and `goal`; "" for no goal."""
+    return "" if reached is None else " ok" if reached else f" FAIL{goal}"
 
 
 def cell(measure: Measure, value: float, goal: float | None = None) -> str:
@@ -251,12 +253,17 @@ def _head() -> str:
 
 
 def _table(model: ModelReport) -> Iterator[str]:
-    yield _head() + "".join(word.rjust(12) for word in ("close: mean", "worst"))
+    yield _head() + "".join(word.rjust(12) for word in ("close: mean", "worst")) + "   goals"
     for measure in MEASURES:
         close = summarise(measure, model.close)
-        yield _row(measure, summarise(measure, model.views)) + "".join(
-            cell(measure, value).rjust(12) for value in (close.mean, close.worst)
-        )
+        cells = [cell(measure, value).rjust(12) for value in (close.mean, close.worst)]
+        yield _row(measure, summarise(measure, model.views)) + "".join(cells) + f"   {_goals(measure)}"
+
+
+def _goals(measure: Measure) -> str:
+    """Return what the goals of `measure` are for the mean and, after a comma, for the worst view."""
+    sign = "≥" if measure.more_is_better else "≤"
+    return ", ".join(f"{sign} {goal:g}" for goal in (measure.goal_mean, measure.goal_worst) if goal is not None)
 
 
 def _row(measure: Measure, summary: Summary) -> str:

@@ -125,7 +125,8 @@ class Walk:
         self._show_renderer()
         self.state.arrive()
         self._loading.end()
-        self.state.tell(self._model_turn.guess or "H shows the keys")
+        tour = "P plays the tour, " if playback else ""
+        self.state.tell(self._model_turn.guess or f"W A S D and right drag move and look; {tour}H shows all keys")
 
     def _begin(self) -> None:
         """Make what loading shows its progress with, in the window's context."""

@@ -262,7 +262,8 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
             ("", f"{counts['warped_triangles']:,} triangles"),
             ("tile cache", f"{counts['atlas_used']:.0%} full, scale {counts['tile_resolution']:.0%}"),
         ]
-    rows.append(("on the GPU", f"{counts['assets']:,} assets, {counts['gpu_mb']:,.0f} MB"))
+    plural = "" if counts["assets"] == 1 else "s"
+    rows.append(("on the GPU", f"{counts['assets']:,} asset{plural}, {counts['gpu_mb']:,.0f} MB"))
     return [(name, text) for name, text in rows if text != _NONE or name == "drawn as"]
 
 
