@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.params import Params
 from depthwalk.render.declared_targets import declared
-from depthwalk.render.frame import Frame, Pass, common
+from depthwalk.render.frame import Frame, Pass, common_settings
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
@@ -42,7 +42,7 @@ class Alone:
         """A frame as the pass sees it; values: those of its fields that the pass looks at."""
         pass_ = self.pass_
         targets = declared(self.targets, pass_.name, pass_.reads, pass_.writes)
-        fields = {"view": self.view, "common": common(settings or RenderSettings()), "transparent": False}
+        fields = {"view": self.view, "common": common_settings(settings or RenderSettings()), "transparent": False}
         return cast(Frame, SimpleNamespace(**fields | {"targets": targets} | values))
 
     def draw(self, params: Params | None = None, settings: RenderSettings | None = None, **values: object) -> None:

@@ -7,7 +7,8 @@ import numpy as np
 
 from depthwalk.gpu.device import Device
 from depthwalk.render.draw.draw_lists import FrameDrawLists
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.image import read_pixels
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera

@@ -225,7 +225,7 @@ def _load() -> None:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads would not live in the processes that are forked
     import depthwalk.commands.bake
     import depthwalk.commands.baking
-    import depthwalk.commands.output
+    import depthwalk.commands.frame_drawing
     import depthwalk.commands.render
     import depthwalk.walk.recorder  # noqa: F401
 

@@ -30,14 +30,14 @@ from depthwalk.commands.cli import main
 def hook(name, *rest, original=importlib.import_module, **options):
     module = original(name, *rest, **options)
     if name == "depthwalk.walk.app" and not hasattr(module, "measured"):
-        module.measured, step = True, module._Walk._step
+        module.measured, step = True, module.Walk.step
         def first(self):
             step(self)
             used = resource.getrusage(resource.RUSAGE_SELF)
             print("FIRST", time.time(), used.ru_utime + used.ru_stime, flush=True)
             self._close_library()
             os._exit(0)
-        module._Walk._step = first
+        module.Walk.step = first
     return module
 
 importlib.import_module = hook  # before `depthwalk.walk` takes it

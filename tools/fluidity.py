@@ -27,7 +27,7 @@ from depthwalk.geometry.vectors import components
 from depthwalk.quality.metrics import flip_map
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.renderer import read_pixels
+from depthwalk.render.image import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene

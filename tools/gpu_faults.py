@@ -89,13 +89,13 @@ class Walk:
     def __init__(self, file: Path) -> None:
         scene = load_scene(file)
         scene.render.reprojection.mode = "off"  # frames that depend on the clock are not the same twice
-        self._walk = app._Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
+        self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
         self._walk._loads_kernels = True  # they round otherwise than NumPy
         self._scene = scene
 
     def __enter__(self) -> "Walk":
         self._walk.start(self._scene, None, None, lambda camera: camera)
-        self._walk._state.hud = False
+        self._walk.state.hud = False
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -104,35 +104,35 @@ class Walk:
     @property
     def camera(self) -> Camera:
         """Where the viewer is."""
-        return self._walk._state.camera
+        return self._walk.state.camera
 
     @property
     def live(self) -> dict[str, int]:
         """How many GL objects live, by kind."""
-        return dict(+self._walk._device.live)
+        return dict(+self._walk.device.live)
 
     def fail(self, lost: bool) -> None:
         """Let the context be lost, or an object be refused, before the next frame."""
-        self._walk._failures.clear()  # it is not the same failure again
+        self._walk.recovery.forget()  # it is not the same failure again
         if lost:
-            self._walk._device._status = lambda: _RESET
+            self._walk.device._status = lambda: _RESET
         else:
-            self._walk._make_anew(moderngl.Error("no memory"))
+            self._walk.recover(moderngl.Error("no memory"))
 
     def at_rest(self) -> NDArray[np.uint8]:
         """The picture (H, W, 3) that the window shows when nothing changes any more."""
         for number in range(_ROUNDS):
-            self._walk._state._toast = ""
-            if number > 2 and self._walk._frames.is_current:
+            self._walk.state._toast = ""
+            if number > 2 and self._walk.frames.is_current:
                 break
             self._round()
-        return read_window(self._walk._window)
+        return read_window(self._walk.window)
 
     def _round(self) -> None:
         try:
-            self._walk._step()
+            self._walk.step()
         except GPU_FAILURES as error:
-            self._walk._make_anew(error)
+            self._walk.recover(error)
 
 
 class Pictures:

@@ -27,7 +27,7 @@ from tools.vitals import ROOT, Walk, walks
 
 from depthwalk.bench.equal import picture_flip
 from depthwalk.bench.measure import sample_path
-from depthwalk.commands.output import open_headless
+from depthwalk.commands.frame_drawing import open_headless
 from depthwalk.errors import InputError
 from depthwalk.files import write_bytes
 from depthwalk.pictures import png_bytes

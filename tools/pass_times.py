@@ -11,9 +11,7 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 from tools.plain_engine.walks import walk_about
@@ -29,14 +27,13 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 
 _WARM = 6  # frames that are not counted
-_SHADERS = "depthwalk.gpu.program.shader_root"
 Times = dict[str, list[float]]
 
 
-def measure_frame(headless: HeadlessRenderer, folder: Path, view: View) -> dict[str, float]:
-    """Draw a frame by the shaders of `folder`; return the milliseconds of processor time of each pass, and of all."""
+def measure_frame(headless: HeadlessRenderer, view: View) -> dict[str, float]:
+    """Draw a frame; return the milliseconds of processor time of each pass, and of all."""
     found: dict[str, float] = {}
-    with headless.device.context, patch(_SHADERS, partial(Path, folder)):
+    with headless.device.context:
         finish = headless.device.context.finish
         finish()
         start = last = time.process_time()
@@ -94,12 +91,13 @@ def measure(folders: Sequence[Path], drawn: Sequence[HeadlessRenderer], views: S
     Raises GpuError, which begins with the folder, where one of its shaders does not compile.
     """
     times: list[Times] = [{} for _ in folders]
-    for headless in drawn:
+    for folder, headless in zip(folders, drawn, strict=True):
         headless.renderer.remembers = True
+        headless.device.shaders = folder
     for number, view in enumerate(views):
         for folder, headless, own in zip(folders, drawn, times, strict=True):
             try:
-                found = measure_frame(headless, folder, view)
+                found = measure_frame(headless, view)
             except GpuError as error:
                 raise GpuError(f"{folder}: {error}") from error
             for name, milliseconds in found.items():

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from depthwalk.bench.measure import sample_path
-from depthwalk.commands.output import open_headless
+from depthwalk.commands.frame_drawing import open_headless
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render import kernels
 from depthwalk.render.view.view import View

@@ -73,10 +73,10 @@ class Soak:
         scene = load_scene(files[0])
         with ExitStack() as made:
             library = made.enter_context(closing(BackgroundLibrary(scene.assets)))
-            self._walk = app._Walk(open_window("soak", _SIZES[0]), library, load_scene)
+            self._walk = app.Walk(open_window("soak", _SIZES[0]), library, load_scene)
             made.pop_all()
         self._walk.start(scene, None, None, lambda camera: camera)
-        self._home = self._walk._state.home
+        self._home = self._walk.state.home
 
     def __enter__(self) -> "Soak":
         return self
@@ -86,16 +86,16 @@ class Soak:
 
     def round(self, number: int) -> None:
         """Walk through all scenes, do everything that a user may, and return to the beginning."""
-        actions = self._walk._actions
+        actions = self._walk.actions
         for file in [*self._files[1:], self._files[0]]:
-            state = self._walk._state
+            state = self._walk.state
             self._resize(_SIZES[1:][number % 3])
             state.represent(_REPRESENTATIONS[number % 3])
             setattr(state, toggled := _TOGGLES[number % 4], not getattr(state, toggled))
             actions()["K"]()
             self._walk_on(_FRAMES, number)
             actions()["K"]()
-            self._walk._want_screenshot()
+            self._walk.want_screenshot()
             actions()["R"]()
             self._walk_on(_FRAMES, number)
             setattr(state, toggled, not getattr(state, toggled))
@@ -103,39 +103,39 @@ class Soak:
             self._go(self._home)
             state.represent(None)
             state.playback = None
-            self._walk._next_file = file
+            self._walk.next_file = file
             self._come_to_rest()
 
     def sample(self) -> tuple[int, int, int, int, int, int]:
         """Return frames so far, bytes allocated and resident, open files, living GL objects, and objects of Python."""
         gc.collect()
         descriptors = len(os.listdir("/proc/self/fd")) - 1
-        live = sum(self._walk._device.live.values())
+        live = sum(self._walk.device.live.values())
         return self.frames, allocated_bytes(), resident_bytes(), descriptors, live, len(gc.get_objects())
 
     def _walk_on(self, frames: int, seed: int) -> None:
-        cameras: Iterator[Camera] = random_walk(self._walk._renderer.world.bounds(), frames, seed)
+        cameras: Iterator[Camera] = random_walk(self._walk.renderer.world.bounds(), frames, seed)
         for camera in islice(cameras, frames):
             self._go(camera)
             self._step()
 
     def _go(self, camera: Camera) -> None:
-        self._walk._state.turned = None
-        self._walk._state.walker.place(camera)
+        self._walk.state.turned = None
+        self._walk.state.walker.place(camera)
 
     def _resize(self, size: tuple[int, int]) -> None:
-        self._walk._window.size = size
+        self._walk.window.size = size
         self._step()
 
     def _come_to_rest(self) -> None:
         for number in range(_MOST_ROUNDS):
-            self._walk._state._toast = ""
-            if number > 2 and self._walk._frames.is_current and self._walk._progress is None:
+            self._walk.state._toast = ""
+            if number > 2 and self._walk.frames.is_current and self._walk.progress is None:
                 return
             self._step()
 
     def _step(self) -> None:
-        self._walk._step()
+        self._walk.step()
         self.frames += 1
 
 

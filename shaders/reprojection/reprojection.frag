@@ -5,8 +5,8 @@
 // al. 2012, "Iterative Image Warping"). They begin with the nearest surface that has come there, since a thing may have moved
 // by more than its width: a ray that misses it meets what is behind it in the next step.
 // EXACT: the camera is that of the picture; TURNED: it stands where that stood. AROUND: what lies beyond the picture's edges is
-// what earlier pictures saw there.
-#from depthwalk.render.reprojection import FIXED_POINT_STEPS
+// what earlier pictures saw there. DISTANCE: how far ahead the surface is that one place of the screen shows, not its colour.
+#from depthwalk.render.reprojection import BEYOND, FIXED_POINT_STEPS
 #from depthwalk.render.reprojection import HIDDEN
 #from depthwalk.render.reprojection import REFLECTED
 #ifdef AROUND
@@ -23,8 +23,14 @@ uniform vec3 axis;              // its view axis, unit
 uniform vec2 half_extent;       // tangents of half the picture's angles
 uniform ivec2 margin;           // pixels that the picture has beyond the screen's on each side, of EXACT
 
+#ifdef DISTANCE
+uniform vec2 place_asked; // 0 to 1 over the screen, to the right and up
+layout(location = 0) out float distance_shown; // metres along the new camera's axis; BEYOND where nothing is
+#define uv place_asked
+#else
 in vec2 uv;
 layout(location = 0) out vec4 screen;
+#endif
 
 struct Found {
     vec2 place;         // in the picture
@@ -82,7 +88,13 @@ void main() {
     Found found = search(ray, place_of(near));
     // Something nearer stands in the picture where this surface should be: what was behind it was never seen.
     bool hidden = abs(found.ahead) < HIDDEN * found.expected;
+#ifdef DISTANCE
+    vec2 place = mirrored(hidden ? found.behind : found.place);
+    float ahead = abs(texture(distances, place).r);
+    distance_shown = ahead < BEYOND ? dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead - viewer) : BEYOND;
+#else
     // Beside what is nearer a pixel keeps to itself: in the blend of four it would take the edge of that with it.
     screen = colour_at(hidden ? found.behind : found.place, hidden || found.ahead < 0.0);
+#endif
 #endif
 }

@@ -12,22 +12,17 @@ import OpenEXR
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from typer.testing import CliRunner
 
+from baked_files import Channels, Parts, identical, refused, rewrite
 from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.header import inspect_header
-from depthwalk.bake.images import BakedObject, BoundaryStrip, DepthImage, Face
-from depthwalk.bake.model import BakedModel
+from depthwalk.bake.images import BakedObject, BoundaryStrip, Face
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
-from shapes import bake, box, checkers, globe, joined, model_of, two_halves
-
-Channels = dict[str, NDArray[Any]]
-Parts = list[tuple[str, dict[str, Any], Channels]]
-_OWN = ("channels", "chunkCount", "name")  # attributes that the library writes itself
+from shapes import bake, box, joined, model_of
 
 
 @pytest.fixture(scope="module")
@@ -51,37 +46,6 @@ def path(tmp_path: Path, data: bytes) -> Path:
     return path
 
 
-def rewrite(path: Path, change: Callable[[Parts], Parts]) -> None:
-    """Writes the parts of a file again; `change` gets the list of (name, header, channels) and returns it."""
-    with OpenEXR.File(str(path), separate_channels=True) as file:
-        parts = [
-            (
-                part.name(),
-                {key: value for key, value in part.header.items() if key not in _OWN},
-                {key: channel.pixels.copy() for key, channel in part.channels.items()},
-            )
-            for part in file.parts
-        ]
-    OpenEXR.File([OpenEXR.Part(header, channels, name) for name, header, channels in change(parts)]).write(str(path))
-
-
-def refused(path: Path, message: str) -> None:
-    with pytest.raises(InputError, match=message) as caught:
-        read_baked(path)
-    assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
-
-
-def identical(one: Any, other: Any) -> bool:
-    """Whether two baked objects, or what they are made of, are the same to the bit."""
-    if isinstance(one, np.ndarray):
-        return one.dtype == other.dtype and np.array_equal(one, other)
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(identical, one, other))
-    if hasattr(one, "__dataclass_fields__"):
-        return all(identical(getattr(one, name), getattr(other, name)) for name in one.__dataclass_fields__)
-    return one == other
-
-
 def with_border(baked: BakedObject, **changes: Any) -> BakedObject:
     """`baked` with its first border changed."""
     return replace(baked, boundary_strips=(replace(baked.boundary_strips[0], **changes), *baked.boundary_strips[1:]))
@@ -101,7 +65,7 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(
     tmp_path: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Rows of lists are no texels, of which images may have 4096."""
-    monkeypatch.setattr("depthwalk.bake.file._LIST_WIDTH", 16)
+    monkeypatch.setattr("depthwalk.bake.file_parts._LIST_WIDTH", 16)
     count = 4096 * 16 + 1
     triangles = np.tile(np.arange(3, dtype=np.int32), (count, 1))
     nothing = np.zeros((0, 2), np.float16)
@@ -394,56 +358,6 @@ def test_files_say_whether_the_mesh_has_an_interior(tmp_path: Path, baked: Baked
     assert [part.has_interior for part in read_baked(path).parts] == [interior]
 
 
-@pytest.fixture(scope="module")
-def textured() -> BakedObject:
-    """A globe whose texture is finer than its images, so that they hold texture coordinates."""
-    baked = bake(globe(checkers(256, 16)), resolution=64, layers=1)
-    assert baked.texture is not None
-    return baked
-
-
-def test_texture_and_coordinates_are_read_as_they_were(tmp_path: Path, textured: BakedObject) -> None:
-    path = tmp_path / "globe.dpci.exr"
-    write_baked(path, model_of(textured))
-    (read,) = read_baked(path).parts
-    assert read.texture is not None and textured.texture is not None
-    np.testing.assert_array_equal(read.texture, textured.texture)
-    for before, after in zip(textured.images, read.images, strict=True):
-        assert before.coordinates is not None and after.coordinates is not None
-        assert identical(before.coordinates, after.coordinates)
-    assert read_header(path)["depthwalk.version"] == 11  # which earlier programs ask to bake again
-
-
-def test_every_part_of_a_model_has_its_texture(tmp_path: Path) -> None:
-    model = two_halves(globe(checkers(256, 16)), resolution=64)
-    plain = replace(model.parts[1], texture=None, images=tuple(map(without_coordinates, model.parts[1].images)))
-    for parts in (model.parts, (model.parts[0], plain)):
-        path = tmp_path / "halves.dpci.exr"
-        write_baked(path, BakedModel(parts=parts))
-        read = read_baked(path).parts
-        for before, after in zip(parts, read, strict=True):
-            assert (before.texture is None) == (after.texture is None)
-            assert before.texture is None or identical(before.texture, after.texture)
-            for one, other in zip(before.images, after.images, strict=True):
-                assert (one.coordinates is None and other.coordinates is None) or identical(
-                    one.coordinates, other.coordinates
-                )
-
-
-def without_coordinates(image: DepthImage) -> DepthImage:
-    return replace(image, coordinates=None)
-
-
-def test_all_colours_of_a_texture_survive(tmp_path: Path, textured: BakedObject) -> None:
-    every = np.arange(256, dtype=np.uint8).reshape(16, 16)
-    texture = np.stack([every, every[::-1], every.T], -1)
-    path = tmp_path / "x.dpci.exr"
-    write_baked(path, model_of(replace(textured, texture=texture)))
-    read = read_baked(path).parts[0].texture
-    assert read is not None
-    np.testing.assert_array_equal(read, texture)
-
-
 def test_without_a_texture_files_are_as_ever(path: Path) -> None:
     """So files of before are read, and earlier programs read those of now."""
     assert read_header(path)["depthwalk.version"] == 10
@@ -453,34 +367,3 @@ def test_without_a_texture_files_are_as_ever(path: Path) -> None:
     assert "uv" not in channels and not any("texture" in name for name in names)
     (read,) = read_baked(path).parts
     assert read.texture is None and all(image.coordinates is None for image in read.images)
-
-
-def test_texture_and_coordinates_belong_together(tmp_path: Path, textured: BakedObject) -> None:
-    path = tmp_path / "globe.dpci.exr"
-    write_baked(path, model_of(textured))
-    whole = path.read_bytes()
-    rewrite(path, lambda parts: [part for part in parts if part[0] != "texture"])
-    refused(path, "other channels than it should")
-
-    def bare(parts: Parts) -> Parts:
-        return [(name, header, {k: v for k, v in channels.items() if k != "uv"}) for name, header, channels in parts]
-
-    path.write_bytes(whole)
-    rewrite(path, bare)
-    refused(path, "other channels than it should")
-
-
-def test_a_texture_holds_colours(tmp_path: Path, textured: BakedObject, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "globe.dpci.exr"
-    write_baked(path, model_of(textured))
-
-    def spoil(parts: Parts) -> Parts:
-        for name, _, channels in parts:
-            if name == "texture":
-                channels["G"][0, 0] = np.nan
-        return parts
-
-    rewrite(path, spoil)
-    refused(path, "do not match their checksum")
-    monkeypatch.setattr("depthwalk.bake.file._checksum", lambda parts: read_header(path)["depthwalk.checksum"])
-    refused(path, "values that are no colours")

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tools.plain_engine import __main__ as tool
+from tools.plain_engine import engine as plain_engine
 from tools.plain_engine.engine import PlainEngine, edge_length
 
 import shapes
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.gpu.device import Device, headless_device
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -36,6 +38,20 @@ def engine(row: Path) -> Iterator[PlainEngine]:
     engine = PlainEngine(scene, levels, [edge_length(level.mesh) for level in levels], SIZE, 0.0)
     yield engine
     engine.release()
+
+
+def test_a_failing_engine_leaves_no_context_behind(row: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[Device] = []
+
+    def noted() -> Device:
+        made.append(headless_device())
+        return made[0]
+
+    monkeypatch.setattr(plain_engine, "headless_device", noted)
+    with pytest.raises(IndexError):  # there is no level
+        PlainEngine(load_scene(row), [], [], SIZE, 0.0)
+    with pytest.raises(AttributeError):  # as moderngl's contexts are once they are released
+        _ = made[0].context.error
 
 
 def test_the_length_of_edges_is_their_mean() -> None:

@@ -9,7 +9,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from depthwalk.bench.equal import TOLERANCE, coarsened, picture_flip
-from depthwalk.bench.rows import COLUMNS, SETTLING, Walk, most_seen
+from depthwalk.bench.rows import COLUMNS
+from depthwalk.bench.table_walk import SETTLING, Walk, most_seen
 from depthwalk.commands.bench_table import main
 from depthwalk.commands.program import as_program
 from depthwalk.quality.metrics import flip_map

@@ -14,7 +14,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from depthwalk.commands.output import smooth
+from depthwalk.commands.frame_drawing import smooth
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import RenderSettings

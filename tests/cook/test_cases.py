@@ -24,7 +24,7 @@ from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.gpu.device import Device
 from depthwalk.render.draw import object_detail as plan
-from depthwalk.render.renderer import read_pixels
+from depthwalk.render.image import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene

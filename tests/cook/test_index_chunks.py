@@ -11,7 +11,7 @@ from depthwalk.cook.index_chunks import WHOLE, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.gpu.device import Device
-from depthwalk.render.renderer import read_pixels
+from depthwalk.render.image import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene

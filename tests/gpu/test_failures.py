@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from tools.gpu_faults import faulty_contexts
 
-from depthwalk.commands.output import Output, draw_frames
+from depthwalk.commands.frame_drawing import draw_frames
+from depthwalk.commands.output import Output
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.egl import RobustContext
 from depthwalk.gpu.failures import ContextLostError, GpuError, check_reset, never_reset, reset_status

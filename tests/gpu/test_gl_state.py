@@ -31,7 +31,7 @@ class Target:
     """A framebuffer that counts how often it was bound."""
 
     def __init__(self) -> None:
-        self.depth_mask, self.color_mask, self.bound = True, (True,) * 4, 0
+        self.depth_mask, self.bound = True, 0
 
     def use(self) -> None:
         self.bound += 1
@@ -62,13 +62,6 @@ def test_state_is_restored_after_an_exception() -> None:
         assert target.depth_mask is False and target.bound
         raise RuntimeError
     assert keeper.now == State() and context.flags == moderngl.NOTHING and target.depth_mask is True
-
-
-def test_masks_are_those_of_the_framebuffer_again() -> None:
-    target = Target()
-    with keeper_of(Recorded()).changed(cast(moderngl.Framebuffer, target), colour_mask=(True, False, False, True)):
-        assert target.color_mask == (True, False, False, True)
-    assert target.color_mask == (True,) * 4
 
 
 def test_unknown_state_is_an_error_and_changes_nothing() -> None:

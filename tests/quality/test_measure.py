@@ -3,6 +3,8 @@
 import json
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.advise import recommend
 from depthwalk.quality.candidate import Candidate, count_parts, examine, warnings
 from depthwalk.quality.goals import MEASURES, summarise
-from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
+from depthwalk.quality.measure import ViewQuality, measure, measure_views, object_height
 from depthwalk.quality.pair_renderer import Pair, PairRenderer, RgbdPicture
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
 from depthwalk.quality.views import SPHERE, Viewpoint
@@ -64,13 +66,16 @@ def shot(covered: Mask, colour: int, distance: float = 3.0) -> RgbdPicture:
     return RgbdPicture(pixels, np.where(covered, np.float32(distance), np.float32(np.inf)))
 
 
+def measured(pair: Pair, height: float) -> tuple[ViewQuality, ...]:
+    return measure_views(cast(PairRenderer, SimpleNamespace(pair=lambda viewpoint: pair)), height, [LEVEL])
+
+
 def test_a_pair_with_a_hole_is_measured() -> None:
     mesh = np.zeros((60, 60), bool)
     mesh[10:50, 10:50] = True
     holed = mesh.copy()
     holed[20:30, 20:30] = False
-    found = view_quality(Pair(shot(mesh, 200), shot(holed, 200, 3.1)), LEVEL, 2.0)
-    assert found is not None
+    (found,) = measured(Pair(shot(mesh, 200), shot(holed, 200, 3.1)), 2.0)
     assert found.pixels == 1600 and found.viewpoint is LEVEL
     assert found.iou == pytest.approx(15 / 16) and found.holes == pytest.approx(100 / 16)
     assert found.psnr == pytest.approx(10 * math.log10(255**2 / (72**2 / 16)))
@@ -80,7 +85,7 @@ def test_a_pair_with_a_hole_is_measured() -> None:
 
 def test_a_view_that_shows_nothing_is_left_out() -> None:
     nothing = shot(np.zeros((20, 20), bool), 0)
-    assert view_quality(Pair(nothing, nothing), LEVEL, 1.0) is None
+    assert measured(Pair(nothing, nothing), 1.0) == ()
 
 
 def test_a_ball_is_much_like_its_mesh(gl_device: Device, ball: tuple[Mesh, BakedModel]) -> None:

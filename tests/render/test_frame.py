@@ -6,7 +6,7 @@ import pytest
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params, param
-from depthwalk.render.frame import Frame, Pass, common
+from depthwalk.render.frame import Frame, Pass, common_settings
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.render_settings import RenderSettings
@@ -44,11 +44,11 @@ def test_what_is_common_comes_from_the_groups_that_declare_it() -> None:
     settings = RenderSettings.model_validate(
         {"light": {"mode": "forward"}, "warp": {"wireframe": True}, "composite": {"show_tiles": True}, "aa": "ssaa"}
     )
-    shared = common(settings)
+    shared = common_settings(settings)
     assert shared.forward and shared.wireframe and shared.show_tiles
     assert shared.aa.mode == "ssaa" and shared.aa.samples == 2
     assert shared.lod is settings.lod
-    assert not common(RenderSettings()).forward
+    assert not common_settings(RenderSettings()).forward
 
 
 def test_what_a_failing_pass_made_is_freed(gl_device: Device) -> None:

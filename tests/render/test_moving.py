@@ -7,7 +7,8 @@ import pytest
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.gpu.device import Device
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.image import read_pixels
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import set_node_transform

@@ -13,8 +13,9 @@ from depthwalk.gpu.device import Device
 from depthwalk.render import occlusion_phases
 from depthwalk.render.culling.object_occlusion import Occluders
 from depthwalk.render.draw.draw_lists import FrameDrawLists
+from depthwalk.render.image import read_pixels
 from depthwalk.render.occlusion_phases import OcclusionPhases
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import CAPTURED, HEIGHT_FIELDS, Camera, Representation
 from depthwalk.types import Rows

@@ -9,7 +9,7 @@ import pytest
 
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.gpu.device import Device
-from depthwalk.render.renderer import read_pixels
+from depthwalk.render.image import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.loader import load_scene
 from stage import OnScreen

@@ -14,11 +14,10 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GpuError
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.image import has_texture
+from depthwalk.render.image import has_texture, read_pixels
 from depthwalk.render.passes import default_passes, light
 from depthwalk.render.passes.sun import SunPass
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass, PixelPrograms
-from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene

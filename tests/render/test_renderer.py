@@ -10,8 +10,8 @@ import pytest
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.image import read_pixels
 from depthwalk.render.passes import default_passes
-from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene

@@ -5,8 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
-from depthwalk.reference.reprojection import sources
-from depthwalk.render.reprojection import BEYOND, Reprojection
+from depthwalk.reference.reprojection import look_up, sources
+from depthwalk.render.reprojection import BEYOND, Reprojection, seen_from
 from depthwalk.render.view.field_of_view import widened
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
@@ -82,6 +82,25 @@ def test_places_in_a_moved_picture_have_the_distances_of_the_surfaces(gl_device:
         stage.true(ASIDE)
         true = [stage.renderer.distance_at(*place) for place in places]
     assert np.isinf(true[-1]) and shown == pytest.approx(true, rel=0.02)
+
+
+def test_distances_are_those_of_the_surfaces_that_the_shader_finds(gl_device: Device) -> None:
+    """Beside edges too, where a search that begins elsewhere ends at another surface."""
+    view = View(ASIDE, SIZE)
+    with Moving(gl_device) as stage:
+        metres = view_distance(stage.depth, *stage.source.depth_range)
+        distances = np.where(np.isinf(metres), BEYOND, metres)
+        places = sources(stage.source, distances, view)
+        _, viewer, axis = seen_from(stage.source, view)
+        found, expected = [], []
+        for row, column in np.random.default_rng(3).integers(0, (90, 160), (60, 2)).tolist():
+            found.append(stage.reprojection.distance_at(view, (column + 0.5) / 160, 1 - (row + 0.5) / 120))
+            place = places[row, column]
+            ray, ahead = np.append((2 * place - 1) * stage.source.half_extent, 1), float(look_up(distances, place))
+            expected.append(axis @ (ray * ahead - viewer) if ahead < BEYOND else np.inf)
+    assert (
+        ~np.isclose(np.array(found), np.array(expected), rtol=1e-3)
+    ).sum() <= 1  # single precision decides along edges
 
 
 def test_without_a_picture_there_is_no_surface(gl_device: Device) -> None:

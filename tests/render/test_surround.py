@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.reference.surround import captured, places_around
+from depthwalk.render.frame_memory import SURROUNDING
 from depthwalk.render.reprojection import BEYOND, Reprojection
 from depthwalk.render.surround import SURROUND_SIZE, surround_views
 from depthwalk.render.view.view import View, view_distance
@@ -129,13 +130,13 @@ def test_the_sides_show_every_direction_once_and_frames_do_not_notice(turning: T
     turning.take(looking(0))
     before, plan = turning.true(looking(0)), turning.renderer.plan
     for side in surround_views(np.array([0.0, 1.2, 0.0])):
-        steps = turning.renderer.coarse_steps(side, turning.reprojection.surround.canvas())
+        steps = turning.renderer.auxiliary_steps(SURROUNDING, side, turning.reprojection.surround.canvas())
         next(steps)
         del steps  # given up
-        for _ in turning.renderer.coarse_steps(side, turning.reprojection.surround.canvas()):
+        for _ in turning.renderer.auxiliary_steps(SURROUNDING, side, turning.reprojection.surround.canvas()):
             pass
-        assert turning.renderer.aside_view is not None and turning.renderer.targets is not None
-        turning.reprojection.surround.take_canvas(turning.renderer.targets, turning.renderer.aside_view)
+        assert turning.renderer.auxiliary_view is not None and turning.renderer.targets is not None
+        turning.reprojection.surround.take_canvas(turning.renderer.targets, turning.renderer.auxiliary_view)
     assert turning.renderer.plan is plan
     assert (read(turning.reprojection.surround.surfaces, np.float32)[..., 3] > 0).all()
     for degrees in (100, 180, 250):

@@ -18,7 +18,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.reference.texture_coordinates import coordinates_at, step_within
-from depthwalk.render.renderer import read_pixels
+from depthwalk.render.image import read_pixels
 from depthwalk.render.resources.surface_texture import upload_texture
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation

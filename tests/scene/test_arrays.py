@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pyglm import glm
 
-from depthwalk.scene.arrays import HEIGHT_FIELDS, OF_MESH, Camera, Objects, Representation
+from depthwalk.scene.arrays import OF_MESH, Camera, Objects, Representation
 
 
 def objects_of(*kinds: Representation) -> Objects:
@@ -40,7 +40,6 @@ def test_labels_are_those_of_scene_files() -> None:
 def test_which_are_polygons() -> None:
     objects = objects_of(*Representation)
     assert objects.of_mesh.tolist() == [kind in OF_MESH for kind in Representation]
-    assert objects.as_height_field.tolist() == [kind in HEIGHT_FIELDS for kind in Representation]
 
 
 def test_rows_are_taken_and_put() -> None:

@@ -295,7 +295,7 @@ def test_a_picture_that_is_being_refined_is_given_up_when_the_viewer_moves(slice
     sliced.renderer.settings.reprojection.slice = 1
     sliced.rest()
     for step in range(1, 6):
-        while not sliced.frames.is_drawing or not sliced.frames._still_slices.is_drawing:
+        while not sliced.frames.is_drawing or not sliced.frames._still.is_drawing:
             sliced.round(0.1 * step)
         sliced.round(0.1 * step)
         assert not sliced.frames.is_current

@@ -26,7 +26,8 @@ from tools.plain_engine.walks import walk_about
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.equal import SUPERSAMPLING, coarsened, picture_flip, supersampled
-from depthwalk.bench.rows import SETTLING, Walk, most_seen, references
+from depthwalk.bench.rows import references
+from depthwalk.bench.table_walk import SETTLING, Walk, most_seen
 from depthwalk.errors import InputError
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer

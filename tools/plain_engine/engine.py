@@ -6,6 +6,7 @@ of the same scene.
 """
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,8 +20,8 @@ from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
+from depthwalk.render.image import read_pixels
 from depthwalk.render.lighting.irradiance import lighting
-from depthwalk.render.renderer import read_pixels
 from depthwalk.render.resources.placed_records import PLACED_RECORD, placed_records
 from depthwalk.render.view.bounds import depth_range, object_bounds
 from depthwalk.render.view.view import View
@@ -70,28 +71,35 @@ class PlainEngine:
         self._faces = np.array([len(level.mesh.faces) for level in levels])
         self._features = np.maximum.accumulate(features)
         self.device = headless_device()
-        with self.device.context:
-            self._gl = self.device.scope("plain engine")
-            self._screen = self._gl.framebuffer([self._gl.texture(size, 4)], self._gl.depth_texture(size))
-            light = lighting(scene.environment)
-            self._background = (srgb8_from_linear(light.sky.radiance(np.array([[0.0, 1, 0]])))[0] / 255).tolist()
-            self._program = Program(self._gl, _FOLDER / "plain.vert", _FOLDER / "plain.frag", ("CLAMP", *light.defines))
-            material = levels[0].mesh.materials[0]
-            self._program.set(
-                base_colour=material.base_colour,
-                specular=material.specular,
-                shininess=material.shininess,
-                **light.uniforms(),
-            )
-            self._view = ViewBlock(self._gl, PICTURE_VIEW)
-            self._arrays = [self._array(level) for level in levels]
-            self._instances = InstanceStream(self._gl, PLACED_RECORD)
+        with ExitStack() as made:  # what a failing step leaves behind goes with the context
+            made.callback(self.device.context.release)
+            with self.device.context:
+                self._make(scene, levels)
+            made.pop_all()
         points, self._objects = levels[0].mesh.positions, scene.objects
         centre = (points.min(0) + points.max(0)) / 2
         radius = np.linalg.norm(points - centre, axis=1).max()
         one_asset = replace(scene.objects, asset=np.zeros(len(scene.objects), np.int32))
         self._bounds = object_bounds(one_asset, centre[None], np.array([radius]))
         self._solid = is_solid(levels[0].mesh)
+
+    def _make(self, scene: Scene, levels: Sequence[MeshLevel]) -> None:
+        """Make what the pictures are drawn with, in the context, which is current."""
+        self._gl = self.device.scope("plain engine")
+        self._screen = self._gl.framebuffer([self._gl.texture(self.size, 4)], self._gl.depth_texture(self.size))
+        light = lighting(scene.environment)
+        self._background = (srgb8_from_linear(light.sky.radiance(np.array([[0.0, 1, 0]])))[0] / 255).tolist()
+        self._program = Program(self._gl, _FOLDER / "plain.vert", _FOLDER / "plain.frag", ("CLAMP", *light.defines))
+        material = levels[0].mesh.materials[0]
+        self._program.set(
+            base_colour=material.base_colour,
+            specular=material.specular,
+            shininess=material.shininess,
+            **light.uniforms(),
+        )
+        self._view = ViewBlock(self._gl, PICTURE_VIEW)
+        self._arrays = [self._array(level) for level in levels]
+        self._instances = InstanceStream(self._gl, PLACED_RECORD)
 
     def _array(self, level: MeshLevel) -> moderngl.VertexArray:
         vertices = np.concatenate([level.mesh.positions, level.mesh.normals], 1).astype(np.float32)

@@ -16,7 +16,7 @@ import numpy as np
 
 from depthwalk.assets.bake_pool import BakePool
 from depthwalk.assets.demand import asked_for, cook_options, nearest_first
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.assets.progress import Batch, Progress
 from depthwalk.cook.cook import CookedObject, CookOptions, HeldArrays, Prefetcher
 from depthwalk.cook.cooked_file import find_cooked, read_cooked
@@ -47,25 +47,18 @@ class BackgroundLibrary(SceneLibrary):
         urgent. The caller sets this; once it is False, `poll` begins to bake.
     """
 
-    def __init__(
-        self,
-        assets: tuple[Asset, ...],
-        report: Report = lambda name, stage: None,
-        processes: int | None = None,
-    ) -> None:
+    def __init__(self, assets: tuple[Asset, ...], processes: int | None = None) -> None:
         """Make a library of a scene's assets; nothing is read, and no process started, before it is asked for.
 
         Parameters
         ----------
         assets
             The assets, by number.
-        report
-            Called with the name of an asset and what is being done for it, by methods that the caller waits for.
         processes
             How many processes bake; None: as many as there are cores. Each imports the program's main module. 0 bakes
             in a thread, for programs that would run again when they are imported.
         """
-        super().__init__(assets, report, processes)
+        super().__init__(assets, processes=processes)
         self.failures: list[str] = []
         self._ready: dict[_Request, Objects] = {}
         self._finding: dict[_Request, Future[Objects | None]] = {}

@@ -10,95 +10,26 @@ from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.equal import SUPERSAMPLING, coarsened, path_flip, supersampled
 from depthwalk.bench.measure import Run, measure
-from depthwalk.errors import InputError
+from depthwalk.bench.table_walk import SETTLING, Walk, most_seen
 from depthwalk.gpu.timers import frame_clock
 from depthwalk.provenance import commit
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 
 MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
 REFERENCE_ERROR = 0.05  # pixels, of those meshes
 _AFTER_JUMP = 2  # frames of the other columns before those, of which the first remembers nothing of what it shows
-SETTLING = 30  # frames before each moment's timed ones, so that kept images are as old as on a walk
-
-
-@dataclass(frozen=True)
-class Walk:
-    """Choose which frames of a camera path are timed and compared.
-
-    Attributes
-    ----------
-    moments
-        The cameras of each moment: first those of `SETTLING` frames that lead up to it, then those of the frames to be
-        timed. The first of the latter is also compared with a reference picture.
-    seconds
-        Time to spend on timing each way to draw the objects, seconds.
-    size
-        Width and height of the pictures, pixels.
-    """
-
-    moments: tuple[tuple[Camera, ...], ...]
-    seconds: float
-    size: tuple[int, int]
-
-    @classmethod
-    def along(cls, path: CameraPath, moments: int, run: int, seconds: float, size: tuple[int, int]) -> Self:
-        """Spread moments evenly over a camera path.
-
-        Parameters
-        ----------
-        path
-            The camera path.
-        moments
-            Number of moments.
-        run
-            Number of successive frames that are timed at each moment.
-        seconds
-            Time to spend on timing each way to draw the objects, seconds.
-        size
-            Width and height of the pictures, pixels.
-
-        Returns
-        -------
-        Self
-            The walk along the moments.
-
-        Raises
-        ------
-        InputError
-            For a path with too few frames.
-        """
-        times = path.frames()
-        last = len(times) - SETTLING - run
-        if last < 0:
-            raise InputError(f"--path: has {len(times)} frames; a moment takes {SETTLING + run} of them")
-        starts = np.linspace(0, last, moments).astype(int).tolist()
-        cameras = [tuple(path.sample(time) for time in times[k : k + SETTLING + run]) for k in starts]
-        return cls(tuple(cameras), seconds, size)
-
-    @property
-    def compared(self) -> list[Camera]:
-        """Return for each moment the camera of the frame that is compared with a reference picture."""
-        return [moment[SETTLING] for moment in self.moments]
-
-    @property
-    def approaches(self) -> list[tuple[Camera, ...]]:
-        """Return for each moment the cameras that lead up to the compared frame, with its own as the last."""
-        return [moment[: SETTLING + 1] for moment in self.moments]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,33 +171,6 @@ def make_row(
         commit=commit(),
         columns={name: _column(runs[name], tuned.get(name), software) for name in drawn},
     )
-
-
-def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
-    """Choose objects that are in view at most moments of a walk, since objects out of view cost next to nothing.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    walk
-        The walk, whose compared frames count.
-    count
-        Number of objects to choose.
-
-    Returns
-    -------
-    numpy.ndarray
-        (count,) rising numbers of the objects whose positions are in view at most moments; of equals, the nearest.
-    """
-    position = scene.objects.position
-    places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)
-    nearest = np.full(len(position), np.inf)
-    for camera in walk.compared:
-        view = View(camera, walk.size)
-        seen[places.visible(view)[0]] += 1
-        nearest = np.minimum(nearest, np.linalg.norm(position - view.position, axis=1))
-    return np.sort(np.lexsort((nearest, -seen))[:count])
 
 
 def _open(

@@ -5,16 +5,8 @@ from typing import Annotated
 
 import typer
 
-from depthwalk.commands.options import (
-    AssetRoots,
-    Quiet,
-    Resolution,
-    SceneArgument,
-    Settings,
-    Verbose,
-    open_scene,
-    parse_resolution,
-)
+from depthwalk.commands.option_values import open_scene, parse_resolution
+from depthwalk.commands.options import AssetRoots, Quiet, Resolution, SceneArgument, Settings, Verbose
 from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError
 

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.option_values import parse_axis, parse_layers, parse_parts
 from depthwalk.commands.options import (
     Axis,
     ClusterOption,
@@ -18,9 +19,6 @@ from depthwalk.commands.options import (
     Texture,
     UpAxis,
     Verbose,
-    parse_axis,
-    parse_layers,
-    parse_parts,
 )
 from depthwalk.commands.program import BAD_INPUT, FAILURE, guarded
 from depthwalk.errors import InputError

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.option_values import check_camera_source, parse_camera, parse_resolution
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -22,9 +23,6 @@ from depthwalk.commands.options import (
     Resolution,
     Settings,
     Verbose,
-    check_camera_source,
-    parse_camera,
-    parse_resolution,
 )
 from depthwalk.commands.program import FAILURE, guarded
 from depthwalk.limits import MAX_FRAMES

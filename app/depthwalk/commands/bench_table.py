@@ -15,17 +15,10 @@ import typer
 
 import depthwalk
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.bench.rows import COLUMNS, Row, Walk, make_row, row_from
-from depthwalk.commands.options import (
-    DEFAULT_RESOLUTION,
-    AssetRoots,
-    Quiet,
-    SceneArgument,
-    Settings,
-    Verbose,
-    open_scene,
-    parse_resolution,
-)
+from depthwalk.bench.rows import COLUMNS, Row, make_row, row_from
+from depthwalk.bench.table_walk import Walk
+from depthwalk.commands.option_values import open_scene, parse_resolution
+from depthwalk.commands.options import DEFAULT_RESOLUTION, AssetRoots, Quiet, SceneArgument, Settings, Verbose
 from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.progress import asset_progress
 from depthwalk.errors import InputError

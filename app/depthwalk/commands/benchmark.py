@@ -10,10 +10,11 @@ import depthwalk
 from depthwalk.bench.measure import Report, measure, sample_path
 from depthwalk.cluster.address import ClusterAddress
 from depthwalk.cluster.tasks import Task
+from depthwalk.commands.frame_drawing import open_headless
 from depthwalk.commands.journal import Journal, digest, file_states
 from depthwalk.commands.measuring import Measurements, measured
-from depthwalk.commands.options import CameraOptions, RepresentationName, representation
-from depthwalk.commands.output import open_headless
+from depthwalk.commands.option_values import CameraOptions, representation
+from depthwalk.commands.options import RepresentationName
 from depthwalk.commands.progress import frame_progress, quiet
 from depthwalk.commands.scene_file import SceneFile
 from depthwalk.errors import InputError

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose, parse_settings
+from depthwalk.commands.option_values import parse_settings
+from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose
 from depthwalk.commands.program import BAD_INPUT, guarded
 from depthwalk.errors import InputError, printable
 

@@ -6,6 +6,14 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.option_values import (
+    parse_axis,
+    parse_layers,
+    parse_parts,
+    parse_resolution,
+    parse_settings,
+    refuse_reuse,
+)
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     Axis,
@@ -23,12 +31,6 @@ from depthwalk.commands.options import (
     Texture,
     UpAxis,
     Verbose,
-    parse_axis,
-    parse_layers,
-    parse_parts,
-    parse_resolution,
-    parse_settings,
-    refuse_reuse,
 )
 from depthwalk.commands.program import guarded
 from depthwalk.limits import MAX_DPCI_RESOLUTION, MIN_DPCI_RESOLUTION

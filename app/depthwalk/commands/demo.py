@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthwalk.commands.option_values import open_scene, parse_resolution, representation
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     CacheLimit,
@@ -18,9 +19,6 @@ from depthwalk.commands.options import (
     RepresentationOption,
     Resolution,
     Verbose,
-    open_scene,
-    parse_resolution,
-    representation,
 )
 from depthwalk.commands.program import guarded, without_garbage
 from depthwalk.commands.view import shipped_file
@@ -118,7 +116,8 @@ def render_tour(
         Where no OpenGL 3.3 context can be created.
     """
     from depthwalk.bench.measure import sample_path
-    from depthwalk.commands.output import Output, draw_frames, open_headless, path_cameras
+    from depthwalk.commands.frame_drawing import draw_frames, open_headless, path_cameras
+    from depthwalk.commands.output import Output
 
     try:
         FOLDER.mkdir(exist_ok=True)

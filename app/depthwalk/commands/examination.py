@@ -19,7 +19,7 @@ from depthwalk.gpu.device import headless_device
 from depthwalk.provenance import commit
 from depthwalk.quality import antialiasing, dof, edges, shadows
 from depthwalk.quality.overview import Overview
-from depthwalk.quality.rows import Row
+from depthwalk.quality.rows import Examine, Row
 from depthwalk.resources import scene_root
 from depthwalk.scene.scene import Asset, MeshAsset, Scene
 
@@ -27,7 +27,6 @@ SHIPPED = "room.yaml", "garden.yaml"
 SMALLEST = 64  # pixels, each side of a picture
 LARGEST = 1024  # pixels; the reference picture is `antialiasing.REFERENCE_SAMPLES` times as wide
 
-Examine = Callable[[Sequence[Scene], tuple[int, int], Report], Iterator[Row]]
 PARTS: dict[str, Examine] = {
     "antialiasing": antialiasing.examine,
     "dof": dof.examine,

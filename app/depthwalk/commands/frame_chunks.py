@@ -11,9 +11,11 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.cluster import worker
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, TaskError, run_tasks
+from depthwalk.commands.frame_drawing import draw_frame, smooth
 from depthwalk.commands.frame_keys import FrameKeys, frame_keys
-from depthwalk.commands.options import RepresentationName, open_scene, representation
-from depthwalk.commands.output import Output, draw_frame, has_frame, smooth, write_still
+from depthwalk.commands.option_values import open_scene, representation
+from depthwalk.commands.options import RepresentationName
+from depthwalk.commands.output import Output, has_frame, write_still
 from depthwalk.errors import InputError
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.up_axis import stand_upright

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.option_values import parse_resolution, refuse_reuse
 from depthwalk.commands.options import (
     AssetRoots,
     ClusterOption,
@@ -15,8 +16,6 @@ from depthwalk.commands.options import (
     Resolution,
     Settings,
     Verbose,
-    parse_resolution,
-    refuse_reuse,
 )
 from depthwalk.commands.program import guarded
 

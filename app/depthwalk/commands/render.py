@@ -7,6 +7,14 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.option_values import (
+    check_camera_source,
+    open_scene,
+    parse_camera,
+    parse_resolution,
+    refuse_reuse,
+    representation,
+)
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -24,12 +32,6 @@ from depthwalk.commands.options import (
     SceneArgument,
     Settings,
     Verbose,
-    check_camera_source,
-    open_scene,
-    parse_camera,
-    parse_resolution,
-    refuse_reuse,
-    representation,
 )
 from depthwalk.commands.program import FAILURE, guarded, without_garbage
 from depthwalk.errors import InputError
@@ -81,8 +83,9 @@ def main(
         if given and path is None:
             raise InputError(f"{option}: needs --path")
     with without_garbage():
+        from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
         from depthwalk.commands.frame_keys import frame_keys
-        from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, parse_frames, smooth
+        from depthwalk.commands.output import Output, check_output
         from depthwalk.commands.reports import input_files
         from depthwalk.render.up_axis import stand_upright
         from depthwalk.scene.path import load_path

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from depthwalk.commands.options import open_scene
+from depthwalk.commands.option_values import open_scene
 from depthwalk.scene.scene import Scene
 
 

@@ -13,6 +13,8 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from depthwalk.commands.frame_drawing import open_headless
+from depthwalk.commands.option_values import open_scene, parse_resolution, representation
 from depthwalk.commands.options import (
     AssetRoots,
     Quiet,
@@ -22,11 +24,7 @@ from depthwalk.commands.options import (
     SceneArgument,
     Settings,
     Verbose,
-    open_scene,
-    parse_resolution,
-    representation,
 )
-from depthwalk.commands.output import open_headless
 from depthwalk.commands.program import FAILURE, as_program, guarded
 from depthwalk.commands.progress import frame_progress
 from depthwalk.limits import MAX_FRAMES

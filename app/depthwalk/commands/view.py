@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthwalk.commands.option_values import open_scene, parse_camera, parse_resolution, representation
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -21,10 +22,6 @@ from depthwalk.commands.options import (
     Resolution,
     Settings,
     Verbose,
-    open_scene,
-    parse_camera,
-    parse_resolution,
-    representation,
 )
 from depthwalk.commands.program import FAILURE, guarded, without_garbage
 from depthwalk.errors import InputError

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
+from pathlib import Path
 from typing import Any, Unpack
 from weakref import WeakSet
 
@@ -20,7 +21,7 @@ import numpy as np
 from depthwalk.gpu.egl import RobustContext
 from depthwalk.gpu.failures import AddressOf, GpuError, check_reset, never_reset, reset_status
 from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
-from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
+from depthwalk.gpu.state import Changes, StateKeeper
 
 log = logging.getLogger(__name__)
 
@@ -53,6 +54,8 @@ class Device:
         Layers of an array texture.
     max_samples
         Samples per pixel that textures of every kind may have; 1 where shaders cannot run per sample.
+    shaders
+        The folder of the shaders that programs are compiled of; None: `resources.shader_root`.
     """
 
     def __init__(self, context: moderngl.Context, address_of: AddressOf | None = None) -> None:
@@ -64,6 +67,7 @@ class Device:
         self._status = never_reset if address_of is None else reset_status(context, address_of)
         self._scopes: WeakSet[Scope] = WeakSet()
         self.live: Counter[str] = Counter()
+        self.shaders: Path | None = None
         self.state = StateKeeper(context)
         self.renderer: str = context.info["GL_RENDERER"]
         self.driver: str = context.info["GL_VERSION"]
@@ -453,7 +457,6 @@ class Scope:
         into: moderngl.Framebuffer | None = None,
         *,
         depth_write: bool = True,
-        colour_mask: ColourMask | None = None,
         **changes: Unpack[Changes],
     ) -> AbstractContextManager[None]:
         """Set GL state for a `with` block; afterwards it is what it was before.
@@ -464,12 +467,10 @@ class Scope:
             The framebuffer to draw into, which stays bound after the block; None leaves it as it is.
         depth_write
             Whether draws write the framebuffer's depth, where there is a depth test.
-        colour_mask
-            Whether draws write red, green, blue and alpha of the framebuffer's one texture; None: all four.
         **changes
             Fields of `State` with their new values; those that are not named stay as they are.
         """
-        return self.device.state.changed(into, depth_write=depth_write, colour_mask=colour_mask, **changes)
+        return self.device.state.changed(into, depth_write=depth_write, **changes)
 
     def free(self, *objects: Any) -> None:
         """Release some objects of this scope before the scope itself.

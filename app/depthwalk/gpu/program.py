@@ -68,7 +68,9 @@ class Source:
         The files that it was put together from, by the number that stands for each in the compiler's messages.
     """
 
-    def __init__(self, name: str | Path, preamble: str = "", includes: Iterable[str | Path] = ()) -> None:
+    def __init__(
+        self, name: str | Path, preamble: str = "", includes: Iterable[str | Path] = (), root: Path | None = None
+    ) -> None:
         """Read a shader.
 
         Parameters
@@ -79,6 +81,8 @@ class Source:
             Lines of GLSL to put before the first line of the shader.
         includes
             Files to include between the two, in this order.
+        root
+            The folder that stands for `shaders/`; None: `shader_root`.
 
         Raises
         ------
@@ -86,12 +90,13 @@ class Source:
             For a file, module or constant that does not exist, and for a `#from` line that cannot be understood.
         """
         self.files: list[str | Path] = []
+        self._root = root or shader_root()
         texts = [self._expand(file) for file in (*includes, name) if file not in self.files]
         self.text = f"#version 330 core\n{preamble}{''.join(texts)}"
 
     def _expand(self, name: str | Path) -> str:
         """Return the text of a file with its `#include` and `#from` lines resolved, and remember the file."""
-        path = shader_root() / name if isinstance(name, str) else name
+        path = self._root / name if isinstance(name, str) else name
         try:
             lines = path.read_text(encoding="utf-8").splitlines()
         except FileNotFoundError:
@@ -265,7 +270,8 @@ class Program:
     def _stages(self) -> tuple[Source, Source]:
         """Return the texts of both stages."""
         vertex, fragment = self._files
-        return Source(vertex, self._preamble), Source(fragment, self._preamble, self._includes)
+        root = self._scope.device.shaders
+        return Source(vertex, self._preamble, (), root), Source(fragment, self._preamble, self._includes, root)
 
     @cached_property
     def _uniforms(self) -> dict[str, Any]:

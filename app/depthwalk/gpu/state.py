@@ -13,8 +13,6 @@ import moderngl
 LESS = "<"  # depth functions, as moderngl names them
 ALWAYS = "1"
 
-ColourMask = tuple[bool, bool, bool, bool]
-
 
 class State(NamedTuple):
     """Hold the GL state that may differ from draw to draw. Counter-clockwise faces are front faces.
@@ -71,7 +69,6 @@ class StateKeeper:
         into: moderngl.Framebuffer | None = None,
         *,
         depth_write: bool = True,
-        colour_mask: ColourMask | None = None,
         **changes: Unpack[Changes],
     ) -> Iterator[None]:
         """Set GL state for as long as a `with` block lasts; what is not named here stays as it is around the block.
@@ -82,26 +79,20 @@ class StateKeeper:
             The framebuffer to draw into, which stays bound after the block; None leaves it as it is.
         depth_write
             Whether draws write the framebuffer's depth, where there is a depth test.
-        colour_mask
-            Whether draws write red, green, blue and alpha of the framebuffer's one texture; None: all four.
         **changes
             Fields of `State` with their new values.
         """
         before = self.now
-        masks = (into.depth_mask, into.color_mask) if into is not None else None
+        wrote_depth = into is None or into.depth_mask
         try:
             self._set(before._replace(**changes))
             if into is not None:
                 into.depth_mask = depth_write
-                if colour_mask is not None:
-                    into.color_mask = colour_mask
                 into.use()
             yield
         finally:
-            if into is not None and masks is not None:
-                into.depth_mask = masks[0]
-                if colour_mask is not None:
-                    into.color_mask = masks[1]
+            if into is not None:
+                into.depth_mask = wrote_depth
             self._set(before)
 
     def _set(self, state: State) -> None:

@@ -79,31 +79,9 @@ class Truth:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Compare each kind of anti-aliasing with the reference, in each scene, seen by the scene's camera.
+    """Compare each kind of anti-aliasing with the reference, in each scene; an `Examine`.
 
-    Rows also tell by how much the anti-aliasing that `OURS` names is better than others. The scenes' settings are
-    changed.
-
-    Parameters
-    ----------
-    scenes
-        The scenes; each is drawn by its own camera.
-    size
-        Width and height of the pictures, pixels.
-    report
-        Called with the name of a scene and what is being done.
-
-    Yields
-    ------
-    Row
-        One measured value.
-
-    Raises
-    ------
-    InputError
-        For assets that cannot be used.
-    GpuError
-        Where no OpenGL 3.3 context can be created.
+    Rows also tell by how much the anti-aliasing that `OURS` names is better than others.
     """
     for scene in scenes:
         truths = {name: _truth(scene, size, representation, report) for name, representation in REPRESENTATIONS.items()}

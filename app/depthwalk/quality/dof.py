@@ -53,31 +53,7 @@ class TimedPicture:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Compare each mode of depth of field with the last of `MODES`, the mean of many frames, in each scene.
-
-    The scenes' settings are changed.
-
-    Parameters
-    ----------
-    scenes
-        The scenes; each is drawn by its own camera.
-    size
-        Width and height of the pictures, pixels.
-    report
-        Called with the name of a scene and what is being done.
-
-    Yields
-    ------
-    Row
-        One measured value.
-
-    Raises
-    ------
-    InputError
-        For assets that cannot be used.
-    GpuError
-        Where no OpenGL 3.3 context can be created.
-    """
+    """Compare each mode of depth of field with the last of `MODES`, the mean of many frames; an `Examine`."""
     for scene in scenes:
         lens = scene.render.dof
         lens.focal_length, lens.f_number = FOCAL_LENGTH, F_NUMBER

@@ -130,28 +130,9 @@ def examine_solids(size: tuple[int, int], report: Report) -> Iterator[Row]:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Measure how many lines it saves to draw chosen edges alone, of the meshes of scenes, one by one.
+    """Measure how many lines it saves to draw chosen edges alone, of the meshes of scenes, one by one; an `Examine`.
 
-    Meshes count where they are closed and lines are drawn of them.
-
-    Parameters
-    ----------
-    scenes
-        Scenes whose mesh assets are measured, each mesh file once.
-    size
-        Width and height of the picture that lines are drawn into, pixels.
-    report
-        Called with the name of a mesh and what is being done.
-
-    Yields
-    ------
-    Row
-        One measured value, the lines drawn as a part of all edges.
-
-    Raises
-    ------
-    InputError
-        For meshes that cannot be read.
+    Meshes count once, where they are closed and lines are drawn of them. Rows hold the lines drawn as a part of all.
     """
     meshes = {asset.mesh: asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)}
     for asset in meshes.values():

@@ -145,27 +145,6 @@ def measure_views(
     return tuple(replace(view, flip=flip.result()) for view, flip in started)
 
 
-def view_quality(pair: Pair, viewpoint: Viewpoint, height: float) -> ViewQuality | None:
-    """Measure the pictures of one view.
-
-    Parameters
-    ----------
-    pair
-        The pictures of the mesh and of its depth images.
-    viewpoint
-        Where the view looks from, to be kept with the measures.
-    height
-        Length by which depth errors are divided, metres, see `object_height`.
-
-    Returns
-    -------
-    ViewQuality | None
-        The measures; None where neither picture shows anything.
-    """
-    started = _start(pair, viewpoint, height, None)
-    return None if started is None else replace(started[0], flip=started[1].result())
-
-
 def object_height(mesh: Mesh) -> float:
     """Return the length by which the depth errors of `mesh` are divided, metres.
 

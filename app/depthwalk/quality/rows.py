@@ -1,11 +1,14 @@
 """Hold what the parts of `depthwalk quality` find: values, their goals, and pictures; `overview` shows them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import ge, le
+from typing import Protocol
 
+from depthwalk.assets.library import Report
 from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import flip_colours
+from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 
 
@@ -46,6 +49,36 @@ class Row:
     def reached(self) -> bool | None:
         """Return whether the goal is reached, None where there is none; a value that is no number never reaches one."""
         return None if self.goal is None else bool((ge if self.more_is_better else le)(self.measured, self.goal))
+
+
+class Examine(Protocol):
+    """Measure scenes for one part of `depthwalk quality`."""
+
+    def __call__(self, scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
+        """Measure, and yield one value after the other.
+
+        Parameters
+        ----------
+        scenes
+            The scenes, each seen by its own camera, or their assets alone; settings may be changed.
+        size
+            Width and height of the pictures, pixels.
+        report
+            Called with the name of a scene or asset and what is being done.
+
+        Yields
+        ------
+        Row
+            One measured value.
+
+        Raises
+        ------
+        InputError
+            For assets that cannot be used.
+        GpuError
+            Where no OpenGL 3.3 context can be created.
+        """
+        ...
 
 
 def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:

@@ -60,31 +60,10 @@ class Ground:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Compare the shadows of depth images with those of their meshes.
+    """Compare the shadows of depth images with those of their meshes; an `Examine`.
 
     Every mesh asset with depth images has two rows: its shadow is cast by images alone, and as scenes draw it. Each row
     holds the intersection over union of this shadow and the mesh's, the least over the heights of the sun in `SUNS`.
-
-    Parameters
-    ----------
-    scenes
-        The scenes whose assets are examined.
-    size
-        Width and height of the pictures, pixels.
-    report
-        Called with the name of an asset and what is being done.
-
-    Yields
-    ------
-    Row
-        One measured value.
-
-    Raises
-    ------
-    InputError
-        For assets that cannot be used.
-    GpuError
-        Where no OpenGL 3.3 context can be created.
     """
     meshes = [asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)]
     assets = {(asset.mesh, str(asset.dpci)): asset for asset in meshes if asset.dpci is not None}

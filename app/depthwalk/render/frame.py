@@ -50,7 +50,7 @@ class Common:
     show_tiles: bool
 
 
-def common(settings: RenderSettings) -> Common:
+def common_settings(settings: RenderSettings) -> Common:
     """Return those of the render `settings` of a scene that several passes read."""
     return Common(
         aa=anti_aliasing(settings),

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import headless_device
 from depthwalk.pictures import LinearImage
 from depthwalk.render.frame import Pass
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.image import read_pixels
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation

@@ -1,8 +1,10 @@
-"""Hold a texture together with the framebuffer that draws into it, or find it from that."""
+"""Hold a texture together with the framebuffer that draws into it, find it from that, or read what was drawn."""
 
 from typing import NamedTuple
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Scope
 
@@ -58,3 +60,19 @@ def only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
     (texture,) = framebuffer.color_attachments
     assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
     return texture
+
+
+def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
+    """Return the picture in a framebuffer. Waits until it is drawn.
+
+    Parameters
+    ----------
+    framebuffer : what the picture was drawn into.
+
+    Returns
+    -------
+    (H, W, 4) uint8, top row first.
+    """
+    width, height = framebuffer.size
+    data = framebuffer.read(components=4, alignment=1)
+    return np.frombuffer(data, np.uint8).reshape(height, width, 4)[::-1]

@@ -1,7 +1,7 @@
 """Draw a scene: find what is in sight, plan the frame, run its passes in order and time each.
 
-`Renderer._render` is the outline of a frame; docs/images/frame.svg shows its passes and the targets between them, and
-`render.frame.Pass` says what a pass may rely on.
+`Renderer._render` is the outline of a frame, `render.passes` the order of its passes, `render.frame.Pass` what a pass
+may rely on; docs/images/frame.svg shows the passes and the targets between them.
 """
 
 import math
@@ -12,7 +12,6 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.gpu.device import Device
@@ -20,8 +19,8 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import hardware_samples, supersampled
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
-from depthwalk.render.frame import Common, Frame, Pass, common
-from depthwalk.render.frame_memory import FrameMemory
+from depthwalk.render.frame import Common, Frame, Pass, common_settings
+from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
 from depthwalk.render.image import has_texture
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, PhaseInputs
@@ -72,7 +71,7 @@ class Renderer:
     timers : milliseconds of each pass and of the steps on the CPU.
     plan : the draw lists of the frame drawn last; None before the first.
     view : the view of the frame drawn last, near and far plane fitted; None before the first.
-    aside_view : the same of the last picture of `fine_steps` or `coarse_steps`.
+    auxiliary_view : the same of the last picture of `auxiliary_steps`.
     """
 
     def __init__(
@@ -91,11 +90,9 @@ class Renderer:
         self.targets: Targets | None = None
         self.plan: FrameDrawLists | None = None
         self.view: View | None = None
-        self.aside_view: View | None = None
+        self.auxiliary_view: View | None = None
         self.timers = PassTimers(device)
-        self._frames = self._new_memory()
-        self._fine: FrameMemory | None = None  # made when somebody asks for such frames
-        self._coarse: FrameMemory | None = None  # likewise
+        self._memories: dict[PictureKind, FrameMemory] = {}
         self._last_shadows = Shadows()
         self._shadows = ShadowPlanner(self.world, self.timers)
         self._shares: PixelShares | None = None  # made when somebody asks for it
@@ -137,37 +134,17 @@ class Renderer:
         The name of the pass whose commands were just given to the GPU; of several that share a program, all names.
         """
         for lens_point, seen in enumerate(self._sequence.views(view)):
-            yield from self._render(seen, screen, transparent, lens_point, self._frames)
+            yield from self._render(FRAME, seen, screen, transparent, lens_point)
         self.timers.end_frame()
 
-    def fine_steps(self, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
-        """Draw a picture as `steps` does, with four samples per pixel, as a more exact one of the frame before.
+    def auxiliary_steps(self, kind: PictureKind, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
+        """Draw a picture as `steps` does, which is no frame.
 
-        It shows the shadow maps of that frame, and changes nothing that later frames remember, but what `targets` hold.
-        The caller may stop after any step.
-
-        Parameters
-        ----------
-        view : the camera of the frame before, or a part of its picture.
-        screen : the framebuffer to draw into, of the size of `view`.
-
-        Yields
-        ------
-        The name of the pass whose commands were just given to the GPU.
-        """
-        if self._fine is None:
-            self._fine = self._new_memory()
-        yield from self._steps_aside(view, screen, self._fine)
-
-    def coarse_steps(self, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
-        """Draw a small picture as `steps` does, of any direction, which frames of the same viewer may come to show.
-
-        It shows the shadow maps of the last frame, which may not reach there, and textures as fine as they happen to be
-        on the GPU. What others need stays there. It changes nothing that later frames remember, but what `targets`
-        hold. The caller may stop after any step.
+        It changes nothing that later frames remember, but what `targets` hold. The caller may stop after any step.
 
         Parameters
         ----------
+        kind : what it is for, such as `REFINED` or `SURROUNDING`.
         view : the camera, and the size of `screen`.
         screen : the framebuffer to draw into.
 
@@ -175,19 +152,10 @@ class Renderer:
         ------
         The name of the pass whose commands were just given to the GPU.
         """
-        if self._coarse is None:
-            self._coarse = self._new_memory()
-        yield from self._steps_aside(view, screen, self._coarse)
-
-    def _steps_aside(self, view: View, screen: moderngl.Framebuffer, memory: FrameMemory) -> Iterator[str]:
-        """Draw a picture that is no frame, of which timers tell nothing. memory: of its kind."""
         try:
-            yield from self._render(view, screen, False, 0, memory)
+            yield from self._render(kind, view, screen)
         finally:
             self.timers.drop_frame()
-
-    def _new_memory(self) -> FrameMemory:
-        return FrameMemory(self.device, self.settings, self.world, self.timers)
 
     def rehearse(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw a picture that does not count, so that later ones need not wait for the compiler of the driver.
@@ -205,28 +173,35 @@ class Renderer:
             self._forget_assets()
 
     def _render(
-        self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int, memory: FrameMemory
+        self,
+        kind: PictureKind,
+        view: View,
+        screen: moderngl.Framebuffer,
+        transparent: bool = False,
+        lens_point: int = 0,
     ) -> Iterator[str]:
-        """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them.
+        """Draw one picture: find what is in sight, draw the objects phase by phase, then all that follows from them.
 
-        memory: of its kind. Yields the names of the passes, see `steps`.
+        Yields the names of the passes, see `steps`.
         """
-        aside, shared = memory is not self._frames, self._common(view, screen, memory)
-        view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
-        targets = self._prepare_targets(view, hardware_samples(self.settings, self.device), shared, memory)
+        # 1. What the settings ask for, textures to draw into, and the objects that may be seen.
+        memory, common = self._memory(kind), self._common(view, screen, kind)
+        view = replace(view, size=(view.size[0] * common.aa.samples, view.size[1] * common.aa.samples))
+        targets = self._prepare_targets(view, common, memory)
         targets.screen = screen
         self.world.take_arrivals(view.position)
         self.world.table()  # loads what is not loaded yet
         in_sight = memory.phases.in_sight(view)
         view = self._fitted(view, in_sight)
+
+        # 2. The objects: each phase is planned, uploaded and drawn, and hides some of those that are left.
         self.assets.budget = self.settings.gpu_memory
-        coarse = memory is self._coarse
-        residency = FrameResidency(self.world, self.assets, self.upload_seconds, releases=not coarse)
+        residency = FrameResidency(self.world, self.assets, self.upload_seconds, releases=not kind.yields)
         light = lighting(self.scene.environment)
         frame_of = partial(
             Frame,
             view=view,
-            common=shared,
+            common=common,
             environment=self.scene.environment,
             light=light,
             assets=self.assets,
@@ -234,45 +209,54 @@ class Renderer:
             transparent=transparent,
             lens_point=lens_point,
         )
-        materials_of = partial(self._materials, view, fits=not coarse)
-        plans: list[FrameDrawLists] = []
+        materials_of = partial(self._materials, view, fits=not kind.yields)
         phases = PhaseInputs(
             view=view,
             targets=targets,
             residency=residency,
-            remembers=self.remembers and not aside,
-            warp_limit=None if aside else self.warp_limit,
-            tile_light=light.key if shared.lit_tiles else None,
+            remembers=self.remembers and kind.is_frame,
+            warp_limit=self.warp_limit if kind.is_frame else None,
+            tile_light=light.key if common.lit_tiles else None,
         )
+        plans: list[FrameDrawLists] = []
         for plan in memory.phases.plans(phases, in_sight):
             plans.append(plan)
-            if shared.lit_tiles:
+            if common.lit_tiles:
                 materials_of(plan)  # pass 1 looks textures up
             yield from self._sequence.draw_objects(frame_of(plan=plan))
+
+        # 3. Everything else, once for all phases: materials, shadows, light, and what is done to the finished picture.
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=materials_of(whole))
-        shadows = self._shadows_aside(memory) if aside else self._shadow_maps(frame, residency)
-        frame = replace(frame, shadows=shadows)
+        frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency))
         yield from self._sequence.finish(frame, self.keeps)
+
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
-        if aside:
-            self.aside_view = view
-        else:
+        if kind.is_frame:
             self.plan, self.view = whole, view
+        else:
+            self.auxiliary_view = view
 
-    def _common(self, view: View, screen: moderngl.Framebuffer, memory: FrameMemory) -> Common:
-        """Return what the settings ask of all passes, for a picture of `view` in `screen`. memory: of its kind."""
-        shared = common(self.settings)
-        if memory is self._fine:
+    def _memory(self, kind: PictureKind) -> FrameMemory:
+        """Return what pictures of a kind remember, made when the first is drawn."""
+        if kind not in self._memories:
+            self._memories[kind] = FrameMemory(self.device, self.settings, self.world, self.timers)
+        return self._memories[kind]
+
+    def _common(self, view: View, screen: moderngl.Framebuffer, kind: PictureKind) -> Common:
+        """Return what the settings ask of all passes, for a picture of `view` in `screen`."""
+        shared = common_settings(self.settings)
+        if kind.supersampled:
             shared = replace(shared, aa=supersampled(shared.aa))
         if "lit" in self.keeps or not has_texture(screen, view.size):
             shared = replace(shared, aa=replace(shared.aa, shown=False))
         return shared
 
-    def _prepare_targets(self, view: View, samples: int, shared: Common, memory: FrameMemory) -> Targets:
-        """Return cleared targets for `view`; those of the last frame where they fit."""
-        size, atlas = view.size, memory.atlas(view, shared.lit_tiles)
+    def _prepare_targets(self, view: View, common: Common, memory: FrameMemory) -> Targets:
+        """Return cleared targets for `view`; those of the last picture where they fit."""
+        samples = hardware_samples(self.settings, self.device)
+        size, atlas = view.size, memory.atlas(view, common.lit_tiles)
         targets = self.targets
         same = targets is not None and (targets.size, targets.samples) == (size, samples)
         if targets is None or not same or targets.tile_atlas is not atlas:
@@ -285,7 +269,7 @@ class Renderer:
                 raise
             self.targets = targets
         # Only GPAA reads albedo and normals where nothing is.
-        cleared = targets.polygons if shared.aa.geometric else targets.visibility
+        cleared = targets.polygons if common.aa.geometric else targets.visibility
         cleared.clear(depth=1.0)
         return targets
 
@@ -313,8 +297,10 @@ class Renderer:
                 self.assets.textures.fit(numbers, footprint, self.upload_seconds, exact=exact, changes=fits)
         return materials
 
-    def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
+    def _shadow_maps(self, kind: PictureKind, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""
+        if not kind.is_frame:
+            return replace(self._last_shadows, portion=0) if kind.yields else self._last_shadows
         settings, lamps, limit = self.settings, frame.environment.lights, self.warp_limit
         planned = self._shadows.plan(
             frame.view,
@@ -328,13 +314,9 @@ class Renderer:
         )
         portion = _SHADOW_TRIANGLES if limit is None else limit // 2
         self._last_shadows = replace(
-            planned, portion=None if self.upload_seconds is None else portion, hurried=limit is not None
+            planned, portion=None if self.upload_seconds is None else portion, interactive=limit is not None
         )
         return self._last_shadows
-
-    def _shadows_aside(self, memory: FrameMemory) -> Shadows:
-        """Return the shadow maps that a picture shows which is no frame: the last one's. memory: of its kind."""
-        return self._last_shadows if memory is self._fine else replace(self._last_shadows, portion=0)
 
     def sample_shares(self) -> PixelShares:
         """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.
@@ -403,32 +385,12 @@ class Renderer:
             self._shares.release()
             self._shares = None
         self._release_targets()
-        for memory in self._memories:
+        for memory in self._memories.values():
             memory.release_atlas()
 
-    @property
-    def _memories(self) -> list[FrameMemory]:
-        return [memory for memory in (self._frames, self._fine, self._coarse) if memory is not None]
-
     def _release_targets(self) -> None:
-        for memory in self._memories:
+        for memory in self._memories.values():
             memory.phases.resized()
         if self.targets is not None:
             self.targets.release()
         self.targets = None
-
-
-def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
-    """Return the picture in a framebuffer. Waits until it is drawn.
-
-    Parameters
-    ----------
-    framebuffer : what the picture was drawn into.
-
-    Returns
-    -------
-    (H, W, 4) uint8, top row first.
-    """
-    width, height = framebuffer.size
-    data = framebuffer.read(components=4, alignment=1)
-    return np.frombuffer(data, np.uint8).reshape(height, width, 4)[::-1]

@@ -8,6 +8,7 @@ farther side. The shader is shaders/reprojection/reprojection.frag, its twin in 
 """
 
 import math
+from functools import cached_property
 from typing import NamedTuple
 
 import moderngl
@@ -141,22 +142,10 @@ class Reprojection:
         is_part = math.isclose(self.view.focal_pixels, view.focal_pixels) and wide % 2 == high % 2 == 0
         if viewer.any():
             defines: tuple[str, ...] = ()
-            self._move_cells(view.size, rays, viewer).texture.use(2)
+            self._move_cells(view.size, rays, viewer)
         else:
             defines = ("EXACT",) if same and is_part else ("TURNED",)
-        self._shown.drawn.colours.texture.use(0)
-        self._shown.drawn.distances.texture.use(1)
-        uniforms: dict[str, object] = {
-            "picture": 0,
-            "distances": 1,
-            "nearest": 2,
-            "cells_shown": tuple(size / (CELL * math.ceil(size / CELL)) for size in view.size),
-            "ray_from_screen": tuple(rays.T.ravel()),
-            "viewer": tuple(viewer),
-            "axis": tuple(axis),
-            "half_extent": self.view.half_extent,
-            "margin": (wide // 2, high // 2),
-        }
+        uniforms = self._search_uniforms(view.size, rays, viewer, axis) | {"margin": (wide // 2, high // 2)}
         lacking = self._lacking(rays, viewer)
         with self._gl.state(into=screen):
             if not self._rehearsed:
@@ -165,6 +154,26 @@ class Reprojection:
             if lacking.any():
                 world = {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
                 self._fill((*defines, "AROUND"), lacking, uniforms | world | self.surround.use(view, 3, 4))
+
+    def _search_uniforms(
+        self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64], axis: NDArray[np.float64]
+    ) -> dict[str, object]:
+        """Bind the textures of the finished picture; return the uniforms by which a screen of `size` looks into it."""
+        assert self.view is not None and self._shown is not None
+        self._shown.drawn.colours.texture.use(0)
+        self._shown.drawn.distances.texture.use(1)
+        if self._cells is not None:
+            self._cells.nearest.texture.use(2)
+        return {
+            "picture": 0,
+            "distances": 1,
+            "nearest": 2,
+            "cells_shown": tuple(side / (CELL * math.ceil(side / CELL)) for side in size),
+            "ray_from_screen": tuple(rays.T.ravel()),
+            "viewer": tuple(viewer),
+            "axis": tuple(axis),
+            "half_extent": self.view.half_extent,
+        }
 
     def _fill(self, defines: tuple[str, ...], cells: Mask, uniforms: dict[str, object]) -> None:
         """Draw some cells of the screen, see `fill_cells`, by the program with these defines."""
@@ -193,8 +202,8 @@ class Reprojection:
         far = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])]) @ rays.T
         return np.asarray(~(shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)).all(1))
 
-    def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Image:
-        """Return how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
+    def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> None:
+        """Find how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
         assert self.view is not None and self._shown is not None
         count = -(-size[0] // CELL), -(-size[1] // CELL)
         if self._cells is None or self._cells.nearest.texture.size != count:
@@ -214,7 +223,6 @@ class Reprojection:
         )
         with self._gl.state(into=nearest.framebuffer, depth_test=LESS):
             self._moved.rectangles(math.prod(self._shown.nearest.texture.size))
-        return nearest
 
     def unseen(self, view: View) -> float:
         """Return which part of what `view` sees no picture holds, 0 to 1: neither the last one nor the surround.
@@ -243,24 +251,19 @@ class Reprojection:
         if self.view is None:
             return math.inf
         rays, viewer, axis = seen_from(self.view, view)
-        ray = rays @ (2 * across - 1, 1 - 2 * down, 1)
-        point, along = ray, 0.0
-        for _ in range(FIXED_POINT_STEPS + 1):
-            ahead = self._distance_to(point)
-            if ahead >= BEYOND:
-                return math.inf
-            along = float(axis @ (point / max(point[2], 1e-3) * ahead - viewer))
-            point = viewer + along * ray
-        return along
+        self._move_cells(view.size, rays, viewer)
+        program, (texture, framebuffer) = self._distance
+        program.set(**self._search_uniforms(view.size, rays, viewer, axis), place_asked=(across, 1 - down))
+        with self._gl.state(into=framebuffer):
+            program.fill()
+        (distance,) = np.frombuffer(texture.read(), np.float32).tolist()
+        return distance if distance < BEYOND else math.inf
 
-    def _distance_to(self, point: NDArray[np.float64]) -> float:
-        """Return how far ahead the picture's surface is in front of or behind a point (3,), metres, of its camera."""
-        assert self.view is not None and self._shown is not None
-        size = np.array(self.view.size)
-        place = 0.5 + 0.5 * point[:2] / (max(point[2], 1e-3) * np.array(self.view.half_extent))
-        x, y = np.clip((place * size).astype(int), 0, size - 1).tolist()
-        read = self._shown.drawn.distances.framebuffer.read((x, y, 1, 1), 1, dtype="f4")
-        return abs(float(np.frombuffer(read, np.float32)[0]))
+    @cached_property
+    def _distance(self) -> tuple[Program, Image]:
+        """Return what finds one distance, compiled when somebody first asks, and the texel that it is drawn into."""
+        shaders = "common/fullscreen.vert", "reprojection/reprojection.frag"
+        return Program(self._gl, *shaders, defines=("DISTANCE",)), Image.make(self._gl, (1, 1), 1, "f4")
 
     def _free_cells(self) -> None:
         if self._cells is not None:

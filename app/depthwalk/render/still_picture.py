@@ -14,6 +14,7 @@ import moderngl
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.render.antialiasing.modes import SUPERSAMPLING
+from depthwalk.render.frame_memory import REFINED
 from depthwalk.render.image import Image
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
@@ -77,7 +78,7 @@ class StillPicture:
         for seen, corner in quarters(view):
             picture = self._picture = self._fitting(self._picture, view.size)
             quarter = self._quarter = self._fitting(self._quarter, seen.size)
-            yield from renderer.fine_steps(seen, quarter.framebuffer)
+            yield from renderer.auxiliary_steps(REFINED, seen, quarter.framebuffer)
             picture.framebuffer.viewport = (*corner, *seen.size)
             self._put(quarter, picture.framebuffer, corner)
 

@@ -86,12 +86,6 @@ class Objects(StructOfArrays):
         return len(self.asset)
 
     @property
-    def as_height_field(self) -> NDArray[np.bool_]:
-        """Return which objects, (n,) bool, are drawn by one of `HEIGHT_FIELDS`."""
-        first, last = HEIGHT_FIELDS[0], HEIGHT_FIELDS[-1]  # numbered without a gap
-        return np.asarray((self.representation >= first) & (self.representation <= last))
-
-    @property
     def of_mesh(self) -> NDArray[np.bool_]:
         """Return which objects, (n,) bool, are drawn by what is made of their mesh, and cast shadows as that."""
         return np.asarray(np.logical_or.reduce([self.representation == kind for kind in OF_MESH]))

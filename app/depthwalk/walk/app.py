@@ -1,8 +1,6 @@
 """Walk through a scene in a window: the loop of frames, and what the keys do."""
 
-import logging
 import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -21,19 +19,19 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
-from depthwalk.walk import hud
 from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
 from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.overlay import Overlay
-from depthwalk.walk.panel import draw_atlas, draw_panel
 from depthwalk.walk.playback import Playback
+from depthwalk.walk.recovery import GpuRecovery
 from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
+from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
     gl_address,
@@ -45,13 +43,10 @@ from depthwalk.walk.window import (
     wait_for_event,
 )
 
-log = logging.getLogger(__name__)
-
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
 _ROUNDS = 3  # in which widgets are drawn after an event
 _STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
-_MOST_FAILURES, _FAILURE_SECONDS = 3, 10.0  # of the GPU, and the time within which so many are too many
 _RESTING_SECONDS = 0.5  # at most without a look at what has changed, where nothing is drawn
 
 
@@ -74,7 +69,7 @@ def walk_in(
         Where the GPU fails again and again.
     """
     report = library.report
-    walk = _Walk(window, library, read)
+    walk = Walk(window, library, read)
     try:
         walk.start(scene, path, representation, first_camera)
         walk.loop()
@@ -85,16 +80,27 @@ def walk_in(
         library.report = report
 
 
-class _Walk:
-    """Own what lives as long as the window, and draw its frames."""
+class Walk:
+    """Own what lives as long as the window, and draw its frames.
+
+    Attributes
+    ----------
+    window : the window; another takes its place where the GL context is lost.
+    device : the GPU that draws.
+    renderer : draws the frames of the scene.
+    frames : decides which picture the window shows.
+    state : what keys and panel change.
+    recovery : goes on where the GPU fails.
+    next_file : a scene, mesh or camera path to open before the next frame; None: there is none.
+    """
 
     def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
-        self._window, self._library, self._read = window, library, read
+        self.window, self._library, self._read = window, library, read
         self._told = library.report
-        self._failures: deque[float] = deque(maxlen=_MOST_FAILURES)  # when the GPU failed, by the clock
+        self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
         self._screenshot_due = False
-        self._next_file: Path | None = None  # to be opened before the next frame
+        self.next_file: Path | None = None  # to be opened before the next frame
         self._last_time = time.perf_counter()  # of the last frame's beginning
         self._camera_before: Camera | None = None  # of the last frame
         self._shown: tuple[Any, ...] = ()  # of what the widgets tell, in the last round
@@ -110,163 +116,152 @@ class _Walk:
     ) -> None:
         """Read, bake and upload what the first frame needs; see `run`."""
         self._begin()
-        self._renderer = self._loader.open(scene, self._library, representation)
-        self._on_gpu.callback(lambda: self._renderer.release())
-        self._model_turn = ModelTurn(scene, self._renderer)
-        home = first_camera(scene.camera or self._renderer.frame_all(self._aspect))
+        self.renderer = self._loader.open(scene, self._library, representation)
+        self._on_gpu.callback(lambda: self.renderer.release())
+        self._model_turn = ModelTurn(scene, self.renderer)
+        home = first_camera(scene.camera or self.renderer.frame_all(self._aspect))
         playback = Playback(path) if path is not None else None
-        self._state = State(scene, self._renderer, Walker.at(home), home, playback)
+        self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self._show_renderer()
-        self._state.arrive()
+        self.state.arrive()
         self._loading.end()
         tour = "P plays the tour, " if playback else ""
-        self._state.tell(self._model_turn.guess or f"W A S D and right drag move and look; {tour}H shows all keys")
+        self.state.tell(self._model_turn.guess or f"W A S D and right drag move and look; {tour}H shows all keys")
 
     def _begin(self) -> None:
         """Make what loading shows its progress with, in the window's context."""
-        self._device = Device(self._window.ctx, gl_address)
-        self._overlay = Overlay(self._device)
+        self.device = Device(self.window.ctx, gl_address)
+        self._overlay = Overlay(self.device)
         self._on_gpu.callback(self._overlay.release)
-        self._loading = LoadingScreen(self._window, self._overlay, self._told)
-        self._loader = SceneLoader(self._device, self._window, self._loading)
-        self._window.key_event_func = self._close_by_escape  # until there is an `Input`
-        on_files_dropped(self._window, self._drop)
+        self._loading = LoadingScreen(self.window, self._overlay, self._told)
+        self._loader = SceneLoader(self.device, self.window, self._loading)
+        self.window.key_event_func = self._close_by_escape  # until there is an `Input`
+        on_files_dropped(self.window, self._drop)
 
     def _show_renderer(self) -> None:
         """Make what shows the pictures of the renderer, and listen to the window."""
-        self._atlas_view = AtlasView(self._device)
+        self._atlas_view = AtlasView(self.device)
         self._on_gpu.callback(self._atlas_view.release)
-        self._frames = self._state.shown = ShownFrames(self._renderer)
-        self._on_gpu.callback(lambda: self._frames.release())
-        self._input = Input(self._window, self._state, self._actions(), lambda: self._frames.finish())
-        on_refresh(self._window, self._input.note_news)
+        self.frames = self.state.shown = ShownFrames(self.renderer)
+        self._on_gpu.callback(lambda: self.frames.release())
+        self._input = Input(self.window, self.state, self.actions(), lambda: self.frames.finish())
+        on_refresh(self.window, self._input.note_news)
 
     def _open(self, file: Path) -> None:
         """Take a camera path, or show a scene or mesh; change nothing where the file cannot be used."""
-        self._next_file = None
+        self.next_file = None
         with self._loader.clock_stopped():
             try:
                 if not is_model_file(file) and is_path_file(file):
-                    self._state.playback = Playback(load_path(file))
-                    self._state.tell(f"P plays {file.name}")
+                    self.state.playback = Playback(load_path(file))
+                    self.state.tell(f"P plays {file.name}")
                 else:
                     self._show(self._read(file))
             except InputError as error:
-                self._state.tell(str(error))
+                self.state.tell(str(error))
             except StoppedError:
-                if self._window.is_closing:
+                if self.window.is_closing:
                     raise
-                self._state.tell(f"Loading {file.name} was stopped")
+                self.state.tell(f"Loading {file.name} was stopped")
 
     def _show(self, scene: Scene) -> None:
         """Show another scene, or this one read again, which keeps camera and path. Raises InputError, StoppedError."""
-        again, library = scene.path == self._state.scene.path, self._library.sibling(scene.assets)
-        renderer = self._loader.open(scene, library, self._renderer.world.representation if again else None)
+        again, library = scene.path == self.state.scene.path, self._library.sibling(scene.assets)
+        renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
-        self._frames.release()
-        self._frames = self._state.shown = ShownFrames(renderer)
-        self._state.show(scene, renderer, self._aspect)
+        self.frames.release()
+        self.frames = self.state.shown = ShownFrames(renderer)
+        self.state.show(scene, renderer, self._aspect)
         if model_turn.guess:
-            self._state.tell(model_turn.guess)
-        self._renderer.release()
+            self.state.tell(model_turn.guess)
+        self.renderer.release()
         self._close_library()
-        self._library, self._renderer, self._model_turn = library, renderer, model_turn
-        self._window.title = title_of(scene.path)
+        self._library, self.renderer, self._model_turn = library, renderer, model_turn
+        self.window.title = title_of(scene.path)
 
     def _turn_up(self) -> None:
         """Let the other axis of a model point upward."""
         if (message := self._model_turn.turn()) is None:
-            self._state.tell("U turns single models; in scenes, assets have the key `up`")
+            self.state.tell("U turns single models; in scenes, assets have the key `up`")
             return
-        self._state.home = self._renderer.frame_all(self._aspect)
-        self._state.go_home()
-        self._state.tell(message)
+        self.state.home = self.renderer.frame_all(self._aspect)
+        self.state.go_home()
+        self.state.tell(message)
 
     def loop(self) -> None:
         """Draw frames until the window closes; then save what is being recorded."""
         self._last_time = time.perf_counter()
         try:
-            while not self._window.is_closing:
+            while not self.window.is_closing:
                 try:
-                    self._step()
+                    self.step()
                 except GPU_FAILURES as error:
-                    self._make_anew(error)
+                    self.recover(error)
         finally:
-            if self._state.recorder is not None:
-                self._state.end_recording()
-                print(self._state.toast)
+            if self.state.recorder is not None:
+                self.state.end_recording()
+                print(self.state.toast)
 
-    def _make_anew(self, error: Exception) -> None:
+    def recover(self, error: Exception) -> None:
         """Make everything on the GPU again after it has failed; camera, settings and recording stay.
 
-        error: what was raised; raised again after _MOST_FAILURES failures within _FAILURE_SECONDS.
+        Raises `error`, or that of a further attempt, where failures come too often (see `GpuRecovery`).
         """
-        while True:
-            now = time.perf_counter()
-            if len(self._failures) == _MOST_FAILURES and now - self._failures[0] < _FAILURE_SECONDS:
-                raise error
-            self._failures.append(now)
-            log.warning("%s; everything on the GPU is made anew", error)
-            try:
-                with self._loader.clock_stopped():
-                    self._restart()
-                self._state.tell(f"The GPU failed: {error}")
-                return
-            except GPU_FAILURES as again:
-                error = again
+        self.state.tell(f"The GPU failed: {self.recovery.recover(error)}")
 
     def _restart(self) -> None:
         """Free everything on the GPU, in a lost context with its window, and make it anew for the same walk."""
-        state = self._state
-        representation = self._renderer.world.representation
-        self._drop_gpu()
-        self._begin()
-        library = self._library.sibling(state.scene.assets)
-        self._close_library()
-        self._library = library
-        self._renderer = state.renderer = self._loader.open(state.scene, library, representation)
-        self._on_gpu.callback(lambda: self._renderer.release())
-        self._model_turn.renderer, state.shares = self._renderer, LateShares()
-        self._show_renderer()
-        self._shown = ()
+        state = self.state
+        representation = self.renderer.world.representation
+        with self._loader.clock_stopped():
+            self._drop_gpu()
+            self._begin()
+            library = self._library.sibling(state.scene.assets)
+            self._close_library()
+            self._library = library
+            self.renderer = state.renderer = self._loader.open(state.scene, library, representation)
+            self._on_gpu.callback(lambda: self.renderer.release())
+            self._model_turn.renderer, state.shares = self.renderer, LateShares()
+            self._show_renderer()
+            self._shown = ()
 
     def _drop_gpu(self) -> None:
         """Free everything on the GPU, whatever state it is in; a window whose context is lost gives way to another."""
         with suppress(Exception):  # owners that were half made, or meet the next failure
             self._on_gpu.pop_all().close()
         try:
-            self._device.check()
-            self._device.release()
+            self.device.check()
+            self.device.release()
         except GPU_FAILURES:
-            self._window = opened_again(self._window)
+            self.window = opened_again(self.window)
 
-    def _step(self) -> None:
+    def step(self) -> None:
         """Advance the walk by the time since the last frame, less that spent on loading, and draw a frame."""
-        self._device.check()  # in every round, at rest too: what the window shows may be gone
-        if self._next_file is not None:
-            self._frames.finish()
-            self._open(self._next_file)
+        self.device.check()  # in every round, at rest too: what the window shows may be gone
+        if self.next_file is not None:
+            self.frames.finish()
+            self._open(self.next_file)
         now = time.perf_counter()
         dt, self._last_time = now - self._last_time - self._loader.seconds, now
         self._loader.seconds = 0.0
-        self._state.advance(dt)
-        self._state.record(dt)
-        self._state.pull_focus(dt)
+        self.state.advance(dt)
+        self.state.record(dt)
+        self.state.pull_focus(dt)
         self._take_news()
-        if min(*self._window.size, *self._window.buffer_size) > 0:
+        if min(*self.window.size, *self.window.buffer_size) > 0:
             if self._rests(dt):
                 self._rest(_RESTING_SECONDS)
                 return
-            self._state.times.add(dt)
+            self.state.times.add(dt)
             self._draw(dt)
         else:  # minimised
             time.sleep(_IDLE_SECONDS)
-        self._window.swap_buffers()
-        self._frames.work()
+        self.window.swap_buffers()
+        self.frames.work()
         take_events()
         self._begin_what_waited()
-        camera, self._camera_before = self._camera_before, self._state.camera
-        if self._progress is not None and self._camera_before == camera and self._state.recorder is None:
+        camera, self._camera_before = self._camera_before, self.state.camera
+        if self.progress is not None and self._camera_before == camera and self.state.recorder is None:
             self._rest(now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
 
     def _begin_what_waited(self) -> None:
@@ -279,21 +274,21 @@ class _Walk:
 
     def _rests(self, dt: float) -> bool:
         """Return whether the window shows already all that there is to show."""
-        state, renderer = self._state, self._state.renderer
+        state, renderer = self.state, self.state.renderer
         world = renderer.world
-        self._frames.note(
+        self.frames.note(
             state.camera,
             dt,
-            self._window.buffer_size,
+            self.window.buffer_size,
             renderer.settings,
             state.scene.environment,
             world.representation,
             world.generation,
         )
-        shown = self._window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self._progress
+        shown = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.progress
         changed, self._shown = shown != self._shown or self._input.take_news(), shown
         self._unshown = _ROUNDS if changed else max(self._unshown - 1, 0)
-        return self._frames.is_current and not (self._unshown or self._screenshot_due or state.recorder is not None)
+        return self.frames.is_current and not (self._unshown or self._screenshot_due or state.recorder is not None)
 
     def _rest(self, seconds: float) -> None:
         """Wait for the user, at most for `seconds`, of which the walk's clock knows nothing."""
@@ -303,19 +298,19 @@ class _Walk:
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
-        sources = [self._renderer.assets.meshes.reader.failures]
+        sources = [self.renderer.assets.meshes.reader.failures]
         if self._background:
             sources.append(self._background.failures)
         if complaints := [complaint for failures in sources for complaint in failures]:
-            self._state.tell("\n".join(complaints))
+            self.state.tell("\n".join(complaints))
         for failures in sources:
             failures.clear()
-        self._state.take_pace()
+        self.state.take_pace()
 
     @property
     def _aspect(self) -> float:
         """Width / height of the window."""
-        width, height = self._window.size
+        width, height = self.window.size
         return width / max(height, 1)
 
     def release(self) -> None:
@@ -324,10 +319,10 @@ class _Walk:
             self._on_gpu.close()
         finally:
             self._close_library()
-            self._window.destroy()
+            self.window.destroy()
 
     @property
-    def _progress(self) -> Progress | None:
+    def progress(self) -> Progress | None:
         """How far assets are baked and cooked beside the frames; None where none is."""
         return None if self._background is None else self._background.progress
 
@@ -340,9 +335,9 @@ class _Walk:
         if self._background is not None:
             self._background.close()
 
-    def _actions(self) -> dict[str, Callable[[], None]]:
+    def actions(self) -> dict[str, Callable[[], None]]:
         """Return what key presses do, by moderngl-window's names of the keys; `hud.HELP` describes it."""
-        state = self._state
+        state = self.state
 
         def toggle(name: str) -> Callable[[], None]:
             return lambda: setattr(state, name, not getattr(state, name))
@@ -351,7 +346,7 @@ class _Walk:
             "ESCAPE": self._escape,
             "C": lambda: self._input.capture(not self._input.captured),
             "F": lambda: state.frame_all(self._aspect),
-            "F12": self._want_screenshot,
+            "F12": self.want_screenshot,
             "G": state.toggle_walking,
             "H": toggle("help"),
             "HOME": state.go_home,
@@ -374,80 +369,63 @@ class _Walk:
             self._loading.stop()
         elif self._background is not None and self._background.progress is not None:
             self._background.cancel()
-            self._state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
+            self.state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
         elif self._input.captured:
             self._input.capture(False)
         else:
-            self._window.close()
+            self.window.close()
 
     def _close_by_escape(self, key: Any, action: Any, modifiers: Any) -> None:
-        if key == self._window.keys.ESCAPE and action == self._window.keys.ACTION_PRESS:
-            self._window.close()
+        if key == self.window.keys.ESCAPE and action == self.window.keys.ACTION_PRESS:
+            self.window.close()
 
-    def _want_screenshot(self) -> None:
+    def want_screenshot(self) -> None:
+        """Save the next picture as a file."""
         self._screenshot_due = True
 
     def _want_again(self) -> None:
         if not self._loading.busy:  # a key pressed while another scene loads would name the wrong one
-            self._next_file = self._state.scene.path
+            self.next_file = self.state.scene.path
 
     def _drop(self, files: list[Path]) -> None:
         """Open the first of the files that were dropped on the window."""
-        self._next_file = files[0]
+        self.next_file = files[0]
 
     def _draw(self, dt: float) -> None:
         """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""
-        if not self._frames.is_drawing:
-            self._loader.load_missing(self._state.renderer, self._state.tell)
-        state, size = self._state, self._window.buffer_size
-        renderer, screen = state.renderer, self._window.fbo
+        if not self.frames.is_drawing:
+            self._loader.load_missing(self.state.renderer, self.state.tell)
+        state, size = self.state, self.window.buffer_size
+        renderer, screen = state.renderer, self.window.fbo
         screen.viewport = (0, 0, *size)
         camera = state.camera
-        self._frames.refines = not state.atlas
-        if self._screenshot_due and not self._frames.is_current:
-            self._frames.finish()
+        self.frames.refines = not state.atlas
+        if self._screenshot_due and not self.frames.is_current:
+            self.frames.finish()
             renderer.render(View(camera, size), screen)
-        elif self._frames.draw(View(camera, size), screen):
-            state.scene_times.add(self._frames.scene_seconds)
-            state.scene_scale = self._frames.scale
+        elif self.frames.draw(View(camera, size), screen):
+            state.scene_times.add(self.frames.scene_seconds)
+            state.scene_scale = self.frames.scale
             if state.hud:
                 state.shares.update(renderer, dt)
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
         if self._input.is_editing:
-            self._frames.finish()  # widgets may change the settings
-        self._overlay.draw(screen, self._window.size, size, dt, self._widgets)
+            self.frames.finish()  # widgets may change the settings
+        self._overlay.draw(screen, self.window.size, size, dt, self._widgets)
         if self._screenshot_due:
             self._screenshot_due = False
             self._take_screenshot(camera)
 
     def _widgets(self) -> None:
-        """Draw HUD, panel and help, and tell the input which parts of the window they cover."""
-        state = self._state
-        areas = []
-        left = hud.draw_hud(state) if state.hud else 0.0
-        if state.hud and state.renderer.settings.dof.mode != "none":
-            hud.draw_crosshair()
-        if state.atlas:
-            picture = self._overlay.renderer.show(self._atlas_view.texture)
-            areas.append(draw_atlas(picture, self._atlas_view.aspect, left))
-        size = self._overlay.io.display_size
-        right, floor = size.x, size.y
-        if state.panel:
-            areas.append(panel := draw_panel(state, left))
-            right = panel[0]
-        if state.help:
-            hud.draw_help(left, right)
-        if self._progress is not None and not self._screenshot_due:
-            floor = hud.draw_background(self._progress, right)
-        if state.toast and not self._screenshot_due:
-            hud.draw_toast(state.toast, floor)
-        self._input.set_areas(areas)
+        """Draw the widgets, and tell the input which parts of the window they cover."""
+        shown = self.state, self._overlay, self._atlas_view, self.progress
+        self._input.set_areas(draw_widgets(*shown, in_screenshot=self._screenshot_due))
 
     def _take_screenshot(self, camera: Camera) -> None:
         try:
-            file = save_screenshot(read_window(self._window), self._state.scene.path, camera)
-            self._state.tell(f"Saved {file}")
+            file = save_screenshot(read_window(self.window), self.state.scene.path, camera)
+            self.state.tell(f"Saved {file}")
         except OSError as error:
-            self._state.tell(f"Screenshot failed: {error}")
+            self.state.tell(f"Screenshot failed: {error}")

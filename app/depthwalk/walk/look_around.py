@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from depthwalk.render.frame_memory import SURROUNDING
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.surround import Surround, surround_views
 from depthwalk.render.view.field_of_view import spread_rays
@@ -114,8 +115,8 @@ class LookAround:
 
     def _draw(self, side: View, waits: bool) -> Iterator[str]:
         """Draw a side. waits: whether it is to be drawn again if it lacks what is still to be brought to the GPU."""
-        yield from self._renderer.coarse_steps(side, self._surround.canvas())
-        targets, fitted = self._renderer.targets, self._renderer.aside_view
+        yield from self._renderer.auxiliary_steps(SURROUNDING, side, self._surround.canvas())
+        targets, fitted = self._renderer.targets, self._renderer.auxiliary_view
         assert targets is not None and fitted is not None  # the last step has set them
         again = waits and self._renderer.assets.is_waiting and self._redrawn < _MOST_REDRAWN
         self._redrawn += again

@@ -18,14 +18,14 @@ from pyglm import glm
 
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.reprojection import Reprojection
-from depthwalk.render.still_picture import StillPicture
 from depthwalk.render.view.field_of_view import reduced, widened
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.frame_scale import FrameScale
 from depthwalk.walk.look_around import LookAround
 from depthwalk.walk.motion import Motion
-from depthwalk.walk.slices import FrameSlices, Slices, longest
+from depthwalk.walk.slices import FrameSlices, longest
+from depthwalk.walk.still_slices import StillSlices
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
 _QUICK = 0.025  # s below which they are drawn whole again
@@ -71,11 +71,9 @@ class ShownFrames:
         self._known: tuple[Any, ...] = ()  # everything else of that call
         self._scale = FrameScale()
         self._finished_scale = 1.0  # of the last frame
-        self._hurried = False  # whether somebody waits for the frame, who moves or sees nothing yet
+        self._interactive = False  # whether the frame is for a viewer who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, less those
-        self._still = StillPicture(renderer.device)
-        self._still_slices = Slices(renderer.device)
-        self._still_done = False
+        self._still = StillSlices(renderer)
         self._unshown = False  # whether something is finished that no picture has shown
 
     @property
@@ -89,7 +87,7 @@ class ShownFrames:
     @refines.setter
     def refines(self, refines: bool) -> None:
         if self._refines and not refines:
-            self._drop_still()
+            self._still.drop()
             self._around.drop()
             self._settled = 0
         self._refines = refines
@@ -98,7 +96,12 @@ class ShownFrames:
     def is_current(self) -> bool:
         """Return whether the window shows the scene as it is, so that nothing need be drawn."""
         knows_around = self._around.knows_all or not (self.in_slices and self.refines)
-        return not self._unshown and self._is_settled and knows_around and (self._still_done or not self._wants_still)
+        return (
+            not self._unshown
+            and self._is_settled
+            and knows_around
+            and (self._still.is_finished or not self._wants_still)
+        )
 
     @property
     def _is_settled(self) -> bool:
@@ -115,7 +118,7 @@ class ShownFrames:
     @property
     def is_drawing(self) -> bool:
         """Return whether a frame, or a still picture, has been begun that is not finished yet."""
-        return self._frame.is_drawing or self._still_slices.is_drawing or self._around.is_drawing
+        return self._frame.is_drawing or self._still.is_drawing or self._around.is_drawing
 
     @property
     def scale(self) -> float:
@@ -169,8 +172,8 @@ class ShownFrames:
         self._choose_way()
         if not self.in_slices:
             return self._draw_whole_or_still(view, screen)
-        finished, self._unshown = self._unshown and not self._still_done, False
-        if self._still_done and self._is_settled:
+        finished, self._unshown = self._unshown and not self._still.is_finished, False
+        if self._still.is_finished and self._is_settled:
             self._still.show(screen)
             return finished
         if self._reprojection.unseen(view) > _MOST_UNSEEN:  # as before the first frame, or after a sudden turn
@@ -190,9 +193,9 @@ class ShownFrames:
             self._around.advance(self._slice_seconds(self._view))
         elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
-        elif self._wants_still and not self._still_done:
-            self._still_done = self._draw_still(self._view, longest(self._renderer.settings.reprojection.slice / 1e3))
-            self._unshown |= self._still_done
+        elif self._wants_still and not self._still.is_finished:
+            seconds = longest(self._renderer.settings.reprojection.slice / 1e3)
+            self._unshown |= self._still.advance(self._view, seconds)
 
     def _looks_around(self, view: View) -> bool:
         """Return whether something beside what `view` shows is drawn now, and begin with it if it is wanted."""
@@ -208,28 +211,17 @@ class ShownFrames:
         """Draw a frame at once, or the still picture; return whether it was a frame."""
         self._unshown = False
         if not (self._is_settled and self._wants_still):
-            self._drop_still()
+            self._still.drop()
             if self._renderer.settings.reprojection.mode == "auto" and min(self._durations, default=0.0) > _SLOW:
                 self._draw_first(view, screen)
             else:
                 self._draw_whole(view, screen)
             return True
-        if not self._still_done:
-            self._still_done = self._draw_still(view, np.inf)
+        if not self._still.is_finished:
+            self._still.advance(view, np.inf)
             self._renderer.render(view, screen)  # targets are to be those of the plan again
         self._still.show(screen)
         return False
-
-    def _draw_still(self, view: View, seconds: float) -> bool:
-        """Go on with the still picture for about `seconds`; return whether it is finished."""
-        if not self._still_slices.is_drawing:
-            self._still_slices.begin(self._still.steps(self._renderer, view))
-        return self._still_slices.advance(seconds)
-
-    def _drop_still(self) -> None:
-        """Forget the still picture, and what of one has been drawn."""
-        self._still_slices.drop()
-        self._still_done = False
 
     def _catch_up(self, view: View) -> View:
         """Finish a frame at once, or two, until one holds what is to be seen; return where the viewer is by then."""
@@ -240,13 +232,13 @@ class ShownFrames:
         if self._reprojection.unseen(view) > _MOST_UNSEEN:
             coming = time.perf_counter() - start + self.scene_seconds
             view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
-            self._begin(view.camera, view, hurried=True)
+            self._begin(view.camera, view, interactive=True)
             self.finish()
         return view
 
     def finish(self) -> None:
         """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
-        self._drop_still()
+        self._still.drop()
         self._around.drop()
         while self._frame.is_drawing:
             self._advance(np.inf)
@@ -267,8 +259,8 @@ class ShownFrames:
             self._settled = 0  # one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
-        self._hurried = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
-        self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._hurried else None
+        self._interactive = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
+        self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._interactive else None
         self._finished_scale = 1.0
         self._reprojection.forget_picture()
         start = time.perf_counter()
@@ -280,36 +272,36 @@ class ShownFrames:
 
     def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw a frame at once, but as in slices: if it takes long as well, it is there to be moved later."""
-        self._begin(view.camera, view, hurried=self._moved)
-        self._hurried, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
+        self._begin(view.camera, view, interactive=self._moved)
+        self._interactive, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
         self.finish()
         self._reprojection.show(view, screen)
 
     def _end_frame(self, seconds: float) -> None:
         self._durations.append(seconds)
         self.scene_seconds = seconds
-        self._settled += not self._hurried
+        self._settled += not self._interactive
 
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
         if not self._frame.is_drawing:
             ahead = min(_SHOWN_FOR * self._frame.delay, _FARTHEST_AHEAD)
-            self._begin(self._motion.ahead(ahead), view, hurried=self._moved)
+            self._begin(self._motion.ahead(ahead), view, interactive=self._moved)
         return self._advance(self._slice_seconds(view))
 
-    def _begin(self, camera: Camera, view: View, hurried: bool) -> None:
+    def _begin(self, camera: Camera, view: View, interactive: bool) -> None:
         """Begin a frame that is seen by `camera`, and wider by the margin than `view`.
 
-        hurried: whether it has fewer pixels, and limits to its work, since somebody waits for it.
+        interactive: whether it has fewer pixels, and limits to its work, since the viewer moves.
         """
-        self._drop_still()
+        self._still.drop()
         self._around.drop()
         settings = self._renderer.settings.reprojection
-        self._hurried = hurried
+        self._interactive = interactive
         self._source = widened(View(camera, view.size), settings.margin)
-        if self._hurried:
+        if self._interactive:
             self._source = reduced(self._source, settings.scale * self._scale.factor)
-        self._renderer.warp_limit = round(_WARP_LIMIT * self._scale.factor**2) if self._hurried else None
+        self._renderer.warp_limit = round(_WARP_LIMIT * self._scale.factor**2) if self._interactive else None
         self._frame.begin(self._renderer.steps(self._source, self._reprojection.canvas(self._source.size)))
 
     def _slice_seconds(self, view: View) -> float:
@@ -330,7 +322,7 @@ class ShownFrames:
         self._take_finished()
         self._around.note_frame()
         work = self._frame.end()
-        if self._hurried:
+        if self._interactive:
             self._scale.note(self._frame.delay, self._renderer.settings.reprojection.frame_limit / 1e3)
         self._end_frame(work)
         return True
@@ -369,7 +361,6 @@ class ShownFrames:
     def release(self) -> None:
         """Free everything on the GPU, and forget a frame that has been begun."""
         self._frame.drop()
-        self._drop_still()
         self._around.drop()
         self._still.release()
         self._reprojection.release()

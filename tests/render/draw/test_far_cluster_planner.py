@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from depthwalk.gpu.device import Device
-from depthwalk.render.renderer import read_pixels
+from depthwalk.render.image import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.render.world.far_clusters import MEMBERS
 from depthwalk.scene.arrays import Camera

@@ -14,7 +14,8 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.draw.draw_lists import ImpostorQuads
 from depthwalk.render.draw.material_depth import SURFACE_RECORD
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.image import read_pixels
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Bounds, extents
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation

@@ -12,8 +12,9 @@ from depthwalk.gpu.device import Device
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
+from depthwalk.render.image import read_pixels
 from depthwalk.render.impostors.reprojection_error import HARDEST
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import SceneArrays
@@ -128,20 +129,20 @@ def test_what_has_too_many_triangles_is_coarser_at_first(walk: Callable[..., Any
     steps = walk()
     whole = walk().frame((0, 1, 9), (0, 0.5, 0)).counts
     limit = whole["warped_triangles"] // 2
-    hurried = steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=limit).counts
-    assert hurried["warped"] == hurried["dpci"] == whole["dpci"]
-    assert 0 < hurried["warped_triangles"] <= limit and hurried["provisional"] > 20
+    interactive = steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=limit).counts
+    assert interactive["warped"] == interactive["dpci"] == whole["dpci"]
+    assert 0 < interactive["warped_triangles"] <= limit and interactive["provisional"] > 20
     later = steps.frame((0, 1, 9), (0, 0.5, 0)).counts
-    assert later["warped"] == hurried["provisional"] and later["provisional"] == 0
+    assert later["warped"] == interactive["provisional"] and later["provisional"] == 0
     levels = [{name: n for name, n in counts.items() if name.startswith("level_")} for counts in (later, whole)]
     assert levels[0] == levels[1]
 
 
 def test_what_is_provisional_waits_for_the_budget(walk: Callable[..., Any]) -> None:
     steps = walk(triangle_budget=8000)
-    hurried = steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=20_000).counts["provisional"]
+    interactive = steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=20_000).counts["provisional"]
     left = [steps.frame((0, 1, 9), (0, 0.5, 0), warp_limit=20_000).counts["provisional"] for _ in range(3)]
-    assert hurried > left[0] > left[1] > left[2] > 0
+    assert interactive > left[0] > left[1] > left[2] > 0
 
 
 def test_what_is_provisional_is_warped_at_once_where_nobody_waits(walk: Callable[..., Any]) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.render.culling.depth_readback import DepthReadback
-from depthwalk.render.frame import Frame, common
+from depthwalk.render.frame import Frame, common_settings
 from depthwalk.render.passes.composite import CompositePass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
@@ -58,7 +58,9 @@ def test_cracks_are_bridged_and_gaps_are_not(
         lines[middle + count :] = 1 - (1 - lines[middle + count :]) / farther
         targets.atlas_depth = scope.texture(targets.atlas_size, 1, "f4", cut.tobytes())
         targets.polygons.clear(depth=1.0)
-        frame = SimpleNamespace(view=renderer.view, plan=plan, common=common(renderer.settings), targets=targets)
+        frame = SimpleNamespace(
+            view=renderer.view, plan=plan, common=common_settings(renderer.settings), targets=targets
+        )
         composite.draw(cast(Frame, frame), renderer.settings.composite)
         farthest = cells.read(targets)[rows, columns]  # of all samples, well within the wall
         assert (farthest == 1.0).any() == holes

@@ -8,8 +8,8 @@ import pytest
 
 from depthwalk.bake.planar import bake_planar
 from depthwalk.gpu.device import Device
+from depthwalk.render.image import read_pixels
 from depthwalk.render.passes import relief_texture
-from depthwalk.render.renderer import read_pixels
 from depthwalk.render.resources.distance_volume import distance_volume
 from depthwalk.render.resources.height_field import texel_triangles
 from depthwalk.scene.arrays import HEIGHT_FIELDS, Representation

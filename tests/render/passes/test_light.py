@@ -10,7 +10,7 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
 from depthwalk.pictures import LinearImage
 from depthwalk.reference.light import lamp_light, phong, reflected
-from depthwalk.render.frame import Frame, common
+from depthwalk.render.frame import Frame, common_settings
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lighting.irradiance import irradiance, lighting, polynomials, sphere_directions
 from depthwalk.render.lighting.light_clusters import SLICES, SQUARE, visible_lamps
@@ -83,7 +83,7 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     frame = SimpleNamespace(
         targets=targets,
         view=view,
-        common=common(RenderSettings()),
+        common=common_settings(RenderSettings()),
         environment=environment,
         light=lighting(environment),
         transparent=False,

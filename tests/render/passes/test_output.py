@@ -5,8 +5,8 @@ import pytest
 
 from alone import MakeAlone
 from depthwalk.colour import srgb_from_linear
+from depthwalk.render.image import read_pixels
 from depthwalk.render.passes.output import OutputPass
-from depthwalk.render.renderer import read_pixels
 from depthwalk.scene.render_settings import OutputParams, RenderSettings
 
 

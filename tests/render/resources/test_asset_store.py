@@ -18,7 +18,8 @@ from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.texture_detail import Detail
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.image import read_pixels
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk.gpu.device import Device
-from depthwalk.render.renderer import read_pixels
+from depthwalk.render.image import read_pixels
 from depthwalk.render.shadows.cascades import light_axes
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.view.bounds import Bounds

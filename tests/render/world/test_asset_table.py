@@ -13,7 +13,7 @@ from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.world.asset_table import asset_table
-from depthwalk.render.world.object_rows import place_objects, placed_rows
+from depthwalk.render.world.object_rows import ObjectRows
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
@@ -64,7 +64,7 @@ def middles(objects: Objects, parts: CookedParts) -> Array:
 def test_objects_are_a_row_for_each_part_or_their_mesh(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (HALVES, (5, 0, 0), 0.0, 2.0), (BARE, (9, 0, 0), 0.0, 1.0))
     shown.objects.representation[2] = Representation.MESH
-    objects = place_objects(shown, library, store, None)
+    objects = ObjectRows(scene=shown, library=library, store=store).place()
     assert objects.asset.tolist() == [3, 4, 5, BARE]
     assert objects.representation.tolist() == [Representation.DPCI] * 3 + [Representation.MESH]
     left, right = middles(objects.take(slice(1, 3)), store.parts)
@@ -73,7 +73,8 @@ def test_objects_are_a_row_for_each_part_or_their_mesh(library: ShapeLibrary, st
 
 
 def test_parts_stand_where_their_turned_object_has_them(library: ShapeLibrary, store: AssetStore) -> None:
-    rows = [place_objects(scene((HALVES, (0, 0, 0), yaw, 1.0)), library, store, None) for yaw in (0.0, np.pi)]
+    halves = [scene((HALVES, (0, 0, 0), yaw, 1.0)) for yaw in (0.0, np.pi)]
+    rows = [ObjectRows(scene=turned, library=library, store=store).place() for turned in halves]
     straight, turned = (middles(objects, store.parts) for objects in rows)
     np.testing.assert_allclose(turned, straight * (-1, 1, -1), atol=1e-6)
     assert np.abs(straight[:, 0]).min() > 0.15
@@ -81,27 +82,32 @@ def test_parts_stand_where_their_turned_object_has_them(library: ShapeLibrary, s
 
 def test_a_representation_is_used_where_an_asset_has_it(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (HALVES, (5, 0, 0), 0.0, 1.0))
-    assert place_objects(shown, library, store, Representation.MESH).asset.tolist() == [BALL, HALVES]
+    assert ObjectRows(scene=shown, library=library, store=store, forced=Representation.MESH).place().asset.tolist() == [
+        BALL,
+        HALVES,
+    ]
     assert len(store.parts) == len(library)  # whose depth images nobody asked for
     shown = scene((BARE, (0, 0, 0), 0.0, 1.0), (BALL, (5, 0, 0), 0.0, 1.0))
     shown.objects.representation[:] = Representation.MESH
-    assert place_objects(shown, library, store, Representation.DMESH).asset.tolist() == [BARE, 3]
+    assert ObjectRows(
+        scene=shown, library=library, store=store, forced=Representation.DMESH
+    ).place().asset.tolist() == [BARE, 3]
 
 
 def test_rows_of_some_objects_are_found_among_all(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene(*((asset, (k, 0, 0), 0.0, 1.0) for k, asset in enumerate((BALL, HALVES, BALL, HALVES))))
-    everything = place_objects(shown, library, store, None)
+    everything = ObjectRows(scene=shown, library=library, store=store).place()
     for which in (slice(0, 1), slice(1, 3), slice(3, 4), slice(0, 4)):
-        rows = placed_rows(shown, library, store, None, which)
+        rows = ObjectRows(scene=shown, library=library, store=store).rows_of(which)
         np.testing.assert_array_equal(
-            everything.position[rows], place_objects(shown, library, store, None, which).position
+            everything.position[rows], ObjectRows(scene=shown, library=library, store=store).place(which).position
         )
 
 
 def test_the_table_encloses_what_objects_use(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (BARE, (5, 0, 0), 0.0, 1.0))
     shown.objects.representation[1] = Representation.MESH
-    table = asset_table(place_objects(shown, library, store, None), library, store.parts)
+    table = asset_table(ObjectRows(scene=shown, library=library, store=store).place(), library, store.parts)
     assert len(table.texel) == len(store.parts) == 4
     assert table.centre[BARE] == pytest.approx([0, 0.5, 0]) and table.half_height[BARE] == pytest.approx(0.5)
     assert table.cylinder_radius[BARE] == pytest.approx(np.hypot(1, 0.25))
@@ -114,7 +120,7 @@ def test_the_table_encloses_what_objects_use(library: ShapeLibrary, store: Asset
 
 def test_levels_that_an_asset_lacks_are_infinitely_wrong(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0))
-    table = asset_table(place_objects(shown, library, store, None), library, store.parts)
+    table = asset_table(ObjectRows(scene=shown, library=library, store=store).place(), library, store.parts)
     cooked = store.parts.cooked(3)
     assert table.levels.tolist() == [0, 0, 0, len(cooked.error) - 1]
     np.testing.assert_array_equal(table.error[3], cooked.error)
@@ -125,6 +131,6 @@ def test_levels_that_an_asset_lacks_are_infinitely_wrong(library: ShapeLibrary, 
 def test_the_nearest_point_is_that_of_the_cylinder(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BARE, (0, 0, 0), 0.0, 1.0))
     shown.objects.representation[:] = Representation.MESH
-    table = asset_table(place_objects(shown, library, store, None), library, store.parts)
+    table = asset_table(ObjectRows(scene=shown, library=library, store=store).place(), library, store.parts)
     viewer = np.array([[0, 0.5, 0], [10, 0.5, 0], [0, 4, 0]])
     assert table.nearest(np.full(3, BARE), viewer) == pytest.approx([0, 10 - np.hypot(1, 0.25), 3])

@@ -1,9 +1,9 @@
 """List the passes of a frame, in their order.
 
 To add one to the package: a module here, a folder in shaders/, a line in `PASSES`, and its parameters, if it has any,
-in `scene/render_settings.py`; a new target is declared in `render/targets.py`. Without touching the package, hand it
-to `depthwalk.Renderer(…, passes=…)`, as examples/own_pass.py does. `render.frame.Pass` says what a pass must declare
-and what it may rely on.
+in `scene/render_settings.py`; a new target is declared in `render/target_table.py`. Without touching the package, hand
+it to `depthwalk.Renderer(…, passes=…)`, as examples/own_pass.py does. `render.frame.Pass` says what a pass must
+declare and what it may rely on.
 """
 
 from typing import Any
@@ -37,7 +37,9 @@ from depthwalk.render.passes.sun import SunPass
 from depthwalk.render.passes.warp import WarpPass
 
 PASSES: tuple[type[Pass[Any]], ...] = (
-    MeshPass,  # first: nothing else is in the visibility buffer yet
+    # Objects, once for each occlusion phase: meshes to the G-buffer, depth images to the visibility buffer. Meshes come
+    # first, since nothing else is in the visibility buffer then.
+    MeshPass,
     WarpPass,
     CompositePass,
     DmeshPass,
@@ -49,14 +51,17 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     ReliefTexturePass,
     OctahedralPass,
     BillboardPass,
+    # What else is needed to light surfaces: shadow maps, and the colours and normals of depth images.
     GroundPass,
     ShadowsPass,
     SamplePass,
     MaterialResolvePass,
+    # Light, in linear colours.
     SunPass,
     LightPass,
     FogPass,
     ResolvePass,
+    # Edges and lens, and the finished picture.
     CoveragePass,
     GpaaPass,
     FxaaPass,

@@ -34,7 +34,7 @@ class DmeshPass(Pass[Params]):
             asset = frame.assets.depth_object(number)
             defines = (*asset.defines, *frame.targets.defines)
             program, array = self._programs[defines], asset.array(self._arrays[defines], number)
-            asset.use_geometry(program, 0, frame.common.lod)
+            asset.use_geometry(program, frame.common.lod)
             with self.gl.state(
                 into=frame.targets.visibility, depth_test=LESS, cull=True, wireframe=frame.common.wireframe
             ):

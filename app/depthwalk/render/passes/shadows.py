@@ -97,7 +97,7 @@ class ShadowsPass(Pass[ShadowParams]):
         texture = self._of_sun.fit(len(maps), params.resolution)
         requested = dict(enumerate(maps))
         stale = self._of_sun.stale(requested)
-        last = len(maps) - 1 if frame.shadows.hurried else None
+        last = len(maps) - 1 if frame.shadows.interactive else None
         waiting = self._of_sun.waiting(stale, last) if frame.shadows.may_wait else {}
         due = {tile: map_ for tile, map_ in stale.items() if tile not in waiting}
         yield from self._draw_maps(frame, self._of_sun, due, _CLAMPED)
@@ -186,7 +186,7 @@ class ShadowsPass(Pass[ShadowParams]):
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
             program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
-            asset.use_geometry(program, 0, frame.common.lod)
+            asset.use_geometry(program, frame.common.lod)
             for batch in batches:
                 self._instances.bind(array, batch.first)
                 asset.draw(array, batch.indices, batch.count)

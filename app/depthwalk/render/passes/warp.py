@@ -71,7 +71,7 @@ class WarpPass(Pass[WarpParams]):
                 surface = (name for name in asset.surface_defines if name != "COORDINATES")
                 defines = *surface, *light_defines
             program = self._programs[defines]
-            asset.use_geometry(program, 0, frame.common.lod)
+            asset.use_geometry(program, frame.common.lod)
             if frame.common.lit_tiles:
                 asset.use_surface(program, 1, frame.common.lod)
                 program.set(**light)

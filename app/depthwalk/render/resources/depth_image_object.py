@@ -161,20 +161,18 @@ class DepthObject:
                 array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
                 array.render(vertices=count, first=first, instances=instances)
 
-    def use_geometry(self, program: Program, unit: int, lod: LodParams) -> None:
-        """Bind the meso-structure to a texture unit, and set the uniforms that the vertex stage reads.
+    def use_geometry(self, program: Program, lod: LodParams) -> None:
+        """Bind the meso-structure to the first texture unit, and set the uniforms that the vertex stage reads.
 
         Parameters
         ----------
         program
             The program that draws.
-        unit
-            The number of the texture unit.
         lod
             The settings of detail.
         """
-        self.meso.use(unit)
-        program.set(meso_relief=unit, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
+        self.meso.use(0)
+        program.set(meso_relief=0, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
         """Bind textures to at most `SURFACE_UNITS` texture units, and set the uniforms that looking up a surface needs.

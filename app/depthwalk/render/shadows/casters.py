@@ -114,8 +114,8 @@ class Shadows:
     portion
         About how many triangles of a map that may wait are drawn in a frame, so that frames take equally long; None:
         one map is drawn whole in each.
-    hurried
-        Whether somebody moves, so that maps which have moved far may wait, too, except the last.
+    interactive
+        Whether the viewer moves, so that maps which have moved far may wait, too, except the last.
     lamps
         The maps of lamps, by the tile of the atlas that each lies in.
     tiles
@@ -125,7 +125,7 @@ class Shadows:
     sun: tuple[ShadowMap, ...] | None = None
     may_wait: bool = False
     portion: int | None = None
-    hurried: bool = False
+    interactive: bool = False
     lamps: dict[int, ShadowMap] = field(default_factory=dict)
     tiles: dict[int, int] = field(default_factory=dict)
 

@@ -1,5 +1,7 @@
 """Place the objects of a scene as they are drawn: a row for a mesh, or one for each part of the depth images."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,121 +11,88 @@ from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.resources.library import Library
-from depthwalk.render.world.stand_ins import StandIns
+from depthwalk.render.world.placeholders import Placeholders
 from depthwalk.scene.arrays import OF_MESH, Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Ints, Mask
 
 
-def place_objects(
-    scene: Scene,
-    library: Library,
-    store: AssetStore,
-    forced: Representation | None,
-    which: slice = slice(None),
-    *,
-    stand_ins: StandIns | None = None,
-) -> Objects:
-    """Return the scene's objects as they are drawn: a row for the mesh, or one for each part of the depth images.
+@dataclass(frozen=True, kw_only=True)
+class ObjectRows:
+    """Say in which rows the objects of a scene are drawn.
 
-    Parameters
+    Attributes
     ----------
     scene : the scene.
     library : tells which assets have meshes and depth images.
     store : numbers what is drawn.
     forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
-    which : the slice of the scene's objects to return.
-    stand_ins : what is drawn of assets whose depth images are not ready; None: all are ready.
-
-    Returns
-    -------
-    The rows in the frames of their parts; `asset` holds numbers of `store.parts`.
+    placeholders : what is drawn of assets whose depth images are not ready; None: all are ready.
     """
-    objects = scene.objects.take(which)
-    representation, first, count = _rows(objects, library, store, forced, stand_ins)
-    row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
-    number = first[row] + within_runs(count)
-    position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
-    offset, turn = _placements(number, store.parts)
-    moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
-    position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
-    rotation[moved] = multiply(rotation[moved], turn[number[moved]])
-    return Objects(asset=number, position=position, rotation=rotation, scale=scale, representation=representation[row])
 
+    scene: Scene
+    library: Library
+    store: AssetStore
+    forced: Representation | None = None
+    placeholders: Placeholders | None = None
 
-def placed_rows(
-    scene: Scene,
-    library: Library,
-    store: AssetStore,
-    forced: Representation | None,
-    which: slice,
-    *,
-    stand_ins: StandIns | None = None,
-) -> slice:
-    """Return which rows of all that `place_objects` returns belong to some objects of the scene.
+    def place(self, which: slice = slice(None)) -> Objects:
+        """Return the scene's objects as they are drawn: a row for the mesh, or one for each part of the depth images.
 
-    Parameters
-    ----------
-    scene : the scene.
-    library : tells which assets have meshes and depth images.
-    store : numbers what is drawn.
-    forced : the representation that `place_objects` was given.
-    which : the slice of the scene's objects whose rows are looked for.
-    stand_ins : the stand-ins that `place_objects` was given.
+        Parameters
+        ----------
+        which : the slice of the scene's objects to return.
 
-    Returns
-    -------
-    The slice of the rows.
-    """
-    before, within = (
-        int(_rows(scene.objects.take(run), library, store, forced, stand_ins)[2].sum())
-        for run in (slice(0, which.start), which)
-    )
-    return slice(before, before + within)
+        Returns
+        -------
+        The rows in the frames of their parts; `asset` holds numbers of `store.parts`.
+        """
+        objects = self.scene.objects.take(which)
+        representation, first, count = self._rows(objects)
+        row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
+        number = first[row] + within_runs(count)
+        position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
+        offset, turn = _placements(number, self.store.parts)
+        moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
+        position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
+        rotation[moved] = multiply(rotation[moved], turn[number[moved]])
+        return Objects(
+            asset=number, position=position, rotation=rotation, scale=scale, representation=representation[row]
+        )
 
+    def rows_of(self, which: slice) -> slice:
+        """Return which rows of all that `place` returns belong to the scene's objects `which`."""
+        before, within = (
+            int(self._rows(self.scene.objects.take(run))[2].sum()) for run in (slice(0, which.start), which)
+        )
+        return slice(before, before + within)
 
-def choosing_rows(
-    scene: Scene, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns
-) -> Mask:
-    """Return which rows (n,) of all that `place_objects` returns are drawn as meshes or depth images as is quicker.
+    def chooses(self) -> Mask:
+        """Return which rows (n,) of all that `place` returns are drawn as meshes or depth images as is quicker."""
+        chooses = asked_for(self.scene.objects, self.library, self.forced) == Representation.AUTO
+        return np.repeat(chooses, self._rows(self.scene.objects)[2])
 
-    Parameters
-    ----------
-    scene : the scene.
-    library : tells which assets have meshes and depth images.
-    store : numbers what is drawn.
-    forced : the representation that `place_objects` was given.
-    stand_ins : the stand-ins that `place_objects` was given.
-
-    Returns
-    -------
-    A mask of the rows.
-    """
-    chooses = asked_for(scene.objects, library, forced) == Representation.AUTO
-    return np.repeat(chooses, _rows(scene.objects, library, store, forced, stand_ins)[2])
-
-
-def _rows(
-    objects: Objects, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns | None
-) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
-    """Return how each object (n,) is drawn, the first number that shows it, and how many do."""
-    representation, stand_ins = asked_for(objects, library, forced), stand_ins or StandIns.none(len(library))
-    representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
-    imaged = ~np.isin(representation, OF_MESH)
-    waiting = imaged & ~stand_ins.ready[objects.asset]
-    representation[waiting] = stand_ins.representation[objects.asset[waiting]]
-    imaged &= ~waiting
-    first, of_mesh = np.arange(len(library), dtype=np.int32), stand_ins.has_mesh.astype(np.int32)
-    shown = np.unique(objects.asset[imaged]).tolist()
-    if store.background is None:
-        library.bake_missing([asset for asset in shown if not store.parts.knows(asset)])
-    of_images = np.ones(len(library), np.int32)
-    for asset in shown:
-        numbers = store.parts.numbers(asset)
-        first[asset], of_images[asset] = numbers.start, len(numbers)
-    count = np.where(imaged, of_images[objects.asset], of_mesh[objects.asset])
-    count[waiting & stand_ins.too_many[objects.asset]] = 0
-    return representation, np.where(imaged, first[objects.asset], objects.asset), count
+    def _rows(self, objects: Objects) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
+        """Return how each object (n,) is drawn, the first number that shows it, and how many do."""
+        library, store = self.library, self.store
+        representation = asked_for(objects, library, self.forced)
+        placeholders = self.placeholders or Placeholders.none(len(library))
+        representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
+        imaged = ~np.isin(representation, OF_MESH)
+        waiting = imaged & ~placeholders.ready[objects.asset]
+        representation[waiting] = placeholders.representation[objects.asset[waiting]]
+        imaged &= ~waiting
+        first, of_mesh = np.arange(len(library), dtype=np.int32), placeholders.has_mesh.astype(np.int32)
+        shown = np.unique(objects.asset[imaged]).tolist()
+        if store.background is None:
+            library.bake_missing([asset for asset in shown if not store.parts.knows(asset)])
+        of_images = np.ones(len(library), np.int32)
+        for asset in shown:
+            numbers = store.parts.numbers(asset)
+            first[asset], of_images[asset] = numbers.start, len(numbers)
+        count = np.where(imaged, of_images[objects.asset], of_mesh[objects.asset])
+        count[waiting & placeholders.too_many[objects.asset]] = 0
+        return representation, np.where(imaged, first[objects.asset], objects.asset), count
 
 
 def _placements(used: Ints, parts: CookedParts) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -11,9 +11,9 @@ from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable, asset_table
-from depthwalk.render.world.object_rows import choosing_rows, place_objects, placed_rows
+from depthwalk.render.world.object_rows import ObjectRows
+from depthwalk.render.world.placeholders import Placeholders, find_placeholders
 from depthwalk.render.world.spatial_cells import SpatialCells, sort_into_cells
-from depthwalk.render.world.stand_ins import StandIns, find_stand_ins
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array, Mask, Rows
@@ -58,7 +58,7 @@ class RenderWorld:
         self._choice: MeshChoice | None = None
         self._cells: SpatialCells | None = None
         self._generation = self._changes = 0
-        self._stand_ins = StandIns.none(len(library))
+        self._placeholders = Placeholders.none(len(library))
         self._viewer: Array | None = None
 
     def objects(self) -> Objects:
@@ -71,9 +71,20 @@ class RenderWorld:
         """
         if self._objects is None:
             shown_by = self._library, self._assets, self._representation
-            self._stand_ins = find_stand_ins(self._scene.objects, *shown_by, self._viewer)
-            self._objects = place_objects(self._scene, *shown_by, stand_ins=self._stand_ins)
+            self._placeholders = find_placeholders(self._scene.objects, *shown_by, self._viewer)
+            self._objects = self._rows.place()
         return self._objects
+
+    @property
+    def _rows(self) -> ObjectRows:
+        """Return in which rows the objects are drawn, as long as nothing else is made ready."""
+        return ObjectRows(
+            scene=self._scene,
+            library=self._library,
+            store=self._assets,
+            forced=self._representation,
+            placeholders=self._placeholders,
+        )
 
     def take_arrivals(self, viewer: Array) -> None:
         """Show what was made ready beside the frames; where anything was, all arrays are computed once more.
@@ -183,13 +194,12 @@ class RenderWorld:
         """Return which objects are drawn as is quicker, and what was measured of them; None where none is."""
         objects, table = self.objects(), self.table()
         if self._choice is None and self._has_auto():
-            shown_by = self._scene, self._library, self._assets, self._representation, self._stand_ins
             parts = self._assets.parts
             names = {
                 number: self._scene.assets[parts.asset_of(number)].name for number in range(parts.first, len(parts))
             }
             self._choice = MeshChoice(
-                chooses=choosing_rows(*shown_by) & (objects.asset >= parts.first),
+                chooses=self._rows.chooses() & (objects.asset >= parts.first),
                 advised=advised_table(len(table.levels), names, self._scene.advice),
             )
         return self._choice
@@ -215,10 +225,9 @@ class RenderWorld:
             return
         if changed.start == changed.stop:
             return
-        context = self._scene, self._library, self._assets, self._representation
-        table, objects, stand_ins = self.table(), self.objects(), self._stand_ins
-        rows = placed_rows(*context, changed, stand_ins=stand_ins)
-        objects.put(rows, place_objects(*context, changed, stand_ins=stand_ins))
+        table, objects = self.table(), self.objects()
+        rows = self._rows.rows_of(changed)
+        objects.put(rows, self._rows.place(changed))
         self._bounds.put(rows, object_bounds(objects.take(rows), table.centre, table.bounding_radius))
         self._cells.refit(self._bounds, rows)
 

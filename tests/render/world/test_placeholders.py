@@ -10,8 +10,8 @@ import shapes
 from depthwalk.cook.cook import CookOptions
 from depthwalk.gpu.device import Device
 from depthwalk.render.resources.asset_store import AssetStore
-from depthwalk.render.world import stand_ins
-from depthwalk.render.world.object_rows import place_objects, placed_rows
+from depthwalk.render.world import placeholders
+from depthwalk.render.world.object_rows import ObjectRows
 from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.arrays import Representation
 from shapes import ShapeLibrary, scene_of
@@ -100,16 +100,16 @@ def test_what_is_nearest_is_asked_for_first(world: RenderWorld) -> None:
 def test_a_moved_object_keeps_its_row(world: RenderWorld) -> None:
     background_of(world).make(CONE)
     arrive(world, lambda: world.is_whole)
-    context = world._scene, world._library, world._assets, None
+    drawn = ObjectRows(
+        scene=world._scene, library=world._library, store=world._assets, placeholders=world._placeholders
+    )
     for which in (slice(0, 1), slice(1, 2), slice(1, 3)):
-        rows = placed_rows(*context, which, stand_ins=world._stand_ins)
-        placed = place_objects(*context, which, stand_ins=world._stand_ins)
-        np.testing.assert_array_equal(world.objects().asset[rows], placed.asset)
+        np.testing.assert_array_equal(world.objects().asset[drawn.rows_of(which)], drawn.place(which).asset)
 
 
 def test_crowds_wait_for_their_depth_images(world: RenderWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     """Their meshes would take seconds a frame."""
-    monkeypatch.setattr(stand_ins, "_MAX_TRIANGLES", 400)  # one ball has 224
+    monkeypatch.setattr(placeholders, "_MAX_TRIANGLES", 400)  # one ball has 224
     arrive(world, lambda: bool(shown(world)))
     assert shown(world) == [(CONE, "mesh")]
     world.representation = Representation.MESH  # who asks for meshes gets them

@@ -17,7 +17,7 @@ _MAX_TRIANGLES = 3_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandIns:
+class Placeholders:
     """Hold what can be drawn of each of a scene's a assets while depth images are made ready.
 
     Attributes
@@ -34,7 +34,7 @@ class StandIns:
     too_many: Mask
 
     @classmethod
-    def none(cls, assets: int) -> "StandIns":
+    def none(cls, assets: int) -> "Placeholders":
         """Return the table of a scene of `assets` assets that are all ready, because frames wait for them."""
         return cls(
             ready=np.ones(assets, bool),
@@ -44,9 +44,9 @@ class StandIns:
         )
 
 
-def find_stand_ins(
+def find_placeholders(
     objects: Objects, library: Library, store: AssetStore, forced: Representation | None, viewer: Array | None
-) -> StandIns:
+) -> Placeholders:
     """Ask for all assets that a scene shows, and find out what can be drawn meanwhile.
 
     Where `store.background` is None, frames wait for everything, and everything is ready.
@@ -63,7 +63,7 @@ def find_stand_ins(
     -------
     What can be drawn of each asset now.
     """
-    found = StandIns.none(len(library))
+    found = Placeholders.none(len(library))
     if store.background is None:
         return found
     found.ready[:] = found.has_mesh[:] = False

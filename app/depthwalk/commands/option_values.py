@@ -1,0 +1,220 @@
+"""Parse the texts of the options that commands share.
+
+The functions `parse_…` and `check_…` raise InputError, whose message begins with the option.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from depthwalk.commands.options import RepresentationName
+from depthwalk.errors import InputError
+from depthwalk.limits import (
+    MAX_COORDINATE,
+    MAX_DPCI_LAYERS,
+    MAX_DPCI_PARTS,
+    MAX_FOV,
+    MAX_IMAGE_PIXELS,
+    MAX_IMAGE_SIDE,
+    MIN_FOV,
+)
+
+if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
+    from depthwalk.bake.params import Axis as BakeAxis
+    from depthwalk.scene.arrays import Camera, Representation
+    from depthwalk.scene.scene import Scene
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class CameraOptions:
+    """Hold the changes to a camera that the --camera options ask for; None leaves a value as it is.
+
+    Attributes
+    ----------
+    position, target
+        Where the camera stands, and a point that it looks at, metres, world.
+    angle
+        Vertical angle of view, radians.
+    """
+
+    position: Point | None = None
+    target: Point | None = None
+    angle: float | None = None
+
+    def apply(self, camera: "Camera") -> "Camera":
+        """Return `camera` with these changes. Raises InputError where it would stand at its own target."""
+        position, target = self.position or camera.position, self.target or camera.target
+        if self.given and position == target:
+            raise InputError("--camera-target: must be elsewhere than the camera's position")
+        return replace(camera, position=position, target=target, fov=self.angle or camera.fov)
+
+    @property
+    def given(self) -> bool:
+        """Return whether any of the options is given."""
+        return self != CameraOptions()
+
+
+def parse_camera(position: str | None, target: str | None, angle: float | None) -> CameraOptions:
+    """Read the --camera options.
+
+    Parameters
+    ----------
+    position
+        The text "x,y,z", metres, world; None where the option is not given.
+    target
+        The text "x,y,z", metres, world; None where the option is not given.
+    angle
+        Vertical angle of view, degrees; None where the option is not given.
+
+    Returns
+    -------
+    CameraOptions
+        The values, the angle in radians.
+
+    Raises
+    ------
+    InputError
+        Where a text cannot be read or a value is out of range.
+    """
+    if angle is not None and not MIN_FOV <= angle <= MAX_FOV:
+        raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_FOV:g} to {MAX_FOV:g} degrees")
+    return CameraOptions(
+        position=_point("--camera-position", position),
+        target=_point("--camera-target", target),
+        angle=None if angle is None else math.radians(angle),
+    )
+
+
+def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
+    """Raise InputError where both a camera `path` and one of the options in `camera` say where the camera is."""
+    if path is not None and camera.given:
+        raise InputError("--path: already says where the camera is; leave out the --camera options")
+
+
+def parse_resolution(text: str) -> tuple[int, int]:
+    """Return width and height, pixels, from a `text` such as "640,480" or "640x480".
+
+    Raises InputError where the text is none of these, or asks for too many pixels.
+    """
+    parts = text.replace("x", ",").split(",")
+    if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
+        raise InputError(f"--resolution {text}: must be W,H or WxH, whole numbers of pixels")
+    if any(len(part) > 9 or not 1 <= int(part) <= MAX_IMAGE_SIDE for part in parts):
+        raise InputError(f"--resolution {text}: each side must be 1 to {MAX_IMAGE_SIDE} pixels")
+    width, height = int(parts[0]), int(parts[1])
+    if width * height > MAX_IMAGE_PIXELS:
+        raise InputError(f"--resolution {text}: {width * height} pixels, the limit is {MAX_IMAGE_PIXELS}")
+    return width, height
+
+
+def parse_layers(text: str | None) -> int | Literal["auto"] | None:
+    """Return how many surfaces are sampled along each ray, from the `text` of --layers; None where it is not given.
+
+    "auto" stands for as many as a viewer can see. Raises InputError for values out of range.
+    """
+    return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
+
+
+def parse_parts(text: str | None) -> int | Literal["auto"] | None:
+    """Return among how many cylinders a mesh is divided at most, from the `text` of --parts; None where none is given.
+
+    "auto" leaves the number to the shape of the mesh. Raises InputError for values out of range.
+    """
+    return _auto_or_up_to(MAX_DPCI_PARTS, "--parts", text)
+
+
+def parse_axis(text: str | None) -> "BakeAxis | None":
+    """Return the axis of an object's cylinder, asset frame, from the `text` of --axis; None where it is not given.
+
+    It is a letter, a direction of any length, or "auto". Raises InputError for other texts.
+    """
+    if text is None or text in ("auto", "x", "y", "z"):
+        return text  # type: ignore[return-value]  # a text is not narrowed to its literals
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--axis {text}: must be auto, x, y, z or X,Y,Z, a direction") from None
+    if not (any((x, y, z)) and all(abs(value) <= MAX_COORDINATE for value in (x, y, z))):
+        raise InputError(f"--axis {text}: not all may be 0, nor any beyond ±{MAX_COORDINATE:g}")
+    return x, y, z
+
+
+def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
+    """Return the --set options `settings` as `load_scene` takes them: YAML texts by dotted key; none for None.
+
+    Raises InputError where an option is not of the form KEY=VALUE.
+    """
+    overrides = {}
+    for text in settings or ():
+        key, equals, value = text.partition("=")
+        if not equals or not key:
+            raise InputError(f"--set {text}: must be KEY=VALUE")
+        overrides[key] = value
+    return overrides
+
+
+def refuse_reuse(settings: Sequence[str] | None) -> None:
+    """Raise InputError where the options --set, `settings`, set `reuse_error`; None stands for no options.
+
+    A command that refuses this draws every picture from scratch, so that none depends on the pictures before it.
+    """
+    if any("reuse_error" in text for text in settings or ()):
+        raise InputError("--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames")
+
+
+def representation(name: RepresentationName) -> "Representation | None":
+    """Return the representation called `name`; None, for `scene`, leaves the choice to the scene file."""
+    from depthwalk.scene.arrays import Representation
+
+    return None if name is RepresentationName.SCENE else Representation[name.name]
+
+
+def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None) -> "Scene":
+    """Load a scene for a command.
+
+    Parameters
+    ----------
+    path
+        The scene file, or a mesh.
+    asset_roots
+        Folders besides the scene's own in which its files may lie; None for none.
+    settings
+        The --set options; None for none.
+
+    Returns
+    -------
+    Scene
+        The scene, with the options applied.
+
+    Raises
+    ------
+    InputError
+        Where the scene or an option cannot be used.
+    """
+    from depthwalk.scene.loader import load_scene
+
+    return load_scene(path, asset_roots or (), parse_settings(settings))
+
+
+def _auto_or_up_to(most: int, option: str, text: str | None) -> int | Literal["auto"] | None:
+    if text is None or text == "auto":
+        return text  # type: ignore[return-value]  # a text is not narrowed to its literals
+    if not (text.isascii() and text.isdigit() and len(text) <= 2 and 1 <= int(text) <= most):
+        raise InputError(f"{option} {text}: must be auto or a whole number from 1 to {most}")
+    return int(text)
+
+
+def _point(option: str, text: str | None) -> Point | None:
+    if text is None:
+        return None
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{option} {text}: must be X,Y,Z, three numbers of metres") from None
+    if not all(abs(value) <= MAX_COORDINATE for value in (x, y, z)):  # false for NaN, too
+        raise InputError(f"{option} {text}: each coordinate must be within ±{MAX_COORDINATE:g} m")
+    return x, y, z

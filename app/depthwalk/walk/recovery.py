@@ -1,0 +1,56 @@
+"""Go on after failures of the GPU, unless they come again and again."""
+
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+
+from depthwalk.gpu.failures import GPU_FAILURES
+
+log = logging.getLogger(__name__)
+
+_MOST_FAILURES, _FAILURE_SECONDS = 3, 10.0  # of the GPU, and the time within which so many are too many
+
+
+class GpuRecovery:
+    """Make everything on the GPU anew after a failure, until there were too many.
+
+    Parameters
+    ----------
+    restart
+        Frees everything on the GPU and makes it anew; it may fail as well.
+    """
+
+    def __init__(self, restart: Callable[[], None]) -> None:
+        self._restart = restart
+        self._failures: deque[float] = deque(maxlen=_MOST_FAILURES)  # when they came, by the clock
+
+    def forget(self) -> None:
+        """Count from now on only: what fails next is another failure."""
+        self._failures.clear()
+
+    def recover(self, error: Exception) -> Exception:
+        """Restart until that succeeds.
+
+        Parameters
+        ----------
+        error
+            What was raised, one of `GPU_FAILURES`; raised again after too many failures within a few seconds.
+
+        Returns
+        -------
+        Exception
+            The last failure before success.
+        """
+        while True:
+            now = time.perf_counter()
+            if len(self._failures) == _MOST_FAILURES and now - self._failures[0] < _FAILURE_SECONDS:
+                raise error
+            self._failures.append(now)
+            log.warning("%s; everything on the GPU is made anew", error)
+            try:
+                self._restart()
+            except GPU_FAILURES as again:
+                error = again
+            else:
+                return error

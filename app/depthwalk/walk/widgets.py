@@ -1,0 +1,52 @@
+"""Lay out the widgets of the window: HUD, panel, help, the atlas of impostors, progress and messages."""
+
+from depthwalk.assets.progress import Progress
+from depthwalk.walk import hud
+from depthwalk.walk.atlas_view import AtlasView
+from depthwalk.walk.overlay import Overlay
+from depthwalk.walk.panel import Area, draw_atlas, draw_panel
+from depthwalk.walk.state import State
+
+
+def draw_widgets(
+    state: State, overlay: Overlay, atlas_view: AtlasView, progress: Progress | None, *, in_screenshot: bool
+) -> list[Area]:
+    """Draw the widgets that `state` shows, in a frame of imgui.
+
+    Parameters
+    ----------
+    state
+        What is shown; the panel changes it.
+    overlay
+        Draws the frame.
+    atlas_view
+        The picture of the impostors.
+    progress
+        How far assets are made ready beside the frames; None shows nothing of it.
+    in_screenshot
+        Whether a screenshot is taken, which has no messages.
+
+    Returns
+    -------
+    list[Area]
+        The parts of the window where the mouse belongs to widgets.
+    """
+    areas = []
+    left = hud.draw_hud(state) if state.hud else 0.0
+    if state.hud and state.renderer.settings.dof.mode != "none":
+        hud.draw_crosshair()
+    if state.atlas:
+        areas.append(draw_atlas(overlay.renderer.show(atlas_view.texture), atlas_view.aspect, left))
+    right, floor = overlay.io.display_size.x, overlay.io.display_size.y
+    if state.panel:
+        areas.append(panel := draw_panel(state, left))
+        right = panel[0]
+    if state.help:
+        hud.draw_help(left, right)
+    if in_screenshot:
+        return areas
+    if progress is not None:
+        floor = hud.draw_background(progress, right)
+    if state.toast:
+        hud.draw_toast(state.toast, floor)
+    return areas
