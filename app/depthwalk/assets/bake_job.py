@@ -106,10 +106,10 @@ class Kept:
     cached: bool
 
 
-def bake_whole(job: Job) -> Baked | Kept:
-    """Do a job, so that its file appears whole or not at all; errors are those of `bake_job`."""
+def bake_whole(job: Job, workers: int | None = None) -> Baked | Kept:
+    """Do a job, so that its file appears whole or not at all; `workers` and errors are those of `bake_job`."""
     with staging(job) as staged:
-        outcome = bake_job(job, staged, lambda stage: None)
+        outcome = bake_job(job, staged, lambda stage: None, workers)
         try:
             if staged.is_file():
                 os.replace(staged, job.out)
