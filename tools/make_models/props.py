@@ -205,6 +205,7 @@ def room() -> Model:
         panel([3, 0, -3], [0, 0, 6], [0, 3 + BEYOND, 0], (12, 6)),
         panel([3 + BEYOND, 0, 3], [-6 - 2 * BEYOND, 0, 0], [0, 3 + BEYOND, 0], (12, 6)),
         *_opened_wall(),
+        *_outside(),
     ]
     plaster = merged(walls)
     plaster = plaster.painted(mix((0.87, 0.84, 0.76), (0.80, 0.76, 0.68), 0.5 + fractal(plaster.positions, 1.1, 97)))
@@ -239,12 +240,13 @@ OPENING = (-0.9, 0.9, 0.95, 2.35)  # left, right, lower and upper edge, metres
 
 
 def _opened_wall() -> list[Model]:
-    """Make the wall at z = −3 around the window's opening, and the opening's four inner sides, vertex to vertex."""
+    """Make the wall at z = −3 around the window's opening, inside and outside, and the opening's four inner sides."""
     left, right, low, high = OPENING
     columns = (-3 - BEYOND, left, 5), (left, right, 4), (right, 3 + BEYOND, 5)  # from, to, cells
     rows = (0.0, low, 2), (low, high, 3), (high, 3 + BEYOND, 2)
     around = [
-        panel([begin, bottom, -3], [end - begin, 0, 0], [0, top - bottom, 0], (across, up))
+        panel([begin if z == -3 else end, bottom, z], [sign * (end - begin), 0, 0], [0, top - bottom, 0], (across, up))
+        for z, sign in ((-3, 1), (-3.25, -1))
         for begin, end, across in columns
         for bottom, top, up in rows
         if (begin, bottom) != (left, low)
@@ -256,6 +258,20 @@ def _opened_wall() -> list[Model]:
         panel([right, low, -3], [left - right, 0, 0], [0, 0, -0.25], (4, 1)),
     ]
     return around + sides
+
+
+def _outside() -> list[Model]:
+    """Make the roof and the outer sides of the walls at both ends of x.
+
+    Nobody sees them, but beside a corner the sun must find more before it than the wall itself, which is no thicker than
+    what shadow maps resolve.
+    """
+    edge, north, across, up = 3 + BEYOND, -3.25, [0, 0, 6.25], [0, 3 + BEYOND, 0]
+    return [
+        panel([-edge, 0, north], across, up, (1, 1)),
+        panel([edge, 0, 3], [0, 0, -6.25], up, (1, 1)),
+        panel([-edge, edge, 3], [2 * edge, 0, 0], [0, 0, -6.25], (1, 1)),
+    ]
 
 
 def _window() -> list[Model]:
