@@ -263,8 +263,8 @@ def _opened_wall() -> list[Model]:
 def _outside() -> list[Model]:
     """Make the roof and the outer sides of the walls at both ends of x.
 
-    Nobody sees them, but beside a corner the sun must find more before it than the wall itself, which is no thicker than
-    what shadow maps resolve.
+    Nobody sees them, but beside a corner the sun must find more before it than the wall itself, which is no thicker
+    than what shadow maps resolve.
     """
     edge, north, across, up = 3 + BEYOND, -3.25, [0, 0, 6.25], [0, 3 + BEYOND, 0]
     return [

@@ -45,10 +45,10 @@ def unpack_words(packed: NDArray[np.uint8]) -> NDArray[np.uint16]:
     Raises
     ------
     ValueError
-        For an array of another shape.
+        For an array of another shape or type.
     """
-    if packed.ndim != 2 or len(packed) % 2:
-        raise ValueError(f"packed words of shape {packed.shape}")
+    if packed.dtype != np.uint8 or packed.ndim != 2 or len(packed) % 2:
+        raise ValueError(f"packed words of type {packed.dtype} and shape {packed.shape}")
     low, high = packed[::2].astype(np.uint16), packed[1::2].astype(np.uint16)
     folded = low | high << 8
     step = (folded >> 1) ^ (0 - (folded & 1))  # in 16 bits, where 0 − 1 is all ones
@@ -63,8 +63,8 @@ def pack_picture(texels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def unpack_picture(packed: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Restore the picture (h, w, c) uint8 from `packed`, (c, h, w) uint8, as `pack_picture` returns it.
 
-    Raises ValueError for an array without three axes.
+    Raises ValueError for an array of another type, and for one without three axes.
     """
-    if packed.ndim != 3:
-        raise ValueError(f"a packed picture of shape {packed.shape}")
+    if packed.dtype != np.uint8 or packed.ndim != 3:
+        raise ValueError(f"a packed picture of type {packed.dtype} and shape {packed.shape}")
     return np.ascontiguousarray(np.moveaxis(np.add.accumulate(packed, axis=1, dtype=np.uint8), 0, -1))

@@ -47,7 +47,7 @@ class Soup:
 
 
 def unit_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return `normals` (V, 3) scaled to unit length; rows become NaN that are zero, or of a length that is not finite."""
+    """Return `normals` (V, 3) scaled to unit length; rows become NaN that are zero or of infinite length."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         return np.where(np.isfinite(lengths) & (lengths > 1e-6), normals / lengths, np.nan)

@@ -15,8 +15,8 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array
 
-# Of far over near plane, unless the near one is 5 cm away already. So 24 bits resolve 1/8000 of a distance; with less the
-# sunlit wall of a room is full of its own shadow.
+# Of far over near plane, unless the near one is 5 cm away already. So 24 bits resolve 1/8000 of a distance; with less,
+# the sunlit wall of a room is full of its own shadow.
 _MAX_DEPTH_RATIO = 2e3
 _MAX_NEAR = 0.05  # metres, to which the ratio may push the near plane out
 
