@@ -36,5 +36,12 @@ def test_what_changes_little_from_row_to_row_compresses_better() -> None:
 
 @pytest.mark.parametrize(("unpack", "shape"), [(unpack_words, (3, 5)), (unpack_words, (4,)), (unpack_picture, (4, 4))])
 def test_other_shapes_are_refused(unpack: Callable[[Any], Any], shape: tuple[int, ...]) -> None:
-    with pytest.raises(ValueError, match="of shape"):
+    with pytest.raises(ValueError, match="and shape"):
         unpack(np.zeros(shape, np.uint8))
+
+
+@pytest.mark.parametrize(("unpack", "shape"), [(unpack_words, (4, 5)), (unpack_picture, (4, 4, 3))])
+def test_other_types_are_refused(unpack: Callable[[Any], Any], shape: tuple[int, ...]) -> None:
+    unpack(np.zeros(shape, np.uint8))
+    with pytest.raises(ValueError, match="of type complex128"):
+        unpack(np.zeros(shape, complex))
