@@ -176,8 +176,42 @@ def test_home_is_home_in_orbit_too() -> None:
 def test_a_mesh_alone_is_turned_about_and_a_scene_walked_through() -> None:
     walk = state()
     walk.arrive()
-    assert mode_of(walk) is Mode.FLY and walk.walker.speed == pytest.approx(4 / 5)  # 4 m across, in 5 s
+    assert mode_of(walk) is Mode.WALK and walk.walker.speed == pytest.approx(4 / 5)  # 4 m across, in 5 s
     scene = cast(SimpleNamespace, walk.scene)
     scene.path, scene.walk = Path("bust.OBJ"), WalkParams(speed=7.0)
     walk.arrive()
     assert mode_of(walk) is Mode.ORBIT and walk.camera == HOME and walk.walker.speed == 7
+
+
+@pytest.mark.parametrize(("height", "mode"), [(0.4, Mode.FLY), (1.2, Mode.WALK), (2.4, Mode.WALK), (20.0, Mode.FLY)])
+def test_who_begins_at_eye_height_walks_at_that_height(height: float, mode: Mode) -> None:
+    walk = state(path=False, ground=GroundParams(height=3.0))
+    walk.home = Camera((0.0, 3.0 + height, 5.0), (0.0, 0.0, 0.0), 0.8)
+    walk.arrive()
+    walk.advance(0.5)
+    assert walk.mode is mode and walk.camera.position == walk.home.position
+    walk.held.press(Move.FORWARD)  # the look is downward
+    walk.advance(1.0)
+    assert (walk.camera.position[1] == pytest.approx(3.0 + height, abs=1e-4)) is (mode is Mode.WALK)
+
+
+def test_up_lifts_off_and_from_the_air_one_lands_at_eye_height() -> None:
+    walk = state(path=False)
+    walk.arrive()
+    assert mode_of(walk) is Mode.WALK
+    walk.held.press(Move.UP)
+    walk.advance(0.5)
+    assert mode_of(walk) is Mode.FLY and walk.camera.position[1] > HOME.position[1] and "Flying" in walk.toast
+    walk.held.release(Move.UP)
+    walk.advance(0.1)
+    walk.toggle_walking()
+    for _ in range(4):
+        walk.advance(1.0)
+    assert walk.camera.position[1] == pytest.approx(EYE_HEIGHT)
+
+
+def test_who_is_placed_in_the_air_flies() -> None:
+    walk = state()  # its path is on the ground, no place for eyes
+    walk.arrive()
+    walk.seek(2.0)
+    assert mode_of(walk) is Mode.FLY and walk.camera.position == (10, 0, 0)

@@ -14,7 +14,8 @@ from depthwalk.geometry.vectors import components
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import MAX_SPEED, MIN_SPEED
 
-EYE_HEIGHT = 1.7  # metres above the ground, walking
+EYE_HEIGHT = 1.7  # metres above the ground, of who begins to walk in the air
+EYE_HEIGHTS = 1.0, 2.5  # metres above the ground, at which eyes may be that walk
 MAX_PITCH = math.radians(89.0)
 RADIANS_PER_PIXEL = math.radians(0.12)
 SPEED_PER_NOTCH = 1.2  # factor, per notch of the wheel
@@ -90,7 +91,9 @@ class Walker:
     speed
         Speed while a key is held, m/s.
     walking
-        Whether the eyes stay EYE_HEIGHT above the ground; else the viewer flies.
+        Whether the eyes stay `eye_height` above the ground; else the viewer flies.
+    eye_height
+        Height of the eyes above the ground while walking, metres.
     velocity
         Present velocity, m/s, world.
     """
@@ -101,6 +104,7 @@ class Walker:
     fov: float
     speed: float = _SPEED
     walking: bool = False
+    eye_height: float = EYE_HEIGHT
     velocity: glm.dvec3 = field(default_factory=glm.dvec3)
 
     @classmethod
@@ -162,7 +166,7 @@ class Walker:
             self.velocity = target
             self.position = self.position + excess * (decay / _RESPONSE)
         if self.walking:
-            eye = ground + EYE_HEIGHT
+            eye = ground + self.eye_height
             above = (self.position.y - eye) * decay
             self.position.y = eye + (above if abs(above) > _LEVEL else 0.0)
 

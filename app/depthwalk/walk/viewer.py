@@ -17,7 +17,7 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import orbit
-from depthwalk.walk.controls import HeldKeys, Walker, natural_speed
+from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, HeldKeys, Move, Walker, natural_speed
 from depthwalk.walk.playback import Playback
 
 _TOAST_SECONDS = 4.0
@@ -127,11 +127,12 @@ class Viewer:
     def arrive(self) -> None:
         """Begin the walk in a scene, with the camera at `home` and the speed that suits the scene.
 
-        A mesh that is shown without a scene file is looked at in orbit.
+        A mesh that is shown without a scene file is looked at in orbit. Elsewhere the viewer walks if the camera is
+        where the eyes of somebody who walks may be, else flies.
         """
         self._pace = self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
-        self.walker.walking = False
         self.turned = self.home if is_model_file(self.scene.path) else None
+        self.walker.walking = self.turned is None
         self._place(self.home)
 
     def take_pace(self) -> None:
@@ -148,7 +149,7 @@ class Viewer:
     def advance(self, dt: float) -> None:
         """Move the camera for `dt` seconds: along the path while it plays, else by the keys that are held.
 
-        A key that moves the viewer stops the path.
+        A key that moves the viewer stops the path. Who walks and asks for up or down flies from then on.
         """
         held = self.held.take(dt)
         if self.playback is not None and self.playback.playing:
@@ -158,6 +159,8 @@ class Viewer:
                 self.playback.advance(dt)
                 self._look_from(self.playback.camera)
                 return
+        if self.walker.walking and not held.keys().isdisjoint((Move.UP, Move.DOWN)):
+            self.set_mode(Mode.FLY)
         before = self.walker.position
         self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
         if self.turned is not None:
@@ -226,6 +229,7 @@ class Viewer:
         For orbit, the surface in the middle of the picture becomes the target.
         """
         self.walker.walking = mode is Mode.WALK
+        self.walker.eye_height = EYE_HEIGHT
         self._aimed = None
         if mode is not Mode.ORBIT:
             self.turned = None
@@ -287,8 +291,16 @@ class Viewer:
             self.playback.playing = False
 
     def _place(self, camera: Camera) -> None:
-        """Stand still where `camera` is; in orbit, its target becomes the target."""
+        """Stand still where `camera` is, and fly if that is not where eyes may be that walk.
+
+        In orbit, the target of `camera` becomes the target.
+        """
         self.walker.place(camera)
+        height, (lowest, highest) = camera.position[1] - self.ground, EYE_HEIGHTS
+        if self.walker.walking and lowest <= height <= highest:
+            self.walker.eye_height = height
+        else:
+            self.walker.walking = False
         self._aimed = None
         if self.turned is not None:
             self.turned = camera
