@@ -14,7 +14,7 @@ from depthwalk.bake.interior import has_interior
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import NAMED, BakeParams, Direction, ModelParams
 from depthwalk.bake.placement import Placement, cylinder_around, extent, place_along
-from depthwalk.bake.raycast import RayCaster, is_open
+from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import probe
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.limits import MIN_DPCI_RESOLUTION
@@ -69,10 +69,10 @@ def bake_model(
         cells = divide(mesh, caster, params, texel, None if params.parts == "auto" else params.parts)
         if len(cells) > 1:
             pieces = (submesh(mesh, part_faces(mesh, cell, _OVERLAP * texel)) for cell in cells)
-            options = workers, max_stepped, texel, caster.two_sided
+            options = caster.two_sided, workers, max_stepped, texel
             baked = (_bake_placed(piece, params, key, progress, *options) for piece in pieces)
             return _of_mesh(mesh, interior, *baked)
-    return _of_mesh(mesh, interior, _bake_placed(mesh, params, key, progress, workers, max_stepped))
+    return _of_mesh(mesh, interior, _bake_placed(mesh, params, key, progress, caster.two_sided, workers, max_stepped))
 
 
 def _of_mesh(mesh: Mesh, interior: bool, *parts: BakedObject) -> BakedModel:
@@ -104,16 +104,15 @@ def _bake_placed(
     params: ModelParams,
     key: str,
     progress: Progress,
+    two_sided: bool,
     workers: int | None,
     max_stepped: int | None,
     texel: float | None = None,
-    two_sided: bool | None = None,
 ) -> BakedObject:
     """Bake `mesh` about the axis asked for.
 
-    texel: side of a texel, metres; None for the resolution asked for. two_sided: see `RayCaster`.
+    two_sided: see `RayCaster`. texel: side of a texel, metres; None for the resolution asked for.
     """
-    two_sided = is_open(mesh) if two_sided is None else two_sided
     placement = place_along(_direction(mesh, params, progress, two_sided), mesh.positions)
     if texel is not None:
         texels = extent(cylinder_around(placement, mesh.positions)) / texel

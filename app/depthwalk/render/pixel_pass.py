@@ -210,14 +210,13 @@ class PixelPrograms:
         ------
         None, between two strips.
         """
-        passes = [pixel_pass(each) for each in group]
-        inputs = [pass_.inputs(each.frame, each.params) for pass_, each in zip(passes, group, strict=True)]
+        passes, inputs = passes_with_inputs(group)
         readers = _readers(group)
         textures = _textures(group, readers) | {name: each for own in inputs for name, each in own.textures.items()}
         uniforms = {name: unit for unit, name in enumerate(textures)}
-        uniforms |= {name: value for each in inputs for name, value in each.uniforms.items()}
-        defines = tuple(dict.fromkeys(chain.from_iterable(each.defines for each in inputs)))
-        defines += (
+        uniforms |= joined_uniforms(inputs)
+        defines = (
+            *joined_defines(inputs),
             *(f"READS_{name.upper()}" for name in readers),
             *(("TRANSPARENT",) if group[0].frame.transparent else ()),
         )
@@ -285,9 +284,8 @@ class PixelPrograms:
         shaders = tuple(each.shader for each in passes)
         key = (*shaders, defines)
         if key not in self._programs:
-            calls = " ".join(f"draw_{each.name}(pixel);" for each in passes)
-            own = f"DRAW_PASSES={calls}", f"RESULT={RESULTS[passes[-1].writes[0]]}"
-            self._programs[key] = Program(self._gl, _VERTEX, _FRAGMENT, (*defines, *own), includes=shaders)
+            own = (*defines, *call_defines(passes))
+            self._programs[key] = Program(self._gl, _VERTEX, _FRAGMENT, own, includes=shaders)
         return self._programs[key]
 
     def _tested(
@@ -308,10 +306,29 @@ class PixelPrograms:
         return self._with_depth.of(name, into, depth)
 
 
-def pixel_pass(drawn: DrawnPass) -> PixelPass[Any]:
-    """Return the pass that is `drawn`, which is one of pixels."""
-    assert isinstance(drawn.pass_, PixelPass)  # as `neighbours` groups them
-    return drawn.pass_
+def passes_with_inputs(group: Sequence[DrawnPass]) -> tuple[list[PixelPass[Any]], list[PixelInputs]]:
+    """Return the passes of `group`, each an instance of `PixelPass`, and what the functions of each need."""
+    passes: list[PixelPass[Any]] = []
+    for each in group:
+        assert isinstance(each.pass_, PixelPass)  # as `neighbours` groups them
+        passes.append(each.pass_)
+    return passes, [pass_.inputs(each.frame, each.params) for pass_, each in zip(passes, group, strict=True)]
+
+
+def joined_defines(inputs: Iterable[PixelInputs]) -> tuple[str, ...]:
+    """Return the defines of passes that share a program, each once."""
+    return tuple(dict.fromkeys(chain.from_iterable(each.defines for each in inputs)))
+
+
+def joined_uniforms(inputs: Iterable[PixelInputs]) -> dict[str, Any]:
+    """Return the uniforms of passes that share a program."""
+    return {name: value for each in inputs for name, value in each.uniforms.items()}
+
+
+def call_defines(passes: Sequence[PixelPass[Any]]) -> tuple[str, str]:
+    """Return the define that calls the functions of `passes` in turn, and that of what the last of them writes."""
+    calls = " ".join(f"draw_{each.name}(pixel);" for each in passes)
+    return f"DRAW_PASSES={calls}", f"RESULT={RESULTS[passes[-1].writes[0]]}"
 
 
 def _readers(group: Sequence[DrawnPass]) -> dict[str, DrawnPass]:

@@ -5,16 +5,23 @@ around cannot be such a function, but those behind it can be called where it has
 them is never stored, nor read again.
 """
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any, TypeVar
 
 import moderngl
 
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.pixel_pass import RESULTS, DrawnPass, PixelPass, pixel_pass
+from depthwalk.render.pixel_pass import (
+    DrawnPass,
+    PixelPass,
+    call_defines,
+    joined_defines,
+    joined_uniforms,
+    passes_with_inputs,
+)
 
 P = TypeVar("P", bound=Params)
 
@@ -40,19 +47,13 @@ class ColourFunctions:
     @classmethod
     def of(cls, group: Sequence[DrawnPass]) -> "ColourFunctions":
         """Return those of `group`, passes that `maps_colour`; see `PixelPass`."""
-        passes = [pixel_pass(each) for each in group]
-        inputs = [pass_.inputs(each.frame, each.params) for pass_, each in zip(passes, group, strict=True)]
-        calls = " ".join(f"draw_{each.name}(pixel);" for each in passes)
+        passes, inputs = passes_with_inputs(group)
         (target,) = passes[-1].writes
         return cls(
             into=getattr(group[-1].frame.targets, target),
             shaders=tuple(each.shader for each in passes),
-            defines=(
-                *dict.fromkeys(chain.from_iterable(each.defines for each in inputs)),
-                f"DRAW_PASSES={calls}",
-                f"RESULT={RESULTS[target]}",
-            ),
-            uniforms={name: value for each in inputs for name, value in each.uniforms.items()},
+            defines=(*joined_defines(inputs), *call_defines(passes)),
+            uniforms=joined_uniforms(inputs),
         )
 
 
@@ -73,6 +74,7 @@ class PixelSource(Pass[P]):
         """
         return True
 
+    @abstractmethod
     def parts_with(self, frame: Frame, params: P, following: ColourFunctions) -> Iterator[None]:
         """Draw in parts as `parts` does, but what `following` make of the colours, into their target.
 
@@ -86,7 +88,6 @@ class PixelSource(Pass[P]):
         ------
         None, between two parts.
         """
-        raise NotImplementedError
 
 
 def maps_colour(drawn: DrawnPass) -> bool:
