@@ -15,9 +15,9 @@ from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
 
 TILE = 16  # pixels along a tile of the screen
-ROUGHNESS_CELL = 8  # pixels along a cell of the picture, for each of which it is known how far from plane it is
-MOST_CELLS = 6  # along either axis, that a tile may lie in: where a near surface has come, they may be many
-TOLERANCE = 0.5  # pixels, that what is interpolated may be off
+ROUGHNESS_CELL = 4  # pixels along a cell of the picture, for each of which it is known how far from plane it is
+MOST_CELLS = 12  # along either axis, that a tile may lie in: where a near surface has come, they may be many
+TOLERANCE = 1.0  # pixels, that what is interpolated may be off
 VERTEX_SHADER = "reprojection/tile.vert"  # of the programs that draw tiles
 
 
