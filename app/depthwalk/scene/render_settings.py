@@ -418,7 +418,7 @@ class ReprojectionParams(Params):
         le=0.5,
     )
     scale: float = param(
-        0.75,
+        1.0,
         "Pixels of such frames per pixel of the window, along either axis, while the viewer moves; at most",
         ge=0.25,
         le=1,
