@@ -426,7 +426,7 @@ class ReprojectionParams(Params):
     frame_limit: float = param(
         300.0,
         "Time from the beginning of such a frame to its end, with all that is shown meanwhile, beyond which the next "
-        "ones have fewer pixels, down to 0.41 of `scale`",
+        "ones have fewer pixels, down to 0.33 of `scale`",
         unit="ms",
         ge=1,
         le=60_000,
