@@ -78,10 +78,11 @@ def test_tiles_are_drawn_as_the_twin_says(gl_device: Device, margin: float) -> N
     """Sky and the even ground are interpolated, the edges of crate and ball searched; without a margin some end."""
     with Moving(gl_device, margin) as stage:
         stage.moved(ASIDE)
-        shown, drawn = stage.reprojection._shown, stage.reprojection._tiles._classes
-        assert shown is not None and drawn is not None
+        shown, made = stage.reprojection._shown, stage.reprojection._tiles._made
+        assert shown is not None and made is not None
         rough = np.frombuffer(shown.roughness.texture.read(), np.float32)
-        classes = np.frombuffer(drawn.texture.read(), np.float32).reshape(drawn.texture.size[::-1])
+        drawn = made.classes.texture
+        classes = np.frombuffer(drawn.read(), np.float32).reshape(drawn.size[::-1])
         expected, _ = tiles(stage.source, stage.distances(), View(ASIDE, SIZE))
         assert rough == pytest.approx(roughness(stage.distances()).ravel(), rel=1e-3, abs=1e-4)
     assert (classes == expected).mean() > 0.97  # single precision decides at the limits

@@ -165,7 +165,7 @@ class Reprojection:
         for tile_class, program in self._tile_programs.items():
             around = self._around_uniforms(view, 5) if tile_class == TileClass.AROUND else {}
             program.set(**shown, **around)
-        self._tiles.draw(screen, self._tile_programs, 3)
+        self._tiles.draw(screen, self._tile_programs, picture=0, unit=3)
 
     def _show_turned(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Show the picture to a camera that stands where the picture's stood."""

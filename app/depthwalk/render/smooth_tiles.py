@@ -7,10 +7,12 @@ pixels of the tile may lie in it, decide. The twin in NumPy is `reference.reproj
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import moderngl
 
 from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
+from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
 
@@ -29,6 +31,13 @@ class TileClass(IntEnum):
     AROUND = 2  # likewise, and some may lie beyond the edges of the picture
 
 
+class _Found(NamedTuple):
+    """Hold the places that are shown at the corners of tiles and midway between, and the classes of the tiles."""
+
+    places: Image
+    classes: Image
+
+
 class SmoothTiles:
     """Decide how each tile of a screen is drawn, and draw the tiles of a class.
 
@@ -44,8 +53,7 @@ class SmoothTiles:
         self._find = Program(gl, vertex, "reprojection/places.frag")
         self._classify = Program(gl, vertex, "reprojection/classes.frag")
         self._smooth = Program(gl, VERTEX_SHADER, "reprojection/smooth.frag")
-        self._places: Image | None = None
-        self._classes: Image | None = None
+        self._made: _Found | None = None
 
     def make_roughness(self, size: tuple[int, int]) -> Image:
         """Create what `measure` fills in, for pictures of `size` (width, height), pixels."""
@@ -71,46 +79,64 @@ class SmoothTiles:
         search : the uniforms of shaders/reprojection/search.glsl, whose textures are bound.
         focal_pixels : of the screen.
         unit : the first of two texture units that nothing of these is bound to.
+
+        Raises
+        ------
+        GpuError
+            Where points are smaller than tiles, which OpenGL allows and no known driver does, or there is no memory.
         """
         tiles = -(-size[0] // TILE), -(-size[1] // TILE)
-        if self._classes is None or self._places is None or self._classes.texture.size != tiles:
-            self._free()
-            self._places = Image.make(self._gl, (2 * tiles[0] + 1, 2 * tiles[1] + 1), 4, "f4")
-            self._classes = Image.make(self._gl, tiles, 1, "f4")
+        if self._made is None or self._made.classes.texture.size != tiles:
+            self._create(tiles)
+        assert self._made is not None
+        places, classes = self._made
         pixel = 1 / size[0], 1 / size[1]
         self._find.set(**search, pixel=pixel)
-        with self._gl.state(into=self._places.framebuffer):
+        with self._gl.state(into=places.framebuffer):
             self._find.fill()
-        self._places.texture.use(unit)
+        places.texture.use(unit)
         roughness.texture.use(unit + 1)
         self._classify.set(**search, pixel=pixel, focal_pixels=focal_pixels, places=unit, roughness=unit + 1)
-        with self._gl.state(into=self._classes.framebuffer):
+        with self._gl.state(into=classes.framebuffer):
             self._classify.fill()
 
-    def draw(self, screen: moderngl.Framebuffer, programs: dict[TileClass, Program], unit: int) -> None:
-        """Draw all tiles as `classify` has decided; it has bound the places to `unit`.
+    def draw(
+        self, screen: moderngl.Framebuffer, programs: dict[TileClass, Program], *, picture: int, unit: int
+    ) -> None:
+        """Draw all tiles as `classify` has decided.
 
         Parameters
         ----------
         screen : what is drawn into.
         programs : those that draw the classes that are not smooth, with `VERTEX_SHADER` and their uniforms set.
-        unit : a texture unit; the next one is used, too.
+        picture : the unit that the colours of the picture are bound to.
+        unit : that which `classify` was called with.
         """
-        assert self._classes is not None
-        self._classes.texture.use(unit + 1)
-        columns, rows = self._classes.texture.size
+        assert self._made is not None
+        classes = self._made.classes.texture
+        classes.use(unit + 1)
+        columns, rows = classes.size
         viewport = screen.viewport
         screen.viewport = 0, 0, columns * TILE, rows * TILE
         try:
             with self._gl.state(into=screen, direct=(PROGRAM_POINT_SIZE,)):
-                for tile_class, program in programs.items() | {(TileClass.SMOOTH, self._smooth)}:
+                self._smooth.set(picture=picture)
+                for tile_class, program in {TileClass.SMOOTH: self._smooth, **programs}.items():
                     program.set(places=unit, class_texture=unit + 1, drawn_class=int(tile_class))
                     program.points(columns * rows)
         finally:
             screen.viewport = viewport
 
-    def _free(self) -> None:
-        for image in (self._places, self._classes):
-            if image is not None:
+    def _create(self, tiles: tuple[int, int]) -> None:
+        """Create what is found for so many columns and rows of tiles, in the place of what there was."""
+        if (most := self._gl.device.context.info["GL_POINT_SIZE_RANGE"][1]) < TILE:
+            raise GpuError(
+                f"render.reprojection.mode: moving pictures needs points of {TILE} pixels; this driver has {most:g} at "
+                "most; set it to off"
+            )
+        if self._made is not None:
+            for image in self._made:
                 image.free(self._gl)
-        self._places = self._classes = None
+            self._made = None
+        places = Image.make(self._gl, (2 * tiles[0] + 1, 2 * tiles[1] + 1), 4, "f4")
+        self._made = _Found(places, Image.make(self._gl, tiles, 1, "f4"))
