@@ -258,7 +258,8 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     beyond = np.abs(place - inside) % (2 * REFLECTED)  # mirrored to and fro
     place = np.abs(inside - np.minimum(beyond, 2 * REFLECTED - beyond))
     size = np.array(picture.size)
-    found = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place).reshape(height, width, 2)
+    found: NDArray[np.float64] = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place)
+    found = found.reshape(height, width, 2)
     classes, corners = tiles(picture, distances, view)
     at = (np.arange(TILE) + 0.5) / TILE
     for row, column in np.argwhere(classes == TileClass.SMOOTH):
