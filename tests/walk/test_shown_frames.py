@@ -255,8 +255,8 @@ def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_dev
 
 
 def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sliced: Window) -> None:
-    sliced.renderer.settings.reprojection.refine = False
-    sliced.renderer.settings.reprojection.frame_limit = 60_000.0  # however busy the machine is
+    settings = sliced.renderer.settings.reprojection
+    settings.refine, settings.scale, settings.frame_limit = False, 0.75, 60_000.0  # however busy the machine is
 
     def height() -> int:
         assert sliced.frames._source is not None  # of the last frame

@@ -83,7 +83,7 @@ class ReprojectionParams(Params):
         le=1,
     )
     frame_limit: float = param(
-        500.0,
+        300.0,
         "Time from the beginning of such a frame to its end, with all that is shown meanwhile, beyond which the next "
         "ones have fewer pixels, down to 0.33 of `scale`",
         unit="ms",
