@@ -266,6 +266,10 @@ class ShapeLibrary:
         mesh = self._meshes[asset]
         return None if mesh is None else capture_views(mesh, params)
 
+    def translucent_mesh(self, asset: int) -> Mesh | None:
+        mesh = self._meshes[asset]
+        return mesh if mesh is not None and mesh.is_translucent else None
+
     def forget_mesh(self, asset: int) -> None:
         """It stays."""
 
