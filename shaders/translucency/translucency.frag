@@ -2,6 +2,7 @@
 // (Porter and Duff 1984). Twin: reference/translucency.py.
 // GLOW: adds what opaque polygons send out. LAMPS, LAMP_SHADOWS, SHADOWS: as in light/light.glsl. FOG: there is fog.
 #include "common/phong.glsl"
+#include "common/shadow_map.glsl"
 #include "common/view.glsl"
 #ifdef LAMPS
 #include "light/lamps.glsl"
@@ -15,12 +16,14 @@
 uniform sampler2D base_texture;
 uniform sampler2D emission_texture;
 
-in vec3 from_viewer;
-in vec3 normal;
+in vec3 from_viewer;    // world
 in vec2 uv;
-in vec4 colour;
 in vec3 emission;
+#ifndef GLOW
+in vec3 normal;
+in vec4 colour;
 flat in vec2 highlight;
+#endif
 
 layout(location = 0) out vec4 lit;
 

@@ -19,10 +19,11 @@ from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.passes.fog import fog_inputs
 from depthwalk.render.pixel_pass import PixelInputs, joined_defines, joined_uniforms
 from depthwalk.render.resources.placed_records import PLACED_RECORD
-from depthwalk.render.resources.translucent_mesh import TRANSLUCENT_VERTEX
 from depthwalk.render.resources.translucent_store import TranslucentObject
 
-_LAYOUT = "3f 3f 2f 4f 3f 2f", *(f"in_{name}" for name in TRANSLUCENT_VERTEX.names or ())
+# moderngl's format of a TRANSLUCENT_VERTEX, and which attributes are read: all, and those of what glows.
+_LAYOUT = "3f 2f 3f 3f 4f 2f", "in_position", "in_uv", "in_emission", "in_normal", "in_colour", "in_highlight"
+_GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
 _GLOW = "GLOW"
 _TOLERANCE = 1 / 128  # of an object's radius, by which depth images may be off: about a third of a texel of 256²
 _OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # of premultiplied light; what hides nothing is added
@@ -40,7 +41,8 @@ class TranslucencyPass(Pass[Params]):
         """Prepare the variants of the program, and what lamps and objects are handed over by; `gl` owns them."""
         shaders = "translucency/translucency.vert", "translucency/translucency.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
-        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *_LAYOUT))
+        layouts = {True: _GLOW_LAYOUT, False: _LAYOUT}
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *layouts[_GLOW in defines]))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._lamps: LampInputs | None = None  # made when they are first needed, as most scenes have nothing for it
         self._sorted: moderngl.Buffer | None = None  # indices of sorted triangles; likewise

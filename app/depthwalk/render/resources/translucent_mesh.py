@@ -24,14 +24,14 @@ Texels = NDArray[np.uint8]
 TRANSLUCENT_VERTEX = np.dtype(
     [
         ("position", "3f4"),
-        ("normal", "3f4"),
         ("uv", "2f4"),
-        ("colour", "4f4"),
         ("emission", "3f4"),
+        ("normal", "3f4"),
+        ("colour", "4f4"),
         ("highlight", "2f4"),
     ]
 )
-"""A vertex: metres, asset frame; linear colour and opacity; linear light sent out; strength and exponent of Phong."""
+"""A vertex: metres, asset frame; linear light sent out; linear colour and opacity; strength and exponent of Phong."""
 
 
 @dataclass(frozen=True, kw_only=True)

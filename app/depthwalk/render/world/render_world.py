@@ -82,8 +82,9 @@ class RenderWorld:
 
     def assets_of(self, rows: Rows) -> list[int]:
         """Return the numbers of the scene's assets that some rows of `objects` show, each once."""
-        drawn = np.flatnonzero(np.bincount(self.objects().asset[rows]))
-        return list(dict.fromkeys(self._assets.parts.asset_of(number) for number in drawn.tolist()))
+        drawn, parts = np.flatnonzero(np.bincount(self.objects().asset[rows])).tolist(), self._assets.parts
+        of_parts = (parts.asset_of(number) if number >= parts.first else number for number in drawn)
+        return list(dict.fromkeys(of_parts))
 
     @property
     def _rows(self) -> ObjectRows:
