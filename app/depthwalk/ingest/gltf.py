@@ -65,20 +65,26 @@ def external_uris(header: dict[str, Any], key: str) -> list[str]:
 
 def has_cut_outs(header: dict[str, Any]) -> bool:
     """Return whether alpha means something in a material of a glTF file, whose JSON header is `header`."""
-    return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in header.get("materials", []))
+    return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in _materials(header))
 
 
 def has_translucency(header: dict[str, Any]) -> bool:
     """Return whether a material of a glTF file, whose JSON header is `header`, may let light through."""
     return any(
         material.get("alphaMode") == "BLEND" or _TRANSMISSION in material.get("extensions", {})
-        for material in header.get("materials", [])
+        for material in _materials(header)
     )
 
 
 def has_glow(header: dict[str, Any]) -> bool:
     """Return whether a material of a glTF file, whose JSON header is `header`, may send out light."""
-    return any("emissiveFactor" in material for material in header.get("materials", []))
+    return any("emissiveFactor" in material for material in _materials(header))
+
+
+def _materials(header: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the materials of a JSON header; none that is no object, which reading the mesh complains of."""
+    listed = header.get("materials", [])
+    return [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
 
 
 def fold_extensions(header: dict[str, Any], path: Path) -> bool:
