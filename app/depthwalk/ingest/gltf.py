@@ -76,6 +76,16 @@ def has_translucency(header: dict[str, Any]) -> bool:
     )
 
 
+def is_all_translucent(header: dict[str, Any]) -> bool:
+    """Return whether all materials that primitives of a glTF file have may let light through; `header`: its header."""
+    materials = header.get("materials", [])
+    primitives = [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
+    through = [
+        "material" in each and has_translucency({"materials": [materials[each["material"]]]}) for each in primitives
+    ]
+    return bool(through) and all(through)
+
+
 def has_glow(header: dict[str, Any]) -> bool:
     """Return whether a material of a glTF file, whose JSON header is `header`, may send out light."""
     return any("emissiveFactor" in material for material in _materials(header))

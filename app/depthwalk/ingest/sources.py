@@ -209,6 +209,25 @@ def names_translucency(path: Path, sources: Sources) -> bool:
             return False
 
 
+def is_all_translucent(path: Path) -> bool:
+    """Return whether the head of a mesh file says that nothing of it is opaque; False where it cannot be read.
+
+    Of an OBJ file the material libraries are asked, whether or not it uses all of them.
+    """
+    sources = Sources()
+    try:
+        match path.suffix.lower():
+            case ".obj":
+                solid, clear = (_numbers_of(path, sources, keyword) for keyword in (b"d", b"tr"))
+                through = [*(number < 1 for number in solid), *(number > 0 for number in clear)]
+                return len(through) == len(_terms_of(path, sources, b"newmtl")) > 0 and all(through)
+            case ".gltf" | ".glb":
+                return gltf.is_all_translucent(gltf.read_header(sources.read(path), path))
+    except (InputError, AttributeError, TypeError, LookupError):  # who reads the mesh complains
+        pass
+    return False
+
+
 def names_glow(path: Path, sources: Sources) -> bool:
     """Return whether materials of the mesh file `path` may send out light; see `names_texture`."""
     match path.suffix.lower():

@@ -1,6 +1,7 @@
 """Load a scene file: parse it, apply overrides, check it, find the files it names, and flatten its scene graph.
 
-No mesh and no picture is opened here, so that loading takes no longer for large models.
+No mesh and no picture is opened here, so that loading takes no longer for large models; of a model in place of a scene
+the head is read, which says whether any of it is opaque.
 """
 
 import json
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError, missing_file, suggest_file
 from depthwalk.ingest.formats import is_baked_file, is_model_file
+from depthwalk.ingest.sources import is_all_translucent
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
@@ -195,7 +197,8 @@ def _model_document(path: Path) -> Document:
     if not path.is_file():
         raise missing_file(path)
     name = json.dumps(path.resolve().name, ensure_ascii=False)
-    asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}, dpci: {{}}}}"
+    images = "" if is_all_translucent(path) else ", dpci: {}"  # which would show nothing
+    asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}{images}}}"
     return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
 
 
