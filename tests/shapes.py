@@ -109,7 +109,7 @@ def box(
 def panes(*placed: tuple[float, Material], width: float = 2.0) -> Mesh:
     """Upright squares that face +z at some z, each of a material, translucent or not as that says."""
     corners = np.array([[-0.5, 0, 0], [0.5, 0, 0], [0.5, 1, 0], [-0.5, 1, 0]]) * width
-    positions = np.concatenate([corners + [0, 0, z] for z, _ in placed])
+    positions = np.concatenate([corners + np.array([0, 0, z]) for z, _ in placed])
     whole = mesh_of(positions, np.zeros((0, 3), np.int32), np.tile([0.0, 0, 1], (len(positions), 1)), (255, 255, 255))
     whole.uv[:] = np.tile([[0, 0], [1, 0], [1, 1], [0, 1]], (len(placed), 1))
     faces: dict[bool, list[Rows]] = {True: [np.zeros((0, 3), np.int32)], False: [np.zeros((0, 3), np.int32)]}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from depthwalk.colour import srgb_from_linear
 from depthwalk.reference.translucency import in_fog, over, translucent_light
 from depthwalk.types import Array
 
@@ -36,3 +37,19 @@ def test_fog_before_layers_is_fog_before_the_whole_picture() -> None:
     glass, wall = pane(0.4), np.array([[0.9, 0.2, 0.1, 1.0]])
     step_by_step = in_fog(over(glass, in_fog(wall, b, colour)), a, colour)
     assert over(in_fog(glass, a, colour), in_fog(wall, a * b, colour)) == pytest.approx(step_by_step)
+
+
+def test_weighted_blending_is_off_where_panes_hide_much() -> None:
+    """Steps of 8 bits by which it differs from `over` (McGuire and Bavoil 2013, equation 7, 2 to 12 m away)."""
+    for opacity, least, most in ((0.1, 3.0, 5.0), (0.5, 8.0, 10.0), (0.8, 13.0, 17.0)):
+        random = np.random.default_rng(0)
+        distance = -np.sort(-random.uniform(2, 12, (4000, 2)))
+        colour, behind = random.uniform(0, 1, (4000, 2, 3)), random.uniform(0, 1, (4000, 3))
+        exact = np.concatenate([behind, np.ones((4000, 1))], 1)
+        for layer in range(2):
+            exact = over(np.column_stack([opacity * colour[:, layer], np.full(4000, opacity)]), exact)
+        weight = np.clip(10 / (1e-5 + (distance / 5) ** 2 + (distance / 200) ** 6), 1e-2, 3e3)[..., None]
+        mean, passed = (weight * colour).sum(1) / weight.sum(1), (1 - opacity) ** 2
+        weighted = (1 - passed) * mean + passed * behind
+        off = 255 * np.abs(srgb_from_linear(weighted) - srgb_from_linear(exact[:, :3])).max(1)
+        assert least < off.mean() < most

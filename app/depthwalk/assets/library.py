@@ -352,9 +352,9 @@ class SceneLibrary:
         spec = _mesh_spec(self._assets[asset])
         if spec is None:
             return None
-        if asset in self._meshes:
-            mesh = self._meshes[asset][0]
-            return mesh if mesh.is_translucent else None
+        known = self._meshes.get(asset)  # once: other threads forget meshes
+        if known is not None:
+            return known[0] if known[0].is_translucent else None
         return read_translucent(spec)
 
     def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:

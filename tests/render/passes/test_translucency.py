@@ -10,6 +10,7 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.reference.fog import fog_through
 from depthwalk.reference.translucency import in_fog, over, translucent_light
+from depthwalk.render.image import read_pixels
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -24,7 +25,7 @@ SIZE = (16, 16)
 CAMERA = Camera((0.0, 1.0, 4.0), (0.0, 1.0, 0.0), 0.7)
 GREY = Material((0.5, 0.5, 0.5), opacity=0.5, specular=0.0)
 BACKGROUND = (0.9, 0.3, 0.6)
-DARK = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}}
+DARK: dict[str, Any] = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}}
 STEP = 2 / 255
 
 
@@ -60,7 +61,7 @@ WALL = np.array([[*linear_from_srgb(np.array(BACKGROUND)), 1.0]])
     [replace(GREY, specular=0.1, shininess=4.0), replace(GREY, opacity=0.1, emission=(1.0, 0.0, 0.5))],
 )
 def test_a_pane_before_a_known_background(studio: Studio, material: Material) -> None:
-    sun = {"sun": {"direction": (0.1, -0.2, -1.0)}}
+    sun: dict[str, Any] = {"sun": {"direction": (0.1, -0.2, -1.0)}}
     pixels = picture(studio, panes((0.0, material)), **sun)
     expected = over(light_of(material, sun), WALL)[0, :3]
     assert expected.max() < 1
@@ -90,7 +91,7 @@ def test_what_glows_is_seen_in_the_dark(studio: Studio) -> None:
     assert middle(picture(studio, panes((0.0, lamp)), **DARK)) == pytest.approx([0.5, 0.25, 0], abs=STEP)
     white = replace(lamp, base_colour=(1.0, 1.0, 1.0))
     lit, glowing = (middle(picture(studio, panes((0.0, each)))) for each in (replace(white, emission=(0, 0, 0)), white))
-    assert glowing == pytest.approx(np.minimum(lit + [0.5, 0.25, 0], 1), abs=STEP)
+    assert glowing == pytest.approx(np.minimum(lit + np.array(lamp.emission), 1), abs=STEP)
     hidden = picture(studio, panes((0.0, lamp), (1.0, Material((0.0, 0.0, 0.0), specular=0.0))), **DARK)
     assert middle(hidden).tolist() == [0, 0, 0]
 
@@ -118,7 +119,7 @@ def test_an_empty_picture_has_the_alpha_of_what_is_over_it(studio: Studio) -> No
 
 def test_fog_is_before_between_and_behind(studio: Studio) -> None:
     fog = {"density": 0.2, "height": 9.0, "falloff": 2.0}
-    environment = {"fog": fog | {"colour": (0.5, 0.6, 0.7)}}
+    environment: dict[str, Any] = {"fog": fog | {"colour": (0.5, 0.6, 0.7)}}
     wall = Material((0.0, 0.0, 0.0), emission=(0.5, 0.0, 0.0), specular=0.0)
     pixels = picture(studio, panes((-2.0, wall), (0.0, GREY)), **environment, **DARK)
     colour = linear_from_srgb(np.array([0.5, 0.6, 0.7]))
@@ -129,7 +130,7 @@ def test_fog_is_before_between_and_behind(studio: Studio) -> None:
 
 
 def test_lamps_light_glass(studio: Studio) -> None:
-    lamp = {"position": (0.0, 1.0, 2.0), "intensity": 3.0, "colour": (1.0, 1.0, 1.0)}
+    lamp: dict[str, Any] = {"position": (0.0, 1.0, 2.0), "intensity": 3.0, "colour": (1.0, 1.0, 1.0)}
     pixels = picture(studio, panes((0.0, GREY)), background=(0.0, 0.0, 0.0), lights=[lamp], **DARK)
     opaque = picture(studio, panes((0.0, replace(GREY, opacity=None))), lights=[lamp], **DARK)
     assert middle(opaque).max() > 0.2
@@ -138,7 +139,7 @@ def test_lamps_light_glass(studio: Studio) -> None:
 
 def test_glass_casts_no_shadow_and_is_in_shadow(studio: Studio) -> None:
     """As bright as the same surface is where it is opaque."""
-    sun = {"sun": {"direction": (0.0, -1.0, -0.2)}, "ambient": {"intensity": 0.0}}
+    sun: dict[str, Any] = {"sun": {"direction": (0.0, -1.0, -0.2)}, "ambient": {"intensity": 0.0}}
     glass, stone = panes((0.0, GREY)), panes((0.0, replace(GREY, opacity=None)))
     roof = box(4.0, 0.1, 4.0, centre=(0.0, 3.0, 0.0))
     scene = scene_of((0, (0.0, 0.0, 0.0), 0.0, 1.0), (1, (0.0, 0.0, 0.0), 0.0, 1.0), representation=Representation.MESH)
@@ -184,3 +185,15 @@ def test_an_opaque_scene_pays_nothing(studio: Studio) -> None:
             assert renderer.targets is not None
             steps = set(renderer.steps(View(CAMERA, SIZE), renderer.targets.screen))
             assert ("translucency" in steps) == drawn and (renderer.assets.translucent.bytes > 0) == drawn
+
+
+def test_what_was_released_is_drawn_again(studio: Studio) -> None:
+    """As after a lost context, when all of the GPU is made anew."""
+    scene = scene_of((0, (0.0, 0.0, 0.0), 0.0, 1.0), representation=Representation.MESH)
+    with studio._drawn(scene, ShapeLibrary([panes((0.0, GREY))], [None]), CAMERA, SIZE, False) as (renderer, before):
+        assert renderer.targets is not None
+        renderer.assets.release()
+        assert not renderer.assets.translucent.objects
+        screen = renderer.targets.screen
+        renderer.render(View(CAMERA, SIZE), screen)
+        assert (read_pixels(screen) == np.round(255 * before)).all()
