@@ -58,7 +58,7 @@ MAX_TEXTURE_PIXELS = 16_384 * 16_384
 
 MAX_TRANSLUCENT_TRIANGLES = 250_000
 """Triangles of a mesh that let light through, and as many that glow: they are drawn as polygons at any distance, and
-sorting as many takes 20 ms."""
+sorting as many takes 30 ms."""
 
 MAX_EMISSION = 10_000.0
 """Light that a surface may send out, where 1 is a white surface facing the sun: half floats end at 65504."""

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError, missing_file, suggest_file
 from depthwalk.ingest.formats import is_baked_file, is_model_file
-from depthwalk.ingest.sources import is_all_translucent
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
@@ -196,6 +195,8 @@ def _model_document(path: Path) -> Document:
     """
     if not path.is_file():
         raise missing_file(path)
+    from depthwalk.ingest.sources import is_all_translucent  # here: scenes need none of it
+
     name = json.dumps(path.resolve().name, ensure_ascii=False)
     images = "" if is_all_translucent(path) else ", dpci: {}"  # which would show nothing
     asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}{images}}}"
