@@ -8,7 +8,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.render.frame import Frame
 from depthwalk.render.lamp_inputs import LampInputs
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
-from depthwalk.scene.render_settings import LightParams
+from depthwalk.scene.effect_settings import LightParams
 
 _MAX_RADIANCE = 1e4  # of the sun's disc: half floats end at 65504
 _STRIP_PIXELS = 1 << 17  # that are lit by lamps in one part of the pass
