@@ -201,10 +201,10 @@ def gltfs() -> list[Files]:
         },
     }
     made = [
-        {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
         {"mesh.gltf": json.dumps(header).encode()} | beside,
         {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
         {"tall.glb": glb(json.dumps(strip).encode(), data)},
+        {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
     ]
     return made + hostile("*.gl*", HOSTILE / "meshes")
 
