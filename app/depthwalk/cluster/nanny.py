@@ -9,6 +9,7 @@ and outlive their scheduler.
 """
 
 import multiprocessing
+import os
 import sys
 from typing import Any
 
@@ -45,6 +46,9 @@ _CONFIG = {
 # With Dask's value the C library gives every large array back to the system at once, and the next one is zeroed: until
 # the second frame there are twice as many page faults.
 _UNSET = ("MALLOC_TRIM_THRESHOLD_",)
+# Large arrays in huge pages, where the C library is glibc and the system has such pages for who asks for them: a worker
+# touches 150 MB for its first frame, in a tenth as many page faults.
+_SET = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
 
 
 def worker_config() -> dict[str, object]:
@@ -53,8 +57,13 @@ def worker_config() -> dict[str, object]:
     Windows cannot fork, and libraries of macOS may not be used in forked processes.
     """
     can_fork = sys.platform != "darwin" and "forkserver" in multiprocessing.get_all_start_methods()
-    unset = {f"distributed.nanny.pre-spawn-environ.{variable}": None for variable in _UNSET}
-    return _CONFIG | unset | ({"distributed.worker.multiprocessing-method": "forkserver"} if can_fork else {})
+    variables = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in _environment().items()}
+    return _CONFIG | variables | ({"distributed.worker.multiprocessing-method": "forkserver"} if can_fork else {})
+
+
+def _environment() -> dict[str, str | None]:
+    """Return the variables that workers start with, None for one that Dask would set; the user's own ones stay."""
+    return dict.fromkeys(_UNSET) | {name: os.environ.get(name, value) for name, value in _SET.items()}
 
 
 def preload() -> None:
@@ -75,8 +84,11 @@ def dask_setup(nanny: Any) -> None:
     dask.config.set(worker_config())
     # It has copied the configuration already, and of that the environment.
     nanny.config = dask.config.merge(nanny.config, dask.config.config)
-    for variable in _UNSET:
-        nanny.pre_spawn_env.pop(variable, None)
-        nanny.env.pop(variable, None)
+    for name, value in _environment().items():
+        nanny.env.pop(name, None)
+        if value is None:
+            nanny.pre_spawn_env.pop(name, None)
+        else:
+            nanny.pre_spawn_env[name] = value
     nanny.Worker = LastingWorker
     preload()
