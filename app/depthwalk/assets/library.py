@@ -32,8 +32,8 @@ from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
-from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, Prefetcher
-from depthwalk.cook.cooked_file import cooked_key, read_cooked
+from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, HeldArrays, Prefetcher
+from depthwalk.cook.cooked_file import cooked_key, find_cooked, read_cooked
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
@@ -99,6 +99,7 @@ class SceneLibrary:
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._clusters: dict[int, MeshClusters | None] = {}
+        self._held: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `hold_cooked`
         self._warned = False  # of cooked files, which cannot follow some settings
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
@@ -175,7 +176,39 @@ class SceneLibrary:
         """Return `objects`, whose arrays begin to be read where the library reads ahead."""
         return objects if self._ahead is None else self._ahead.read(objects)
 
+    def hold_cooked(self, options: CookOptions, most: float) -> None:
+        """Read cooked depth images before they are asked for, and hold their arrays until they are.
+
+        Nothing is baked or cooked: those that neither the scene names nor the cache has are passed over. No thread is
+        started.
+
+        Parameters
+        ----------
+        options
+            How they are cooked.
+        most
+            How many bytes of geometry and textures to hold; the first asset that takes more, and what follows, is read
+            when it is asked for.
+        """
+        for asset in range(len(self)):
+            objects = self._found_cooked(asset, options)
+            most -= sum(cooked.bytes for cooked in objects)
+            if most < 0:
+                return
+            self._held[asset, options] = tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
+
+    def _found_cooked(self, asset: int, options: CookOptions) -> tuple[CookedObject, ...]:
+        """Return the cooked depth images of the asset numbered `asset`; none where they are still to be made."""
+        spec = self._assets[asset]
+        if isinstance(spec, BakedAsset) and is_cooked_file(spec.baked):
+            return read_cooked(spec.baked)
+        key = self.key(asset) if self.has_baked(asset) else ""
+        return (find_cooked(key, options) if key else None) or ()
+
     def _cooked(self, asset: int, options: CookOptions, again: bool) -> tuple[CookedObject, ...]:
+        held = self._held.pop((asset, options), ())
+        if held and not again:
+            return held
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)):
             begin = partial(self.report, spec.name, "cooking")
