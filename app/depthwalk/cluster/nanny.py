@@ -17,7 +17,15 @@ from typing import Any
 # ones are what functions import when they are called.
 PRELOADED = (
     "distributed.nanny",
+    "distributed.cli.dask_worker",
     "distributed.comm.tcp",
+    "distributed.http.health",
+    "distributed.http.statics",
+    "distributed.http.worker.prometheus",
+    "multiprocessing.popen_forkserver",
+    "multiprocessing.synchronize",
+    "tornado.platform.asyncio",
+    "depthwalk.cluster.lasting_worker",
     "depthwalk.commands.cli",
     "depthwalk.assets.batch_bake",
     "depthwalk.commands.comparison",

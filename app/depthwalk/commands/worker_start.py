@@ -18,12 +18,15 @@ from depthwalk.commands.program import without_garbage
 
 
 def _rehearse() -> None:
+    from distributed.versions import get_versions
+
     from depthwalk.resources import scene_root
     from depthwalk.scene.loader import load_scene
     from depthwalk.scene.path import load_path
 
     load_scene(scene_root() / "room.yaml").render.model_dump(mode="json")
     load_path(scene_root() / "paths" / "room.yaml").sample(0.5)
+    get_versions()  # each worker tells the scheduler, and starts a program to learn the name of the processor
 
 
 with without_garbage():
