@@ -25,10 +25,12 @@ def test_a_preloading_nanny_forks_workers_and_may_start_processes(monkeypatch: p
     monkeypatch.setattr(nanny, "preload", lambda: loaded.append(dask.config.get(METHOD)))
     with dask.config.set({METHOD: "spawn"}):
         made = SimpleNamespace(config=dask.config.merge(dask.config.config), env={TRIM: "1"}, pre_spawn_env={TRIM: "1"})
+        made.periodic_callbacks = {"tick": SimpleNamespace(callback_time=20.0)}
         nanny.dask_setup(made)
         assert loaded == [nanny.worker_config().get(METHOD, "spawn")]
         assert dask.config.get("distributed.worker.daemon") is False
     assert dask.config.get("distributed.worker.profile.enabled", config=made.config) is False  # what workers are given
+    assert made.periodic_callbacks["tick"].callback_time >= 500
     assert not made.env and made.pre_spawn_env == {TUNABLES: "glibc.malloc.hugetlb=1"} and made.Worker is LastingWorker
 
 
