@@ -99,7 +99,7 @@ class SceneLibrary:
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._clusters: dict[int, MeshClusters | None] = {}
-        self._held: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `hold_cooked`
+        self._held: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `read_ahead`
         self._warned = False  # of cooked files, which cannot follow some settings
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
@@ -176,24 +176,31 @@ class SceneLibrary:
         """Return `objects`, whose arrays begin to be read where the library reads ahead."""
         return objects if self._ahead is None else self._ahead.read(objects)
 
-    def hold_cooked(self, options: CookOptions, most: float) -> None:
-        """Read cooked depth images before they are asked for, and hold their arrays until they are.
+    def read_ahead(self, options: CookOptions, most: float) -> None:
+        """Read assets before they are asked for: cooked depth images, and meshes of what has no depth images.
 
-        Nothing is baked or cooked: those that neither the scene names nor the cache has are passed over. No thread is
-        started.
+        Arrays of depth images are held until they are first asked for. Nothing is baked or cooked: depth images that
+        neither the scene names nor the cache has are passed over. No thread is started.
 
         Parameters
         ----------
         options
-            How they are cooked.
+            How depth images are cooked.
         most
-            How many bytes of geometry and textures to hold; the first asset that takes more, and what follows, is read
-            when it is asked for.
+            How many bytes of arrays to hold; the first asset that takes more, and what follows, is read when it is
+            asked for.
+
+        Raises
+        ------
+        InputError
+            For files that cannot be used.
         """
         for asset in range(len(self)):
+            mesh = None if self.has_baked(asset) else self.mesh(asset)
             objects = self._found_cooked(asset, options)
-            most -= sum(cooked.bytes for cooked in objects)
+            most -= sum(cooked.bytes for cooked in objects) + (mesh.nbytes if mesh else 0)
             if most < 0:
+                self.forget_mesh(asset)
                 return
             self._held[asset, options] = tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
 

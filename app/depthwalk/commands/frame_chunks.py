@@ -201,5 +201,5 @@ def read_ahead(job: RenderJob) -> object:
     """
     with without_garbage():
         inputs = _read(job)
-        inputs.library.hold_cooked(cook_options(inputs.scene.render), MOST_PREFETCHED)
+        inputs.library.read_ahead(cook_options(inputs.scene.render), MOST_PREFETCHED)
     return inputs
