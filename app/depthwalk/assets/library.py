@@ -176,7 +176,7 @@ class SceneLibrary:
         """Return `objects`, whose arrays begin to be read where the library reads ahead."""
         return objects if self._ahead is None else self._ahead.read(objects)
 
-    def read_ahead(self, options: CookOptions, most: float) -> None:
+    def read_ahead(self, assets: Sequence[int], options: CookOptions, most: float) -> None:
         """Read assets before they are asked for: cooked depth images, and meshes of what has no depth images.
 
         Arrays of depth images are held until they are first asked for. Nothing is baked or cooked: depth images that
@@ -184,6 +184,8 @@ class SceneLibrary:
 
         Parameters
         ----------
+        assets
+            Numbers of the assets to read.
         options
             How depth images are cooked.
         most
@@ -195,7 +197,7 @@ class SceneLibrary:
         InputError
             For files that cannot be used.
         """
-        for asset in range(len(self)):
+        for asset in assets:
             mesh = None if self.has_baked(asset) else self.mesh(asset)
             objects = self._found_cooked(asset, options)
             most -= sum(cooked.bytes for cooked in objects) + (mesh.nbytes if mesh else 0)

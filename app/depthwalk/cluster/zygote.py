@@ -79,10 +79,10 @@ def _do_what_was_asked() -> None:
         return
     try:
         key, make = pickle.loads(asked)
-        if key != _key:
-            _key = _value = None  # never two at a time in memory
-            _value = make(key)
-            _key = key
+        if key == _key:
+            return
+        _key, _value = key, None  # never two at a time in memory, and what fails is not tried again
+        _value = make(key)
     except Exception as error:  # told of by the worker, which does the same
         log.info("nothing is made ahead: %s: %s", type(error).__name__, error)
 

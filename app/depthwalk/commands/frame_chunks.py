@@ -7,6 +7,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from depthwalk.assets.demand import cook_options
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.cluster import worker, zygote
@@ -201,5 +203,6 @@ def read_ahead(job: RenderJob) -> object:
     """
     with without_garbage():
         inputs = _read(job)
-        inputs.library.read_ahead(cook_options(inputs.scene.render), MOST_PREFETCHED)
+        used = np.unique(inputs.scene.instances.asset).tolist()
+        inputs.library.read_ahead(used, cook_options(inputs.scene.render), MOST_PREFETCHED)
     return inputs
