@@ -203,6 +203,6 @@ def read_ahead(job: RenderJob) -> object:
     """
     with without_garbage():
         inputs = _read(job)
-        used = np.unique(inputs.scene.instances.asset).tolist()
+        used = np.unique(inputs.scene.objects.asset).tolist()
         inputs.library.read_ahead(used, cook_options(inputs.scene.render), MOST_PREFETCHED)
     return inputs
