@@ -144,6 +144,8 @@ def test_frames_are_the_same_on_any_worker_and_are_drawn_once(
     os.kill(before, signal.SIGKILL)
     wait_until(lambda: has_other(cluster, before))
     assert all(cluster._client.run(_inherits).values()) or sys.platform == "darwin"  # where nothing is forked
+    (parent,) = {psutil.Process(pid).parent() for pid in pids(cluster)}
+    assert parent is not None and (parent.num_threads() == 1 or sys.platform == "darwin")  # though it has read a scene
     (tmp_path / "many" / "f03.png").unlink()
     assert render("many", "--cluster", "local:1").exit_code == 0
     assert not any(cluster._client.run(_inherits).values()) and files("one") == files("many")

@@ -99,7 +99,7 @@ class SceneLibrary:
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._clusters: dict[int, MeshClusters | None] = {}
-        self._held: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `read_ahead`
+        self._in_memory: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `read_ahead`
         self._warned = False  # of cooked files, which cannot follow some settings
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
@@ -204,7 +204,7 @@ class SceneLibrary:
             if most < 0:
                 self.forget_mesh(asset)
                 return
-            self._held[asset, options] = tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
+            self._in_memory[asset, options] = tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
 
     def _found_cooked(self, asset: int, options: CookOptions) -> tuple[CookedObject, ...]:
         """Return the cooked depth images of the asset numbered `asset`; none where they are still to be made."""
@@ -215,7 +215,7 @@ class SceneLibrary:
         return (find_cooked(key, options) if key else None) or ()
 
     def _cooked(self, asset: int, options: CookOptions, again: bool) -> tuple[CookedObject, ...]:
-        held = self._held.pop((asset, options), ())
+        held = self._in_memory.pop((asset, options), ())
         if held and not again:
             return held
         spec = self._assets[asset]
