@@ -99,9 +99,8 @@ def test_nothing_is_baked_ahead(baked_files: Path, monkeypatch: pytest.MonkeyPat
     library = SceneLibrary((spec, replace(spec, dpci=None)))
     monkeypatch.setattr(library, "_bake_mesh", pytest.fail)
     library.read_ahead([0, 1], CookOptions(), 1e9)
-    assert not any(library._in_memory.values()) and library._meshes.keys() == {
-        1
-    }  # the mesh of what has no depth images
+    assert not any(library._in_memory.values())
+    assert library._meshes.keys() == {1}  # of what has no depth images
 
 
 def test_the_mesh_is_drawn_where_it_exists(baked_files: Path) -> None:

@@ -86,6 +86,13 @@ def preload() -> None:
         context.set_forkserver_preload([_IMPORTER])  # in the place of Dask's list, which `get_mp_context` has made
 
 
+def ask_versions() -> None:
+    """Find out, before a worker is forked, what each tells the scheduler: Python starts a program for it, but once."""
+    from distributed.versions import get_versions
+
+    get_versions()
+
+
 def dask_setup(nanny: Any) -> None:
     """Prepare a nanny; Dask calls this where it preloads the module, before the nanny has a worker."""
     import dask

@@ -13,20 +13,18 @@ import contextlib
 from importlib import import_module
 
 from depthwalk.cluster import zygote
-from depthwalk.cluster.nanny import PRELOADED
+from depthwalk.cluster.nanny import PRELOADED, ask_versions
 from depthwalk.commands.program import without_garbage
 
 
 def _rehearse() -> None:
-    from distributed.versions import get_versions
-
     from depthwalk.resources import scene_root
     from depthwalk.scene.loader import load_scene
     from depthwalk.scene.path import load_path
 
     load_scene(scene_root() / "room.yaml").render.model_dump(mode="json")
     load_path(scene_root() / "paths" / "room.yaml").sample(0.5)
-    get_versions()  # each worker tells the scheduler, and starts a program to learn the name of the processor
+    ask_versions()
 
 
 with without_garbage():
