@@ -7,7 +7,7 @@ focused, reprojected or measured is what is behind the glass.
 
 import moderngl
 
-from depthwalk.gpu.device import Scope
+from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.limits import MAX_TRANSLUCENT_TRIANGLES
@@ -27,7 +27,6 @@ _GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
 _GLOW = "GLOW"
 _TOLERANCE = 1 / 128  # of an object's radius, by which depth images may be off: about a third of a texel of 256²
 _OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # of premultiplied light; what hides nothing is added
-_DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP: near and far plane are fitted to what is opaque
 
 
 class TranslucencyPass(Pass[Params]):
@@ -61,7 +60,8 @@ class TranslucencyPass(Pass[Params]):
             self._sorted.orphan()
             self._sorted.write(drawn.faces.tobytes())
         into = frame.targets.lighting
-        with self.gl.state(into=into, depth_test="<=", depth_write=False, blend=_OVER, direct=(_DEPTH_CLAMP,)):
+        # Clamped, since near and far plane are fitted to what is opaque.
+        with self.gl.state(into=into, depth_test="<=", depth_write=False, blend=_OVER, direct=(DEPTH_CLAMP,)):
             self._add_glow(frame)
             self._blend(frame)
 
