@@ -50,6 +50,9 @@ _END = 0  # rank of vertices at the ends of surfaces, see `cluster_vertices`
 _SMOOTH = 0.5  # cosine: edges between whose ends the surface turns further cross a crease, which is no arc
 _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
 _QUANTILE = 0.98  # of the samples, which are no farther off than a level's error
+# Part of a level's tolerance that its error is at least. Most levels measure a third. Where all is flat samples tell of no
+# error at all, while the corners of a sheet or a card may be off by the whole tolerance.
+_LEAST_ERROR = 0.25
 
 
 def build_simplified_lods(baked: BakedObject, parallel: Map = map) -> LodGeometry:
@@ -101,7 +104,7 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
         surface, tolerance = level
         vertices = dilate_foliage(surface, target, voxel, tolerance) if foliage else surface.point
         corners = vertices[surface.triangles]
-        return corners, _deviation(probes, corners)
+        return corners, max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
 
     # Threads measure a level while the next one is made.
     levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
@@ -172,8 +175,8 @@ def _coarse_levels(coarse: ClusteredSurface, texel: float, parallel: Map) -> lis
 def _fine_surface(point: Array, triangles: Ints, at_end: Mask, parallel: Map) -> ClusteredSurface:
     """Return a finely clustered surface, bulged, and drawn into the ridges between samples.
 
-    After coarse clustering samples are too far apart to tell ridges. point, triangles: what `cluster_vertices` returns; at_end:
-    (n,), vertices where a surface ends.
+    After coarse clustering samples are too far apart to tell ridges. point, triangles: what `cluster_vertices` returns;
+    at_end: (n,), vertices where a surface ends.
     """
     bulged = begin(lambda: _bulged(point, triangles), parallel)
     opposite = opposite_edges(triangles)
