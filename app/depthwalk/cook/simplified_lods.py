@@ -52,7 +52,7 @@ _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that
 _QUANTILE = 0.98  # of the samples, which are no farther off than a level's error
 # Part of a level's tolerance that its error is at least. Most levels measure a third. Where all is flat samples tell of no
 # error at all, while the corners of a sheet or a card may be off by the whole tolerance.
-_LEAST_ERROR = 0.25
+_LEAST_ERROR = 0.15
 
 
 def build_simplified_lods(baked: BakedObject, parallel: Map = map) -> LodGeometry:
