@@ -41,7 +41,7 @@ def test_the_boundary_is_held_by_planes_perpendicular_to_it() -> None:
 
 
 def test_the_boundary_counts_more_where_a_surface_ends() -> None:
-    """Of two triangles, one edge of the square is an end: moved out of the edge, its vertices cost four times as much."""
+    """One edge of a square is an end: moved out of it, its vertices cost four times as much."""
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
     faces, ends = np.array([[0, 1, 2], [0, 2, 3]]), np.array([True, True, False, False])
     loose, firm = clustered_surface(square, faces), clustered_surface(square, faces, at_end=ends)
