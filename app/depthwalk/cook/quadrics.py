@@ -14,8 +14,8 @@ from depthwalk.geometry.indexed_triangles import normals_and_areas, open_edges
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array, Ints, Mask
 
-# How many times a boundary counts where a surface ends. Beyond such an end, as beyond the edge of a box, another image goes
-# on, and a boundary that is off opens a gap; other boundaries lie on what another image shows.
+# How many times a boundary counts where a surface ends. Beyond such an end, as beyond the edge of a box, another image
+# goes on, and a boundary that is off opens a gap; other boundaries lie on what another image shows.
 _END_WEIGHT = 4.0
 _PAIRS = np.triu_indices(4)  # a quadric is the upper half of a symmetric matrix, 4 × 4
 

@@ -50,8 +50,8 @@ _END = 0  # rank of vertices at the ends of surfaces, see `cluster_vertices`
 _SMOOTH = 0.5  # cosine: edges between whose ends the surface turns further cross a crease, which is no arc
 _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
 _QUANTILE = 0.98  # of the samples, which are no farther off than a level's error
-# Part of a level's tolerance that its error is at least. Most levels measure a third. Where all is flat, samples tell of
-# no error at all, while the corners of a sheet or a card may be off by the whole tolerance.
+# Part of a level's tolerance that its error is at least. Most levels measure a third. Where all is flat, samples tell
+# of no error at all, while the corners of a sheet or a card may be off by the whole tolerance.
 _LEAST_ERROR = 0.15
 
 
