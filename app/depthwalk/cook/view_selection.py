@@ -213,8 +213,10 @@ def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple
     layer: (t,), the image's place in `look`.
     """
     cost, sampled = _probe_costs(look, np.broadcast_to(layer[:, None], view.texel.shape), triangles, view)
+    some = sampled.any(1)  # without any the image is not chosen
     for step in -1, 1:
-        row, probe = (~sampled & (layer + step >= 0)[:, None] & (layer + step < len(look.code))[:, None]).nonzero()
+        there = some & (layer + step >= 0) & (layer + step < len(look.code))
+        row, probe = (~sampled & there[:, None]).nonzero()
         of = view.at(row)
         of = _View(*(values[np.arange(len(row)), probe, None] for values in of))
         lacking = triangles.at(row)._replace(probes=triangles.probes[row, probe, None])
