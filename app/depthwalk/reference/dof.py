@@ -81,8 +81,9 @@ def gather(
         (quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER),
         (half, TileClass.HALF_EVEN, TileClass.HALF),
     ]
+    all_even = TileClass.EVEN, TileClass.HALF_EVEN, TileClass.QUARTER_EVEN
     for picture, even, traced in shown:
-        seen, large = _gathered(picture, where(even), spread, samples)
+        seen, large = _gathered(picture, where(*all_even), spread, samples)
         seen = passed_on(seen)
         magnified = where(even, traced)
         out[magnified] = _magnified(seen, np.ones(large.shape, bool), picture.block, (height, width))[0][magnified]

@@ -36,6 +36,7 @@ MIP_RADIUS = 6.0  # pixels of the reduced picture: the radius from which on its 
 HIGHEST_MIP = 2  # of the smallest reduced picture; of the other, circles are hardly larger than `MIP_RADIUS`
 LARGEST_BLOCK = 4  # pixels along one of the smallest reduced picture's
 LINEAR_BLUR = 2 / 3  # radius², pixels, of the disc that blurs as linear filtering does: 4 variances of a tent
+ONE_SURFACE = 0.5  # pixels of the whole picture: circles in a block that differ less are of one surface
 EVEN = 0.2  # how far neighbours' circles may differ, relative to the least around, where no ray needs to be traced
 LEAST_STEP = 1.0  # pixels that they may always differ by
 
@@ -50,6 +51,9 @@ class TileClass(IntEnum):
     HALF = 16
     QUARTER_EVEN = 32
     QUARTER = 64
+
+
+ALL_EVEN = TileClass.EVEN | TileClass.HALF_EVEN | TileClass.QUARTER_EVEN  # where no ray needs to be traced
 
 
 def lens_radius(lens: DofParams) -> float:
