@@ -184,7 +184,7 @@ class LensGather:
     def _gather_reduced(
         self, drawing: _Drawing, picture: _Reduced, even: TileClass, traced: TileClass, lent: int = 0
     ) -> None:
-        """Gather the tiles of the classes `even`, `traced` and `lent` in `picture`, and what is beside; show the first two.
+        """Gather tiles of the classes `even`, `traced` and `lent` in `picture`, and those beside; show the first two.
 
         Its circles and what was gathered stay at texture units 1 and 4.
         """
