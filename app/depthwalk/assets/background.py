@@ -235,7 +235,7 @@ class BackgroundLibrary(SceneLibrary):
             return super().cooked(asset, options)
         found = find_cooked(key, options)
         if found is not None:
-            return self._read_ahead(found)
+            return self._prefetched(found)
         self._pool.begin(self._processes)
         self._read_mesh_ahead(threads, asset)
         return None

@@ -14,33 +14,28 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.assets import derived_data
 from depthwalk.assets.asset_files import (
     complaints_about,
     mesh_key,
     model_params,
     range_key,
-    read_hashed,
     read_keyed,
     read_meso,
     read_relief,
-    read_translucent,
 )
 from depthwalk.assets.cooked import cooked_objects
+from depthwalk.assets.mesh_library import MeshLibrary, Report
 from depthwalk.assets.missing_images import bake_missing
 from depthwalk.bake.cache import find_baked, keep_baked
-from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
 from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, HeldArrays, Prefetcher
 from depthwalk.cook.cooked_file import cooked_key, find_cooked, read_cooked
-from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_height
-from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset
 
 log = logging.getLogger(__name__)
@@ -50,11 +45,7 @@ _NEEDS_IMAGES = (
 )
 
 
-Report = Callable[[str, str], None]
-"""Called with the name of an asset, and what is being done for it."""
-
-
-class SceneLibrary:
+class SceneLibrary(MeshLibrary):
     """Read and bake the assets of a scene, by their numbers, when they are first asked for.
 
     Meshes and their levels are kept in memory until `forget_mesh`. Depth images are not: where they are asked for
@@ -92,14 +83,10 @@ class SceneLibrary:
             Reads the arrays of cooked objects while the caller does something else; None: they are read when they are
             asked for.
         """
-        self._assets = assets
+        super().__init__(assets, report)
         self._processes, self._ahead = processes, ahead
-        self.report = report
         self._keys: dict[int, str] = {}
         self._unkept: dict[str, BakedModel] = {}  # by key: models that the cache could not keep
-        self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
-        self._levels: dict[int, tuple[MeshLevel, ...]] = {}
-        self._clusters: dict[int, MeshClusters | None] = {}
         self._in_memory: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `read_ahead`
         self._warned = False  # of cooked files, which cannot follow some settings
 
@@ -121,10 +108,6 @@ class SceneLibrary:
         spec = self._assets[asset]
         return isinstance(spec, DepthImageAsset) and spec.size is not None
 
-    def has_mesh(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` has a mesh, without reading it."""
-        return _mesh_spec(self._assets[asset]) is not None
-
     def texture(self, path: Path) -> NDArray[np.uint8]:
         """Return the texels (H, W, 4) uint8, sRGB with alpha, row 0 at the top, of the image file `path`."""
         return load_texture(path)
@@ -137,8 +120,6 @@ class SceneLibrary:
         if asset not in self._keys:
             self._keys[asset] = _key_of(self._assets[asset])
         return self._keys[asset]
-
-    # Depth images ----------------------------------------------------------------------------------------------------
 
     def baked(self, asset: int) -> BakedModel | None:
         """Return the depth images of the asset numbered `asset`; None where it has none.
@@ -171,9 +152,9 @@ class SceneLibrary:
         LookupError
             Where the asset has no depth images.
         """
-        return self._read_ahead(self._cooked(asset, options, again))
+        return self._prefetched(self._cooked(asset, options, again))
 
-    def _read_ahead(self, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
+    def _prefetched(self, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
         """Return `objects`, whose arrays begin to be read where the library reads ahead."""
         return objects if self._ahead is None else self._ahead.read(objects)
 
@@ -337,89 +318,6 @@ class SceneLibrary:
         """Remember `key` as that of the asset's depth images, which are being baked, if it has one."""
         if self.key(asset):
             self._keys[asset] = key
-
-    # Meshes ----------------------------------------------------------------------------------------------------------
-
-    def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of the asset numbered `asset`, asset frame, metres; None where it has none."""
-        spec = _mesh_spec(self._assets[asset])
-        if spec is None:
-            return None
-        if asset not in self._meshes:
-            self._meshes[asset] = self._read_mesh(spec)
-        return self._meshes[asset][0]
-
-    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
-        """Return the mesh of the asset numbered `asset` and its simplified levels, the finest first.
-
-        The result is empty where the asset has no mesh.
-        """
-        if asset not in self._levels:
-            spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
-            if spec is not None and mesh is not None:
-                self._levels[asset] = derived_data.simplified_levels(
-                    spec, *self._meshes[asset], partial(self.report, spec.name)
-                )
-            else:
-                self._levels[asset] = ()
-        return self._levels[asset]
-
-    def mesh_clusters(self, asset: int) -> MeshClusters | None:
-        """Return the clusters of the mesh of the asset numbered `asset`; None where it has no mesh."""
-        if asset not in self._clusters:
-            spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
-            if spec is not None and mesh is not None:
-                self._clusters[asset] = derived_data.clusters(
-                    spec, *self._meshes[asset], partial(self.report, spec.name)
-                )
-            else:
-                self._clusters[asset] = None
-        return self._clusters[asset]
-
-    def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
-        """Return views of the mesh of the asset numbered `asset`, captured as `params` say; None where it has no mesh.
-
-        They are not kept in memory.
-        """
-        spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
-        if spec is None or mesh is None:
-            return None
-        return derived_data.captured_views(spec, *self._meshes[asset], params, partial(self.report, spec.name))
-
-    def translucent_mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of the asset numbered `asset` if any of it lets light through or glows, else None.
-
-        The mesh is not kept in memory.
-        """
-        spec = _mesh_spec(self._assets[asset])
-        if spec is None:
-            return None
-        known = self._meshes.get(asset)  # once: other threads forget meshes
-        if known is not None:
-            return known[0] if known[0].is_translucent else None
-        return read_translucent(spec)
-
-    def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:
-        """Keep `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""
-        self._meshes[asset] = mesh, source
-
-    def forget_mesh(self, asset: int) -> None:
-        """Free the memory of the mesh and the levels of the asset numbered `asset`, until they are asked for again."""
-        self._meshes.pop(asset, None)
-        self._levels.pop(asset, None)
-        self._clusters.pop(asset, None)
-
-    def _read_mesh(self, spec: MeshAsset) -> tuple[Mesh, str]:
-        """Read the mesh of an asset, and say so."""
-        self.report(spec.name, "reading")
-        return read_hashed(spec)
-
-
-def _mesh_spec(spec: Asset) -> MeshAsset | None:
-    """Return how the mesh of an asset is read; None where it has none."""
-    if isinstance(spec, BakedAsset):
-        return spec.source
-    return spec if isinstance(spec, MeshAsset) else None
 
 
 def _key_of(spec: Asset) -> str:

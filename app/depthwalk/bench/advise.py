@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from depthwalk.assets.demand import cook_options
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.object_cost import COMPARED, Cost, ObjectCosts
 from depthwalk.bench.tables.table import Cell, Table
 from depthwalk.render import kernels

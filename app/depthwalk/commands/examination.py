@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import depthwalk
-from depthwalk.assets.library import Report
+from depthwalk.assets.mesh_library import Report
 from depthwalk.cluster.address import ClusterAddress
 from depthwalk.cluster.tasks import Task
 from depthwalk.commands.journal import Journal, digest, file_states

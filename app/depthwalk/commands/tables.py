@@ -12,7 +12,7 @@ from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError, suggest
 
 if TYPE_CHECKING:
-    from depthwalk.assets.library import Report
+    from depthwalk.assets.mesh_library import Report
     from depthwalk.bench.tables.table import Table
 
 NAMES = ("heads", "planar", "edges", "focus", "triangles", "objects", "pixels")

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, uniform_filter
 
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.mesh_library import Report
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.gpu.timers import frame_clock
 from depthwalk.pictures import LinearImage

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from operator import ge, le
 from typing import Protocol
 
-from depthwalk.assets.library import Report
+from depthwalk.assets.mesh_library import Report
 from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import flip_colours
 from depthwalk.scene.scene import Scene

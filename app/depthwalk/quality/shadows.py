@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.mesh_library import Report
 from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import silhouette_iou
 from depthwalk.quality.pair_renderer import one_object_scene

@@ -3,7 +3,7 @@
 import threading
 import time
 
-from depthwalk.assets.library import Report
+from depthwalk.assets.mesh_library import Report
 from depthwalk.walk import hud
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.window import Window

@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.object_cost import COMPARED, ObjectCosts, crossings, frame_costs, row_of
 from depthwalk.bench.tables.table import Cell, Curves, Table
 from depthwalk.bench.tables.walks import past

@@ -4,7 +4,7 @@ The paper (基于边缘优化的几何体信息反走样, table 1) counts 8, 10,
 and canopy; `quality.edges.SHAPES` are such models.
 """
 
-from depthwalk.assets.library import Report
+from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.tables.table import Table
 from depthwalk.quality.edges import MANY, SHAPES, shape_cost
 from depthwalk.render import kernels

@@ -3,7 +3,8 @@
 from contextlib import ExitStack
 from typing import Any
 
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.measure import measure
 from depthwalk.bench.ratio import paired_ratio
 from depthwalk.bench.tables.table import Table

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.equal import SUPERSAMPLING
 from depthwalk.bench.ratio import paired_ratio
 from depthwalk.bench.tables.table import Cell, Table

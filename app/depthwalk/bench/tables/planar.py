@@ -10,7 +10,8 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.equal import SUPERSAMPLING, supersampled
 from depthwalk.bench.measure import Run, measure
 from depthwalk.bench.ratio import paired_ratio
