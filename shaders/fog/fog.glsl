@@ -41,7 +41,8 @@ void draw_fog(inout Pixel pixel) {
 #ifdef FOG_COLOUR
     vec3 colour = fog_colour;
 #else
-    vec3 colour = sky_at(vec3(direction.x, 0.0, direction.z) / max(length(direction.xz), 1e-3));
+    // Not of unit length again: straight up and down all azimuths meet, and there the glow about the sun must be over.
+    vec3 colour = sky_at(vec3(direction.x, 0.0, direction.z));
 #endif
     pixel.lit.rgb = mix(colour, pixel.lit.rgb, exp(-fog_density * metres));
 }
