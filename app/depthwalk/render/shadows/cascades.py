@@ -119,9 +119,9 @@ def light_axes(to_sun: Array) -> NDArray[np.float64]:
 def shadow_extent(bounds: Bounds, to_sun: Array, ground: float | None) -> tuple[Array, float] | None:
     """Return a sphere that holds all objects and the shadows that they cast on the ground.
 
-    No shadow of the sun falls outside it, however far the ground goes on. It is the sphere about the objects, made longer
-    by the way from the highest point of any down to the ground; then by as little as lets it stay where it is while an
-    object moves a little, or else the shadows of all that rest would swim.
+    No shadow of the sun falls outside it, however far the ground goes on. It is the sphere about the objects, larger by
+    half the way from the highest point of any down to the ground, and by a little more, so that it stays where it is while
+    an object moves: else the shadows of all that rest would swim.
 
     Parameters
     ----------
@@ -187,11 +187,11 @@ def fit_cascades(
     ends = split_distances(_NEAREST_SPLIT * distance, distance, params.cascades, params.split)
     cascades = []
     for number, radius in enumerate(ends.tolist()):
-        if size <= radius:
-            cascades.append(Cascade(centre=tuple(middle.tolist()), half=size, axes=axes, resolution=params.resolution))
-            break
         step = radius / (_STEPS_PER_RADIUS + number)
         half = radius + step / 2
+        if size <= half:
+            cascades.append(Cascade(centre=tuple(middle.tolist()), half=size, axes=axes, resolution=params.resolution))
+            break
         texel = 2 * half / params.resolution
         sideways = max(np.floor(step / texel), 1.0) * texel
         steps = glm.dvec3(sideways, sideways, 2 * (DEPTH * half - radius))
@@ -230,7 +230,7 @@ def _power_of_two(distance: float) -> float:
 
 
 def _snapped(middle: Array, radius: float) -> tuple[Array, float]:
-    """Return a sphere about another, its centre and radius multiples of a sixteenth of that, rounded to a power of 2."""
+    """Return a sphere about another, whose centre and radius are multiples of a step: a power of 2, as the radius."""
     step = _power_of_two(radius) / 2 / _EXTENT_STEPS
     snapped = np.round(middle / step) * step
     needed = float(np.linalg.norm(snapped - middle)) + radius
