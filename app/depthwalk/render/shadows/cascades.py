@@ -120,8 +120,8 @@ def shadow_extent(bounds: Bounds, to_sun: Array, ground: float | None) -> tuple[
     """Return a sphere that holds all objects and the shadows that they cast on the ground.
 
     No shadow of the sun falls outside it, however far the ground goes on. It is the sphere about the objects, larger by
-    half the way from the highest point of any down to the ground, and by a little more, so that it stays where it is while
-    an object moves: else the shadows of all that rest would swim.
+    half the way from the highest point of any down to the ground, and by a little more, so that it stays where it is
+    while an object moves: else the shadows of all that rest would swim.
 
     Parameters
     ----------
