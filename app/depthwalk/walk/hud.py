@@ -29,7 +29,7 @@ _OVERLAY = (
 )
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
-_STOP = "Esc stops"
+_STOP = "B stops"
 _NONE = "\u2013"
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 HELP = (
@@ -54,8 +54,8 @@ HELP = (
     ("Drop a file", "open a scene, mesh or camera path"),
     ("1 2 3", "representation: scene, dpci, mesh"),
     ("Tab", "panel of settings"),
-    ("Z", "HUD"),
-    ("H", "this help"),
+    ("B", "stop baking depth images"),
+    ("Z / H", "HUD / this help"),
     ("F11", "full screen"),
     ("F12", "screenshot"),
     ("Esc", "close"),
