@@ -154,9 +154,7 @@ class Input:
         if not pressed:  # also a key pressed before imgui took the keyboard
             if key in self._moves:
                 self._state.held.release(self._moves[key])
-        elif (
-            key == self._window.keys.ESCAPE and self._busy
-        ):  # imgui itself closes no list by a key where none has focus
+        elif key == self._window.keys.ESCAPE and self._busy:  # imgui closes no list by a key where none has focus
             self._dismisses = True
         elif not (self._io.want_text_input or modifiers.ctrl or modifiers.alt):
             if key in self._moves:
