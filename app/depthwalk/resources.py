@@ -1,5 +1,6 @@
 """Find the files that travel with the program: inside the wheel, or beside `app/` in a checkout."""
 
+import os
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -35,3 +36,24 @@ def asset_root() -> Path:
     Raises FileNotFoundError as `data_root` does.
     """
     return data_root() / "assets"
+
+
+def given_or_shipped(path: Path) -> Path:
+    """Return the file that a user means: the one at `path`, or else the one of that name that ships with the program.
+
+    So a name in the README works in every folder, with its folder, as `assets/teapot.ply`, or without, as `teapot.ply`.
+
+    Parameters
+    ----------
+    path
+        The path that was given, relative to the working directory.
+
+    Returns
+    -------
+    Path
+        The file; `path` itself where it exists, and where nothing that ships has this name.
+    """
+    if os.path.exists(path) or path.is_absolute() or ".." in path.parts:  # false for names that the system refuses
+        return path
+    shipped = (folder / path for folder in (data_root(), asset_root(), scene_root()))
+    return next((file for file in shipped if os.path.isfile(file)), path)

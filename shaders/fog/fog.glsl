@@ -33,7 +33,8 @@ vec3 fog_towards(vec3 direction) {
 #ifdef FOG_COLOUR
     return fog_colour;
 #else
-    return sky_at(vec3(direction.x, 0.0, direction.z) / max(length(direction.xz), 1e-3));
+    // Not of unit length again: straight up and down all azimuths meet, and there the glow about the sun must be over.
+    return sky_at(vec3(direction.x, 0.0, direction.z));
 #endif
 }
 

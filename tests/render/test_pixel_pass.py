@@ -97,7 +97,7 @@ def test_pictures_are_those_of_the_passes_apart(
     expected: str,
     transparent: bool,
 ) -> None:
-    """To a step or two of 8 bits: light is not rounded in between."""
+    """To a step or two of 8 bits: light is not rounded in between. Where two edges are equally strong, FXAA chooses."""
     if settings.get("aa") == "msaa" and gl_device.max_samples < 4:
         pytest.skip("this device has no multisampling")
     pictures: list[NDArray[np.int_]] = []
@@ -111,7 +111,8 @@ def test_pictures_are_those_of_the_passes_apart(
             drawn = names(stage)
         assert (expected in drawn) == fused
         assert not any(" + " in name for name in drawn) or fused
-    assert np.abs(pictures[0] - pictures[1]).max() <= 2
+    differs = (np.abs(pictures[0] - pictures[1]) > 2).any(axis=-1)
+    assert differs.sum() <= (2 if settings.get("aa") == "fxaa" else 0)
     assert len(np.unique(pictures[0].reshape(-1, 4), axis=0)) > 200  # there is something to see
 
 

@@ -46,8 +46,8 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
         "shadow_map",
         lambda view, rows, scene, rule, most, chooses: Planned(view=view, rows=rows.tolist(), rule=rule, most=most),
     )
-    bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
-    world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None, changes=0)
+    bounds = Bounds(np.array([[0, 1, 0], [0, 1, 500]], np.float32), np.ones(2, np.float32))
+    world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
     uploads = SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None)
     planner = shadow_planner.ShadowPlanner(
         cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
@@ -99,7 +99,7 @@ def test_the_brightest_lamps_in_sight_have_maps_and_too_many_are_told_of_once(
 
 def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.MonkeyPatch) -> None:
     """What they see, the objects, what is on the GPU, the rule, or which meshes may be drawn."""
-    bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
+    bounds = Bounds(np.array([[0, 1, 0], [0, 1, 500]], np.float32), np.ones(2, np.float32))
     planned, searched = [], []
 
     def shadow_map(view: Any, rows: Rows, scene: Any, rule: Any, most: float, chooses: bool) -> Planned:
@@ -113,7 +113,7 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
 
     monkeypatch.setattr(shadow_planner, "shadow_map", shadow_map)
     monkeypatch.setattr(shadow_planner, "find_casters", find_casters)
-    world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None, changes=0)
+    world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
     on_gpu, meshes = [True, False], [False]
     uploads = SimpleNamespace(resident=lambda rows: np.array(on_gpu), is_mesh_resident=lambda asked: np.array(meshes))
     timers = SimpleNamespace(measure_cpu=lambda name: nullcontext())

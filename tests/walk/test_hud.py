@@ -114,6 +114,18 @@ def slow_walk() -> Any:
     )
 
 
+@pytest.mark.parametrize(("width", "height"), [(480, 320), (640, 480), (800, 600)])
+def test_a_low_window_cuts_off_no_row_of_the_hud(overlay_io: IO, width: int, height: int) -> None:
+    """It leaves out the last, and fills the room that it has."""
+    overlay_io.display_size = imgui.ImVec2(width, height)
+    for _ in range(3):
+        imgui.new_frame()
+        draw_hud(slow_walk())
+        imgui.render()
+    window = imgui.internal.find_window_by_name("hud")
+    assert height - 70 < window.pos.y + window.size.y <= height
+
+
 def test_the_hud_fits_the_default_window_and_leaves_most_of_it_free(overlay_io: IO) -> None:
     overlay_io.display_size = imgui.ImVec2(1024, 768)
     for _ in range(3):

@@ -38,7 +38,8 @@ def window() -> Iterator[Any]:
     io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
     window = SimpleNamespace(keys=KEYS, size=(480, 360), mouse_exclusivity=False)
     state = MagicMock(fast=False)
-    input_ = Input(window, state, {})  # type: ignore[arg-type]
+    leave = MagicMock()
+    input_ = Input(window, state, {"ESCAPE": leave})  # type: ignore[arg-type]
 
     def frame() -> None:
         imgui.new_frame()
@@ -46,11 +47,12 @@ def window() -> Iterator[Any]:
         imgui.set_next_window_size((100, 100))
         imgui.begin("panel")
         imgui.input_text("name", "")
+        imgui.combo("choice", 0, ["one", "two"])
         input_.set_areas([PANEL])
         imgui.end()
         imgui.end_frame()
 
-    window.frame, window.input, window.state = frame, input_, state
+    window.frame, window.input, window.state, window.leave = frame, input_, state, leave
     frame()
     yield window
     imgui.destroy_context(context)
@@ -93,3 +95,40 @@ def test_keys_go_to_a_text_that_is_edited(window: Any) -> None:
     window.key_event_func(KEYS.W, KEYS.ACTION_PRESS, PLAIN)
     assert window.input.is_editing
     window.state.held.press.assert_not_called()
+
+
+def click(window: Any, x: float, y: float) -> None:
+    window.mouse_position_event_func(x, y, 0, 0)
+    window.frame()
+    window.mouse_press_event_func(x, y, 1)
+    window.frame()
+    window.mouse_release_event_func(x, y, 1)
+    window.frame()
+
+
+def press_escape(window: Any) -> None:
+    for action in (KEYS.ACTION_PRESS, KEYS.ACTION_RELEASE):
+        window.key_event_func(KEYS.ESCAPE, action, PLAIN)
+        window.frame()
+
+
+def test_escape_closes_an_open_list_and_only_then_the_window(window: Any) -> None:
+    click(window, 20, 55)
+    assert imgui.get_io().want_capture_mouse and window.input.is_editing
+    press_escape(window)
+    window.leave.assert_not_called()
+    window.frame()
+    assert not window.input.is_editing
+    press_escape(window)
+    window.leave.assert_called_once()
+
+
+def test_escape_leaves_a_text_that_is_edited_and_not_the_window(window: Any) -> None:
+    click(window, 20, 30)
+    assert imgui.get_io().want_text_input
+    press_escape(window)
+    window.leave.assert_not_called()
+    for _ in range(2):
+        window.frame()
+    press_escape(window)
+    window.leave.assert_called_once()

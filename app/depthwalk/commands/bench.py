@@ -23,6 +23,7 @@ from depthwalk.commands.options import (
     Resolution,
     Settings,
     Verbose,
+    named_files,
 )
 from depthwalk.commands.program import FAILURE, guarded
 from depthwalk.limits import MAX_FRAMES
@@ -36,6 +37,7 @@ def main(
             metavar="SCENE",
             help="Scene files or meshes. Where there are several, names of reports hold {scene}, as in {scene}.json.",
             show_default=False,
+            callback=named_files,
         ),
     ],
     path: PathOption = None,

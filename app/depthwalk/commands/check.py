@@ -6,14 +6,16 @@ from typing import Annotated
 import typer
 
 from depthwalk.commands.option_values import parse_settings
-from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose
+from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose, named_files
 from depthwalk.commands.program import BAD_INPUT, guarded
 from depthwalk.errors import InputError, printable
 
 
 @guarded
 def main(
-    scenes: Annotated[list[Path], typer.Argument(metavar="FILE", help="Scene files, path files and meshes.")],
+    scenes: Annotated[
+        list[Path], typer.Argument(metavar="FILE", help="Scene files, path files and meshes.", callback=named_files)
+    ],
     asset_root: AssetRoots = None,
     settings: Settings = None,
     verbose: Verbose = False,

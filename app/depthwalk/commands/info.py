@@ -14,7 +14,7 @@ import typer
 
 import depthwalk
 from depthwalk import limits
-from depthwalk.commands.options import Quiet, Verbose
+from depthwalk.commands.options import Quiet, Verbose, named_file
 from depthwalk.commands.program import guarded
 from depthwalk.errors import missing_file, printable
 
@@ -32,7 +32,8 @@ Row = tuple[str, str]
 @guarded
 def main(
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="Scene, camera path, baked file or mesh to describe.")
+        Path | None,
+        typer.Argument(metavar="FILE", help="Scene, camera path, baked file or mesh to describe.", callback=named_file),
     ] = None,
     verbose: Verbose = False,
     quiet: Quiet = False,

@@ -9,6 +9,7 @@ import typer
 from depthwalk.limits import (
     MAX_FRAMES,
 )
+from depthwalk.resources import given_or_shipped
 
 if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
     pass
@@ -62,6 +63,19 @@ class RepresentationName(StrEnum):
     AUTO = "auto"
 
 
+def named_file(path: Path | None) -> Path | None:
+    """Return the file that the user names, which may be one that ships; None where none is named."""
+    return None if path is None else given_or_shipped(path)
+
+
+def named_files(paths: list[Path]) -> list[Path]:
+    """Return the files that the user names, some of which may ship."""
+    return [given_or_shipped(path) for path in paths]
+
+
+ShownScene = Annotated[
+    Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False, callback=named_file)
+]
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
 Resolution = Annotated[
     str, typer.Option("--resolution", metavar="W,H|WxH", help="Width and height of the picture, pixels.")
@@ -86,7 +100,8 @@ RepresentationOption = Annotated[
     ),
 ]
 PathOption = Annotated[
-    Path | None, typer.Option("--path", metavar="FILE", help="Camera path file.", show_default=False)
+    Path | None,
+    typer.Option("--path", metavar="FILE", help="Camera path file.", show_default=False, callback=named_file),
 ]
 Frames = Annotated[
     int | None,

@@ -29,8 +29,8 @@ from depthwalk.commands.options import (
     RepresentationName,
     RepresentationOption,
     Resolution,
-    SceneArgument,
     Settings,
+    ShownScene,
     Verbose,
 )
 from depthwalk.commands.program import FAILURE, guarded, without_garbage
@@ -41,7 +41,7 @@ log = logging.getLogger("depthwalk")
 
 @guarded
 def main(
-    scene: SceneArgument,
+    scene: ShownScene,
     out: Annotated[
         str,
         typer.Option(

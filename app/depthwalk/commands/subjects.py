@@ -8,6 +8,7 @@ from typing import Literal
 from depthwalk.bake.params import Axis, Coordinates, Layers, Method, ModelParams
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.errors import InputError
+from depthwalk.resources import given_or_shipped
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.scene.schema import DpciParams
@@ -130,6 +131,6 @@ def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
 
 
 def _find(path: Path, roots: Sequence[Path]) -> Path:
-    """Return `path`, or the file of that name below the first asset root that has one."""
+    """Return `path`, or the file of that name below the first asset root that has one, or the one that ships."""
     candidates = [path] if path.is_absolute() else [path, *(root / path for root in roots)]
-    return next((candidate for candidate in candidates if candidate.is_file()), path)
+    return next((candidate for candidate in candidates if candidate.is_file()), None) or given_or_shipped(path)

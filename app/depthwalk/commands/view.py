@@ -22,6 +22,7 @@ from depthwalk.commands.options import (
     Resolution,
     Settings,
     Verbose,
+    named_file,
 )
 from depthwalk.commands.program import FAILURE, guarded, without_garbage
 from depthwalk.errors import InputError
@@ -34,7 +35,8 @@ if TYPE_CHECKING:
 @guarded
 def main(
     scene: Annotated[
-        Path | None, typer.Argument(metavar="SCENE", help="Scene file or mesh; the garden by default.")
+        Path | None,
+        typer.Argument(metavar="SCENE", help="Scene file or mesh; the garden by default.", callback=named_file),
     ] = None,
     path: PathOption = None,
     fullscreen: Fullscreen = False,

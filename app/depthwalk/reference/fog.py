@@ -11,6 +11,7 @@ that height.
 
 import numpy as np
 
+from depthwalk.render.lighting.sky import Sky
 from depthwalk.types import Array
 
 
@@ -86,3 +87,25 @@ def fog_before_sky(viewer_y: float, rise: Array, density: float, height: float, 
     """
     left = falloff * np.exp(min(height - viewer_y, 0) / falloff) + max(height - viewer_y, 0)
     return np.where(rise > 0, np.exp(-density * left / np.maximum(rise, 1e-6)), 0.0)
+
+
+def fog_colour(sky: Sky, direction: Array) -> Array:
+    """Return the colour of fog that has none of its own: that of the sky at the horizon, on the same side.
+
+    The level part of the direction stands for the direction to the horizon. It gets shorter the steeper one looks, so
+    that the angle to the sun tends to a right one, whatever the azimuth; a unit vector would show a star there, of all
+    horizons in one point.
+
+    Parameters
+    ----------
+    sky
+        The sky.
+    direction
+        (n, 3) unit vectors from the viewer, world.
+
+    Returns
+    -------
+    Array
+        (n, 3) linear RGB.
+    """
+    return sky.radiance(direction * [1, 0, 1])

@@ -10,7 +10,7 @@ import numpy as np
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
-from depthwalk.render.shadows.cascades import fit_cascades
+from depthwalk.render.shadows.cascades import fit_cascades, shadow_extent
 from depthwalk.render.shadows.casters import LightView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
@@ -18,7 +18,7 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.effect_settings import ShadowParams
-from depthwalk.types import Mask, Rows
+from depthwalk.types import Array, Mask, Rows
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
@@ -85,6 +85,7 @@ class ShadowPlanner:
         self._warned = False
         self._found: dict[int, _Found] = {}  # by the map's number in a frame
         self._planned: dict[int, _Planned] = {}
+        self._shadowed: tuple[tuple[object, ...], tuple[Array, float] | None] = (), None
 
     def plan(
         self,
@@ -126,7 +127,7 @@ class ShadowPlanner:
         """
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
-            cascades = fit_cascades(view, light.to_sun, params, self._world.extent()) if by_sun else ()
+            cascades = fit_cascades(view, light.to_sun, params, self._extent(light.to_sun)) if by_sun else ()
             chosen = choose_shadow_lamps(view, lamps)
             self._warn_of_lamps(len(chosen), params.lamps)
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
@@ -162,6 +163,13 @@ class ShadowPlanner:
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
         of_sun = tuple(replace(map_, provisional=detail < 1) for map_ in maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
+
+    def _extent(self, to_sun: Array) -> tuple[Array, float] | None:
+        """Return a sphere that holds all shadows of the sun, as it was found last where nothing has changed."""
+        state = self._world.changes, tuple(to_sun.tolist()), self._world.ground_height
+        if self._shadowed[0] != state:
+            self._shadowed = state, shadow_extent(self._world.bounds(), to_sun, self._world.ground_height)
+        return self._shadowed[1]
 
     def _casters(self, number: int, view: LightView, bounds: Bounds) -> Rows:
         """Return the rows (m,) of the objects that cast shadows in the map with the `number`."""

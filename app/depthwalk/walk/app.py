@@ -344,6 +344,7 @@ class Walk:
 
         return {
             "ESCAPE": self._escape,
+            "B": self._stop_baking,
             "C": lambda: self._input.capture(not self._input.captured),
             "F": lambda: state.frame_all(self._aspect),
             "F12": self.want_screenshot,
@@ -367,13 +368,17 @@ class Walk:
     def _escape(self) -> None:
         if self._loading.busy:
             self._loading.stop()
-        elif self._background is not None and self._background.progress is not None:
-            self._background.cancel()
-            self.state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
         elif self._input.captured:
             self._input.capture(False)
         else:
             self.window.close()
+
+    def _stop_baking(self) -> None:
+        if self._background is None or self._background.progress is None:
+            self.state.tell("Nothing is baked now")
+        else:
+            self._background.cancel()
+            self.state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
 
     def _close_by_escape(self, key: Any, action: Any, modifiers: Any) -> None:
         if key == self.window.keys.ESCAPE and action == self.window.keys.ACTION_PRESS:

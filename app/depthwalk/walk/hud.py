@@ -29,7 +29,7 @@ _OVERLAY = (
 )
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
-_STOP = "Esc stops"
+_STOP = "B stops"
 _NONE = "\u2013"
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 HELP = (
@@ -54,8 +54,8 @@ HELP = (
     ("Drop a file", "open a scene, mesh or camera path"),
     ("1 2 3", "representation: scene, dpci, mesh"),
     ("Tab", "panel of settings"),
-    ("Z", "HUD"),
-    ("H", "this help"),
+    ("B", "stop baking depth images"),
+    ("Z / H", "HUD / this help"),
     ("F11", "full screen"),
     ("F12", "screenshot"),
     ("Esc", "close"),
@@ -68,12 +68,13 @@ def draw_hud(state: State) -> float:
     It shows frame times, what was drawn, and where the viewer is.
     """
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
-    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")  # first: a low window cuts the HUD off below
+    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
     _draw_rate(state)
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
-    _draw_passes(state)
-    _draw_counts(state)
     _draw_viewer(state)
+    imgui.separator()
+    _draw_passes(state)  # last what a low window has no room for
+    _draw_counts(state)
     imgui.pop_style_var()
     right = imgui.get_window_pos().x + imgui.get_window_size().x
     imgui.end()
@@ -219,15 +220,30 @@ def _dim_wrapped(text: str) -> None:
 
 def _draw_passes(state: State) -> None:
     timers = state.renderer.timers
-    imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if timers.kind == "gpu" else ""))
-    _table("passes", pass_rows(timers.milliseconds), right=True, labels=_PASSES)
+    if rows := _rows_with_room(pass_rows(timers.milliseconds), 1):
+        imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if timers.kind == "gpu" else ""))
+        _table("passes", rows, right=True, labels=_PASSES)
 
 
 def _draw_counts(state: State) -> None:
     plan = state.renderer.plan
-    if plan is not None:
+    if plan is not None and (rows := _rows_with_room(count_rows(plan.counts | state.shares.latest), 0)):
         imgui.separator()
-        _table("counts", count_rows(plan.counts | state.shares.latest))
+        _table("counts", rows)
+
+
+def _rows_with_room(rows: Sequence[tuple[str, str]], above: int) -> list[tuple[str, str]]:
+    """Return those of the first `rows` of a table, drawn next below `above` lines, that end within the window."""
+    line = imgui.get_text_line_height() + 2 * _CLOSE_ROWS.y
+    end = imgui.get_window_pos().y + imgui.get_cursor_pos_y() + above * imgui.get_text_line_height_with_spacing()
+    bottom = imgui.get_io().display_size.y - _MARGIN - imgui.get_style().window_padding.y - 2 * _CLOSE_ROWS.y
+    fitting = []
+    for name, text in rows:
+        end += line * (1 + max(name.count("\n"), text.count("\n")))
+        if end > bottom:
+            break
+        fitting.append((name, text))
+    return fitting
 
 
 def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
@@ -277,6 +293,7 @@ def _draw_viewer(state: State) -> None:
     walker = state.walker
     x, y, z = walker.position
     imgui.separator()
+    _dim_wrapped(state.renderer.device.renderer)
     rows = [
         ("mode", _mode(state)),
         ("position", f"{x:.2f}  {y:.2f}  {z:.2f} m"),
@@ -288,8 +305,6 @@ def _draw_viewer(state: State) -> None:
     if state.recorder is not None:
         rows.append(("recording", f"{state.recorder.seconds:.1f} s, K saves it"))
     _table("viewer", rows)
-    imgui.separator()
-    _dim_wrapped(state.renderer.device.renderer)
 
 
 def _mode(state: State) -> str:

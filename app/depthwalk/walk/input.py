@@ -70,6 +70,7 @@ class Input:
         self._shifts = {keys.LEFT_SHIFT, keys.RIGHT_SHIFT}
         self._areas: list[Area] = []
         self._busy = False
+        self._dismisses = False  # whether lists and values that are being changed are to be let go
         self._drag: tuple[int, Literal["look", "pan"]] | None = None  # the button held, and what its drag does
         self._last: tuple[float, float] | None = None  # position of the mouse; None after a jump
         self._click: tuple[float, float, float] | None = None  # place and time of the last click
@@ -112,7 +113,12 @@ class Input:
         """
         self._areas = areas
         self._edits = False
-        self._busy = imgui.is_any_item_active() or imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        if self._dismisses:
+            self._dismisses = False
+            if _is_list_open():
+                imgui.internal.close_popup_to_level(0, False)
+            imgui.internal.clear_active_id()
+        self._busy = imgui.is_any_item_active() or _is_list_open()
 
     def note_news(self) -> None:
         """Note that something happened that may change what the window shows."""
@@ -148,6 +154,8 @@ class Input:
         if not pressed:  # also a key pressed before imgui took the keyboard
             if key in self._moves:
                 self._state.held.release(self._moves[key])
+        elif key == self._window.keys.ESCAPE and self._busy:  # imgui closes no list by a key where none has focus
+            self._dismisses = True
         elif not (self._io.want_text_input or modifiers.ctrl or modifiers.alt):
             if key in self._moves:
                 self._state.held.press(self._moves[key])
@@ -220,3 +228,7 @@ class Input:
             self._io.add_mouse_wheel_event(right, up)
         else:
             self._state.wheel(up)
+
+
+def _is_list_open() -> bool:
+    return bool(imgui.is_popup_open("", imgui.PopupFlags_.any_popup))

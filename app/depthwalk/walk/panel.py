@@ -14,9 +14,11 @@ from depthwalk.walk.state import State, representation_name
 from depthwalk.walk.viewer import Mode
 
 _WIDTH = 340.0
+_NARROWEST = 220.0  # of windows too narrow for that
 _MARGIN = 10.0
 _CHOICES: tuple[Representation | None, ...] = (None, *Representation)
 _MODES = tuple(Mode)
+_OPEN = ("shadows", "output")  # groups that a walker is likely to look for, first; all open would be windows high
 _SUN_MAX = 5.0  # the end of the slider; Ctrl+click takes more
 
 
@@ -30,10 +32,11 @@ def draw_panel(state: State, left: float) -> Area:
     Returns the rectangle that the panel covers: left, top, right, bottom, window coordinates.
     """
     display = imgui.get_io().display_size
-    if display.x - _WIDTH - _MARGIN < left:
+    width = max(min(_WIDTH, display.x - 2 * _MARGIN), _NARROWEST)
+    if display.x - width - _MARGIN < left:
         imgui.set_next_window_bg_alpha(1.0)
-    imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
-    imgui.set_next_window_size_constraints((_WIDTH, 0), (_WIDTH, max(display.y - 2 * _MARGIN, 60)))
+    imgui.set_next_window_pos((display.x - width - _MARGIN, _MARGIN), imgui.Cond_.always)
+    imgui.set_next_window_size_constraints((width, 0), (width, max(display.y - 2 * _MARGIN, 60)))
     flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
     imgui.begin("Settings", None, flags)
     imgui.push_item_width(-120)
@@ -45,8 +48,9 @@ def draw_panel(state: State, left: float) -> Area:
     settings = state.renderer.settings
     if imgui.collapsing_header("picture", imgui.TreeNodeFlags_.default_open):
         draw_group(settings, PictureParams)
-    for name, group in settings:
-        if isinstance(group, Params) and imgui.collapsing_header(name, imgui.TreeNodeFlags_.default_open):
+    for name, group in sorted(settings, key=lambda item: item[0] not in _OPEN):
+        opens = imgui.TreeNodeFlags_.default_open if name in _OPEN else imgui.TreeNodeFlags_.none
+        if isinstance(group, Params) and imgui.collapsing_header(name, opens):
             imgui.push_id(name)
             refusal = draw_group(group)
             imgui.pop_id()

@@ -5,12 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alone import Alone, MakeAlone
+from alone import SIZE, Alone, MakeAlone
 from depthwalk.colour import linear_from_srgb
-from depthwalk.reference.fog import fog_through
+from depthwalk.reference.fog import fog_colour, fog_through
 from depthwalk.render.lighting.irradiance import lighting
+from depthwalk.render.lighting.sky import environment_sky
 from depthwalk.render.passes.fog import FogPass
-from depthwalk.render.view.view import view_distance
+from depthwalk.render.view.view import View, view_distance
+from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment
 
 FOG = {"density": 0.1, "height": 1.0, "falloff": 2.0}
@@ -42,6 +44,25 @@ def test_a_colour_of_its_own_is_what_thick_fog_shows(alone: MakeAlone) -> None:
     draw(fog, density=1.0, height=10.0, colour=(0.2, 0.4, 0.6))
     expected = linear_from_srgb(np.array([0.2, 0.4, 0.6]))
     assert fog.lit()[4, 6, :3] == pytest.approx(expected, abs=2e-3)
+
+
+def test_who_looks_straight_down_sees_no_star_of_horizons(alone: MakeAlone) -> None:
+    """The sky is bright about the sun alone; where all azimuths meet, neighbouring pixels must not differ by them."""
+    down = View(Camera((0.0, 80.0, 0.0), (1e-3, 0.0, 0.0), 0.5), SIZE, near=0.1, far=50.0)
+    fog = alone(FogPass(), down)
+    fog.targets.lighting.clear(0.0, 0.0, 0.0, 1.0, depth=0.999)
+    environment = Environment.model_validate(
+        {"fog": {"density": 1.0, "height": 1000.0}, "sky": {"model": "preetham"}, "sun": {"direction": (-0.6, -0.1, 0)}}
+    )
+    fog.draw(environment=environment, light=lighting(environment))
+    width, height = SIZE
+    x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
+    rays = (np.stack([x, y, np.ones_like(x)], -1) @ down.ray_from_screen.T).reshape(-1, 3)
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    shown = fog.lit()[..., :3]
+    expected = fog_colour(environment_sky(environment), rays).reshape(height, width, 3)
+    assert shown == pytest.approx(expected, rel=5e-3, abs=1e-3)
+    assert np.abs(np.diff(shown, axis=1)).max() < 0.05 * shown.mean()
 
 
 @pytest.mark.parametrize("transparent", [False, True])

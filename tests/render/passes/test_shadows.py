@@ -125,6 +125,7 @@ def test_the_suns_view_is_the_limit_of_a_far_viewers() -> None:
 
 
 BALL_AND_BOX = ((0, (-0.8, 0, 0), 0.3, 1.0), (1, (1.2, 0, 0.4), 0.4, 1.0))
+FAR = (0, (0, 0, 400.0), 0.0, 1.0)  # so that shadows go on beyond all maps
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +135,7 @@ def library() -> ShapeLibrary:
 
 @pytest.mark.parametrize("filter_width", [2, 3, 6])
 def test_shares_match_their_twin(studio: Studio, library: ShapeLibrary, filter_width: int) -> None:
-    scene = scene_of(*BALL_AND_BOX, representation=Representation.DPCI, **GROUND)
+    scene = scene_of(*BALL_AND_BOX, FAR, representation=Representation.DPCI, **GROUND)
     scene.render.shadows.filter_width, scene.render.shadows.resolution = filter_width, 256
     with Stage(studio, scene, library) as stage:
         stage.draw(view_of())
@@ -192,7 +193,7 @@ def test_shadows_of_depth_images_are_those_of_the_mesh(
     library = ShapeLibrary([mesh], resolution=resolution, layers=layers)
     shadows: list[list[tuple[Mask, Mask]]] = []
     for representation in (Representation.DPCI, Representation.MESH):
-        scene = scene_of((0, (0, 1, 0), 0.3, 1.0), representation=representation, ground={"height": 0.0})
+        scene = scene_of((0, (0, 1, 0), 0.3, 1.0), FAR, representation=representation, ground={"height": 0.0})
         with Stage(studio, scene, library) as stage:
             scene.render.shadows.distance = 10.0
             shadows.append([])
@@ -209,7 +210,7 @@ def test_shadows_of_depth_images_are_those_of_the_mesh(
 
 
 def test_maps_are_redrawn_only_when_they_change(studio: Studio, library: ShapeLibrary) -> None:
-    scene = scene_of(*BALL_AND_BOX, representation=Representation.DPCI, **GROUND)
+    scene = scene_of(*BALL_AND_BOX, FAR, representation=Representation.DPCI, **GROUND)
     view = view_of((0.13, 1.6, 5.07))
     with Stage(studio, scene, library) as stage:
         assert stage.draw(view)["shadow_maps"] == 3
@@ -232,7 +233,7 @@ def test_maps_are_redrawn_only_when_they_change(studio: Studio, library: ShapeLi
 def test_far_maps_take_turns_where_frames_follow_one_another(studio: Studio, library: ShapeLibrary) -> None:
     """All of four change: the nearest is redrawn at once, of the others one a frame, until the picture is what one
     without memory is; what cannot wait does not."""
-    scene = scene_of(*BALL_AND_BOX, representation=Representation.DMESH, **GROUND)
+    scene = scene_of(*BALL_AND_BOX, FAR, representation=Representation.DMESH, **GROUND)
     scene.render.shadows.cascades = 4
     view = view_of((0.13, 1.6, 5.07))
     with Stage(studio, scene, library) as stage:
@@ -261,7 +262,7 @@ def test_far_maps_take_turns_where_frames_follow_one_another(studio: Studio, lib
 
 def test_who_turns_draws_no_map_and_who_walks_at_most_one_a_frame(studio: Studio, library: ShapeLibrary) -> None:
     """Steps of a metre across three maps, then a turn on the spot; in the end shadows are those of a lone picture."""
-    scene = scene_of(*BALL_AND_BOX, representation=Representation.DMESH, **GROUND)
+    scene = scene_of(*BALL_AND_BOX, FAR, representation=Representation.DMESH, **GROUND)
     with Stage(studio, scene, library) as stage:
         stage.renderer.remembers = True
         assert stage.draw(view_of((0, 1.6, 0), (0, 1, -1)))["shadow_maps"] == 3

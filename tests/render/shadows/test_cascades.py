@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.render.shadows.cascades import DEPTH, Cascade, fit_cascades, light_axes, split_distances
+from depthwalk.render.shadows.cascades import DEPTH, Cascade, fit_cascades, light_axes, shadow_extent, split_distances
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera
@@ -85,6 +85,39 @@ def test_the_last_map_holds_a_small_scene_and_never_moves() -> None:
         cascades = fit_cascades(seen_from(position=(x, 1.0, 3.0)), TO_SUN, PARAMS, extent)
         assert len(cascades) == count and places(cascades[-1:]) == [((2.0, 1.0, 3.0), 5.0)]
         assert all(map_.half < 5.0 for map_ in cascades[:-1])
+
+
+def test_all_shadows_on_the_ground_are_in_their_sphere() -> None:
+    rng = np.random.default_rng(4)
+    bounds = Bounds(rng.uniform((-3, 0.5, -2), (3, 2, 2), (20, 3)).astype(np.float32), np.full(20, 0.5, np.float32))
+    toward = TO_SUN / np.linalg.norm(TO_SUN)
+    middle, radius = shadow_extent(bounds, toward, -1.0) or pytest.fail("there is no sphere")
+    points = (bounds.centre[:, None] + 0.5 * toward[None] + rng.normal(0, 1e-3, (20, 9, 3))).reshape(-1, 3)
+    fallen = points - ((points[:, 1] + 1) / toward[1])[:, None] * toward
+    assert np.allclose(fallen[:, 1], -1)
+    assert np.linalg.norm(np.concatenate([points, fallen]) - middle, axis=1).max() <= radius + 5e-3
+    assert radius < 6.5  # no ground of 500 m
+    alone, sphere = shadow_extent(bounds, toward, None) or pytest.fail("there is no sphere"), bounds.sphere()
+    assert 0 <= alone[1] - sphere[1] - np.linalg.norm(alone[0] - sphere[0]) < 0.2 * sphere[1]
+    assert shadow_extent(bounds, np.array([1.0, 0, 0]), -1.0) is None
+    assert shadow_extent(Bounds(np.zeros((0, 3), np.float32), np.zeros(0, np.float32)), toward, None) is None
+
+
+def test_the_sphere_of_all_shadows_stays_while_one_object_moves_a_little() -> None:
+    toward, places = TO_SUN / np.linalg.norm(TO_SUN), set()
+    for x in np.linspace(0, 1, 100):
+        bounds = Bounds(np.array([[0, 1, 0], [8 + x, 1, 0]], np.float32), np.ones(2, np.float32))
+        middle, radius = shadow_extent(bounds, toward, 0.0) or pytest.fail("there is no sphere")
+        places.add((*middle.tolist(), radius))
+    assert len(places) < 7
+
+
+def test_small_things_have_fine_shadows_though_the_ground_goes_on() -> None:
+    """As 5 cm of a table, looked at from half a metre."""
+    bounds = Bounds(np.array([[0, 0.4, 0]], np.float32), np.array([0.7], np.float32))
+    extent = shadow_extent(bounds, TO_SUN / np.linalg.norm(TO_SUN), 0.0)
+    (nearest, *_) = fit_cascades(seen_from((0.1, 0.9, 0.4), (0.0, 0.8, 0.0)), TO_SUN, PARAMS, extent)
+    assert nearest.texel < 0.001
 
 
 def test_what_is_larger_than_the_distance_is_held_only_as_far() -> None:

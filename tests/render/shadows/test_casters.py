@@ -22,6 +22,7 @@ TO_SUN = np.array([0.5, 0.8, 0.3])
 GROUND = {"ground": {"height": 0.0}, "sun": {"direction": tuple(-TO_SUN)}}
 AUTO = Representation.AUTO
 TREE, BALL = (0, (-0.8, 0.5, 0), 0.3, 1.5), (1, (1.2, 0, 0.4), 2.0, 1.0)
+FAR = (1, (0, 0, 400.0), 0.0, 1.0)  # so that shadows go on beyond all maps
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def casts(
     studio: Studio, library: ShapeLibrary, representation: Representation, magnification: float
 ) -> tuple[Array, list[tuple[int, int]]]:
     """The nearest map (H, W), and how many depth objects and meshes each map holds."""
-    scene = scene_of(TREE, BALL, representation=representation, **GROUND)
+    scene = scene_of(TREE, BALL, FAR, representation=representation, **GROUND)
     scene.render.lod.magnification, scene.render.shadows.triangles_per_texel = magnification, 1e6
     with Stage(studio, scene, library) as stage:
         stage.draw(view_of())
@@ -115,11 +116,12 @@ def test_a_walk_does_not_wait_for_meshes_that_cast(gl_device: Device) -> None:
     scene.render.shadows.enabled, scene.render.lod.magnification = True, 0.01
     with Walk(gl_device, scene, library, seconds=0.01) as walk:
         walk.look(NEAR)
-        assert walk.counts["shadow_maps"] == 3 and walk.counts["shadow_triangles"] > 0
+        maps = walk.counts["shadow_maps"]
+        assert maps > 1 and walk.counts["shadow_triangles"] > 0
         walk.look(NEAR)
         assert walk.counts["shadow_maps"] == 0
         library.may.set()
         draws_until(walk, lambda: walk.counts["shadow_maps"] > 0)
-        assert walk.counts["shadow_maps"] == 3 and walk.counts["shadow_triangles"] == 0
+        assert walk.counts["shadow_maps"] == maps and walk.counts["shadow_triangles"] == 0
         walk.look(NEAR)
         assert walk.counts["shadow_maps"] == 0

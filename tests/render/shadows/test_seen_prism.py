@@ -55,6 +55,7 @@ def test_what_shadows_nothing_in_sight_is_left_out() -> None:
 def colonnade() -> Scene:
     """Pillars all round the viewer, in the sun behind him, from his right."""
     places = [(k % 2, (5 * np.sin(a), 0, 5 * np.cos(a)), a, 1.0) for k, a in enumerate(np.linspace(0, 6.1, 18))]
+    places.append((0, (0, 0, 400.0), 0.0, 1.0))  # so that shadows go on beyond all maps
     scene = scene_of(*places, ground={"height": 0.0}, sun={"direction": (-0.5, -1.5, -1.0)})
     scene.render.shadows.enabled = True
     return scene

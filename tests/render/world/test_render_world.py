@@ -68,12 +68,13 @@ def test_every_part_is_an_object_of_the_renderer(
         centres = renderer.world.bounds().centre
         assert centres[0, 0] < 0 < centres[1, 0] and (np.abs(centres[[0, 1], 0]) < 0.5).all()
         assert np.linalg.norm(centres[[3, 4]].mean(0) - [6, 1, 0]) < 0.1
-        extent, bounds = renderer.world.extent(), renderer.world.bounds()
-        assert extent is not None  # there is no ground
-        away = np.linalg.norm(bounds.centre - extent[0], axis=1) + bounds.bounding_radius
-        assert away.max() == pytest.approx(extent[1])
-        scene.environment.ground = GroundParams()
-        assert renderer.world.extent() is None
+        bounds = renderer.world.bounds()
+        middle, radius = bounds.sphere()
+        away = np.linalg.norm(bounds.centre - middle, axis=1) + bounds.bounding_radius
+        assert away.max() == pytest.approx(radius)
+        assert renderer.world.ground_height is None
+        scene.environment.ground = GroundParams(height=-1.0)
+        assert renderer.world.ground_height == -1.0
         renderer.world.representation = Representation.MESH
         assert renderer.world.objects().asset.tolist() == [0, 1, 0]
         assert renderer.world.bounds().centre[0] == pytest.approx([0, 0.5, 0], abs=1e-3)

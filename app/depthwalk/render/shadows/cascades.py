@@ -19,6 +19,7 @@ from depthwalk.types import Array
 
 DEPTH = 1.5  # depth of a map, in widths: so deep a map need not move as often along the light; shaders read it
 _STEPS_PER_RADIUS = 2  # steps by which the nearest map moves sideways, per radius of its slice; each map has one more
+_EXTENT_STEPS = 16  # steps by which the sphere of all shadows grows and moves, at least, per its radius
 _NEAREST_SPLIT = 1 / 64  # of the distance: logarithms of the near plane itself would give slices of centimetres
 
 
@@ -115,6 +116,40 @@ def light_axes(to_sun: Array) -> NDArray[np.float64]:
     return matrix_array(glm.dmat3(glm.lookAt(glm.dvec3(), -glm.dvec3(*to_sun), up)))
 
 
+def shadow_extent(bounds: Bounds, to_sun: Array, ground: float | None) -> tuple[Array, float] | None:
+    """Return a sphere that holds all objects and the shadows that they cast on the ground.
+
+    No shadow of the sun falls outside it, however far the ground goes on. It is the sphere about the objects, larger by
+    half the way from the highest point of any down to the ground, and by a little more, so that it stays where it is
+    while an object moves: else the shadows of all that rest would swim.
+
+    Parameters
+    ----------
+    bounds
+        Spheres about the n objects, world.
+    to_sun
+        (3,) unit vector towards the sun, world.
+    ground
+        y of the ground, metres, world; None where there is none.
+
+    Returns
+    -------
+    tuple[Array, float] | None
+        Its centre (3,), metres, world, and its radius, metres. None where there are no objects, and where a sun on or
+        below the horizon casts shadows without end.
+    """
+    if not len(bounds.bounding_radius):
+        return None
+    middle, radius = bounds.sphere()
+    if ground is None:
+        return _snapped(middle, radius)
+    if to_sun[1] <= 0:
+        return None
+    top = float((bounds.centre[:, 1] + bounds.bounding_radius).max())
+    way = max(top - ground, 0.0) / float(to_sun[1])
+    return _snapped(middle - way / 2 * to_sun, radius + way / 2)
+
+
 def fit_cascades(
     view: View, to_sun: Array, params: ShadowParams, extent: tuple[Array, float] | None = None
 ) -> tuple[Cascade, ...]:
@@ -123,7 +158,7 @@ def fit_cascades(
     A map holds the sphere about the viewer whose radius is the end of its slice, so that turning and zooming change no
     map (a clipmap: Losasso and Hoppe 2004, "Geometry Clipmaps"). Its centre moves by whole texels, so that edges of
     shadows do not swim, and by many at a time, so that it is seldom redrawn; along the light by more still, which costs
-    no texels. A map that would be larger than the whole scene holds the scene, stays where it is, and is the last.
+    no texels. A map that would be larger than `extent` holds just that, stays where it is, and is the last.
 
     Parameters
     ----------
@@ -134,8 +169,8 @@ def fit_cascades(
     params
         How many maps there are, how far they reach, and how fine they are.
     extent
-        Centre (3,), metres, world, and radius, metres, of a sphere that holds all surfaces; None where they go on
-        beyond `params.distance`.
+        Centre (3,), metres, world, and radius, metres, of a sphere that holds all shadows, see `shadow_extent`; None
+        where they go on beyond `params.distance`.
 
     Returns
     -------
@@ -152,11 +187,11 @@ def fit_cascades(
     ends = split_distances(_NEAREST_SPLIT * distance, distance, params.cascades, params.split)
     cascades = []
     for number, radius in enumerate(ends.tolist()):
-        if size <= radius:
-            cascades.append(Cascade(centre=tuple(middle.tolist()), half=size, axes=axes, resolution=params.resolution))
-            break
         step = radius / (_STEPS_PER_RADIUS + number)
         half = radius + step / 2
+        if size <= half:
+            cascades.append(Cascade(centre=tuple(middle.tolist()), half=size, axes=axes, resolution=params.resolution))
+            break
         texel = 2 * half / params.resolution
         sideways = max(np.floor(step / texel), 1.0) * texel
         steps = glm.dvec3(sideways, sideways, 2 * (DEPTH * half - radius))
@@ -192,3 +227,11 @@ def split_distances(near: float, far: float, count: int, share: float) -> NDArra
 def _power_of_two(distance: float) -> float:
     """Return the next power of 2 that is not less: so maps keep their size while somebody walks about a small scene."""
     return float(2 ** np.ceil(np.log2(distance)))
+
+
+def _snapped(middle: Array, radius: float) -> tuple[Array, float]:
+    """Return a sphere about another, whose centre and radius are multiples of a step: a power of 2, as the radius."""
+    step = _power_of_two(radius) / 2 / _EXTENT_STEPS
+    snapped = np.round(middle / step) * step
+    needed = float(np.linalg.norm(snapped - middle)) + radius
+    return snapped, float(np.ceil(needed / step) * step)

@@ -172,18 +172,11 @@ class RenderWorld:
         """Return those of `points` that reach farthest, (k, 3), see `geometry.extreme_points`."""
         return extreme_points(self.points(number))
 
-    def extent(self) -> tuple[Array, float] | None:
-        """Return a sphere that holds all surfaces of the scene.
-
-        Returns
-        -------
-        Its centre (3,), metres, world, and its radius, metres; None where ground goes on beyond the objects, or where
-        there are none.
-        """
-        bounds = self.bounds()
-        if self._scene.environment.ground is not None or not len(bounds.bounding_radius):
-            return None
-        return bounds.sphere()
+    @property
+    def ground_height(self) -> float | None:
+        """Return the y of the ground, metres, world; None where the scene has none."""
+        ground = self._scene.environment.ground
+        return None if ground is None else ground.height
 
     def cells(self) -> SpatialCells:
         """Return the objects sorted into cells of neighbours."""
