@@ -9,11 +9,16 @@ from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
 from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
-from depthwalk.types import Array, Ints
+from depthwalk.scene.render_settings import MeshLodParams
+from depthwalk.types import Array, Ints, Rows
 
-# Triangles of a fallback mesh that is read without simplified levels: two cores draw so many in 30 ms, and simplifying
-# them takes 4 s.
+# Triangles of a fallback mesh that is drawn before its simplified levels are there: two cores draw so many in 30 ms, and
+# simplifying them takes 4 s.
 MOST_UNSIMPLIFIED = 200_000
+
+# Error of a level that looks as good as the mesh and as depth images, pixels, for whoever did not ask for simplified
+# meshes: measured on five models at 12 to 250 pixels (docs/measurements.md, "Simplified levels that are as good").
+UNSEEN_ERROR = 0.4
 
 
 @dataclass(kw_only=True)
@@ -34,6 +39,10 @@ class MeshLevels:
         """Return a table for `count` numbers of `CookedParts`, whose meshes are not loaded yet."""
         return cls(error=np.full((count, MOST_LEVELS), np.inf), triangles=np.zeros((count, MOST_LEVELS), np.int64))
 
+    def drawn(self, mesh: Rows, metres: Array) -> Ints:
+        """Return how many triangles (n,) the coarsest levels of the meshes (n,) have that are off by `metres` (n,)."""
+        return np.asarray(self.triangles[mesh, error_level(self.error[mesh], metres)])
+
     def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
         """Fill in the levels of a mesh that was loaded.
 
@@ -46,7 +55,12 @@ class MeshLevels:
         self.triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
-def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float) -> Ints:
+def fallback_error(polygons: MeshLodParams) -> float:
+    """Return the error, pixels, that the level of a mesh may have that is drawn in the place of depth images."""
+    return min(polygons.error, UNSEEN_ERROR)
+
+
+def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float | Array) -> Ints:
     """Choose the level of detail at which each of n objects is drawn if it is a mesh.
 
     The level is 0, the mesh itself, for all but objects whose representation is among `SIMPLIFIED`.
@@ -57,7 +71,7 @@ def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allo
     objects : the n objects.
     nearest : (n,) distance from the viewer to the cylinders that enclose the objects, metres in their frames.
     errors : (a, levels) error by asset and level, metres, rising; +inf where there is no such level.
-    allowed : the error that the level may have, pixels.
+    allowed : the error that the level may have, pixels; (n,) of each object, or of all.
 
     Returns
     -------

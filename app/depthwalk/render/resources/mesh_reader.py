@@ -1,6 +1,7 @@
 """Read meshes beside the frames, one at a time, or at once where frames wait."""
 
 import logging
+from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple, Protocol
 
@@ -134,11 +135,22 @@ class MeshReader:
         if asset in self.meshes or asset in self._failed:
             return True
         if wait:
-            self.meshes[asset] = self._read(asset)
+            self.meshes[asset] = self._read(asset, simplified=True)
             return True
         if self._reading is None:
             self._begin_reading(asset)
         return self._take_read() == asset
+
+    def simplify(self, assets: Iterable[int]) -> None:
+        """Have the simplified levels of the first of some meshes made beside the frames that has none, if it is time.
+
+        Until they are there, a mesh of up to `MOST_UNSIMPLIFIED` triangles is drawn whole.
+        """
+        if self._reading is None:
+            for asset in assets:
+                if asset in self.meshes and not self.meshes[asset].is_simplified and asset not in self._failed:
+                    self._begin_reading(asset, simplified=True)
+                    return
 
     def is_read(self, asset: int, simplified: bool = False, clustered: bool = False) -> bool:
         """Return whether a mesh has been read; if not, a thread reads it when its turn comes.
