@@ -58,9 +58,7 @@ def sample_looks(mesh: Mesh, chart: Ints, apart: float) -> SurfaceSamples:
     corners = mesh.positions[mesh.faces].astype(np.float64)
     normals, areas = face_normals(corners)
     count = min(_SAMPLES_PER_TRIANGLE * len(corners), _MOST_SAMPLES)
-    points, triangles = (
-        np.concatenate(parts) for parts in zip(*sample_batches(corners, areas, count), strict=True)
-    )
+    points, triangles = (np.concatenate(parts) for parts in zip(*sample_batches(corners, areas, count), strict=True))
     weights, vertices = barycentric(points, corners[triangles]), mesh.faces[triangles]
     normal = _interpolated(weights, mesh.normals[vertices])
     return SurfaceSamples(

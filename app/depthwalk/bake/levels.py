@@ -15,7 +15,7 @@ from depthwalk.bake.params import FEWEST, RATIOS
 from depthwalk.bake.sampling import sample_surface
 from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
 from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
-from depthwalk.types import Array
+from depthwalk.types import Array, Ints
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 _HASTE = (3, 5, 7)
 _WORTH = 0.9  # of the finer level's triangles: with more than that it is no level of its own
 _PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
-# A level whose edges are a metre long and whose normals are off by 1 looks as wrong as one that is off by so many metres:
-# so both errors, in pixels, made the same difference to pictures of five models (docs/measurements.md).
-_TURNED = 4.0
+# A level whose edges are a metre long and whose normals are off by 1 looks as wrong as one that is off by so many
+# metres: within a pixel of either, pictures of five models are as good as their depth images (docs/measurements.md).
+_TURNED = 6.0
 _INWARD = 0.1  # of the way from a corner to the middle of its face, which is on the corner's own side of a seam
 
 
@@ -143,7 +143,7 @@ def _inward(corners: Array) -> tuple[Array, Array]:
     return middle, corners + _INWARD * (middle[:, None] - corners)
 
 
-def _charts(mesh: Mesh) -> NDArray[np.int32]:
+def _charts(mesh: Mesh) -> Ints:
     """Return the number (V,) of the connected piece of surface that each vertex is of; seams separate pieces."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -151,4 +151,4 @@ def _charts(mesh: Mesh) -> NDArray[np.int32]:
     count = len(mesh.positions)
     start, end = mesh.faces[:, [0, 1]].ravel(), mesh.faces[:, [1, 2]].ravel()
     links = coo_array((np.ones(len(start), bool), (start, end)), (count, count))
-    return np.asarray(connected_components(links, directed=False)[1])
+    return np.asarray(connected_components(links, directed=False)[1], np.int64)

@@ -16,7 +16,7 @@ from depthwalk.bake.params import ModelParams
 from depthwalk.bake.parts import bake_model
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
-from depthwalk.render.lod.mesh_choice import MOST_TRIANGLES_PER_PIXEL
+from depthwalk.render.lod.mesh_choice import TRIANGLES_PER_PIXEL
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.view.bounds import outside
@@ -216,8 +216,8 @@ def test_a_mesh_stands_in_for_as_many_triangles_as_are_quicker(dense: Mesh) -> N
     fallbacks = MeshFallbacks.empty(2)
     fallbacks.mesh[1], fallbacks.texel[1], fallbacks.triangles[0] = 0, 1.0, len(dense.faces)
     rule = MeshFallbackRule(magnification=1.0, is_resident=lambda rows: np.ones(len(rows), bool), error=1.0)
-    pixels = np.array([0.9, 1.1]) * len(dense.faces) / MOST_TRIANGLES_PER_PIXEL
-    found = fallbacks.allowed(np.array([1, 1]), np.full(2, 0.1), pixels, of, rule, MOST_TRIANGLES_PER_PIXEL)
+    pixels = np.array([0.9, 1.1]) * len(dense.faces) / TRIANGLES_PER_PIXEL
+    found = fallbacks.allowed(np.array([1, 1]), np.full(2, 0.1), pixels, of, rule, TRIANGLES_PER_PIXEL)
     assert found.tolist() == [False, True]
 
 

@@ -18,7 +18,6 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, nearest_faces
 from depthwalk.render.lod.mesh_choice import MeshChooser
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
-from depthwalk.render.lod.mesh_lod import fallback_error
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
 from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
 from depthwalk.render.view.bounds import Bounds
@@ -138,7 +137,7 @@ class DetailSelector:
         """Return the numbers (k,) of those of the objects `rows` (m,) that are near enough for a mesh, or quicker."""
         table = scene.table
         rule = MeshFallbackRule(
-            magnification=settings.lod.magnification, is_resident=is_resident, error=fallback_error(settings.polygons)
+            magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
         )
         return self._chooser.as_meshes(
             view,

@@ -18,7 +18,7 @@ from depthwalk.render.impostors.tile_records import WARP_RECORD, warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
 from depthwalk.render.impostors.warp_planes import nearest_faces
 from depthwalk.render.lod.mesh_fallback import IsResident
-from depthwalk.render.lod.mesh_lod import fallback_error, mesh_level
+from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.selection import levels_within
 from depthwalk.render.resources.placed_records import PLACED_RECORD, captured_records, placed_records
 from depthwalk.render.view.view import View, viewer_in_object
@@ -313,9 +313,7 @@ def _mesh_list(view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, p
         meshes = Objects.joined([scene.objects.take(rows), fallbacks])
     asset = meshes.asset
     viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
-    allowed = np.full(len(meshes), polygons.error)
-    allowed[len(rows) :] = fallback_error(polygons)
-    level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, allowed)
+    level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, polygons.error)
     order = np.lexsort((level, asset))
     return DrawList(
         records=placed_records(view.position, meshes.take(order)),

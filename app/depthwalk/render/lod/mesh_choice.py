@@ -9,9 +9,9 @@ tables` show, so that the mesh is quicker where
 
 with the pixels of the rectangle about the object. The first number is what a pixel of an impostor costs more than a
 pixel of a mesh, the second what an object's impostor costs however small it is, both over what a triangle costs. Where
-`depthwalk advise` has measured an asset, its result takes the place of this model. The mesh that is drawn is as coarse
-as nobody sees (`mesh_lod.UNSEEN_ERROR`), and the triangles are those of that level. Whether such levels are quicker is
-not known before they are read; so those of light meshes are read as soon as their objects are in sight.
+`depthwalk advise` has measured an asset, its result takes the place of this model. The mesh that is drawn may be as
+coarse as `render.mesh.error` allows, and the triangles are those of that level. Whether it has few enough is not known
+before it is read; so the levels of light meshes are read as soon as their objects are in sight.
 """
 
 import math
@@ -29,16 +29,13 @@ from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
 # Measured on walks through crowds on Mesa llvmpipe, where most impostors are those of earlier frames, and what a draw
-# costs is shared by many. A lone object, warped in every frame, could have more triangles; but its frames are quick.
-TRIANGLES_PER_PIXEL = 0.4
-FREE_TRIANGLES = 100.0
+# costs is shared by many; the first is also what magnified depth images of a lone object cost that are warped in every
+# frame (docs/measurements.md, "When the mesh is slower"), so that a mesh near by has no more triangles for its pixels.
+TRIANGLES_PER_PIXEL = 0.8
+FREE_TRIANGLES = 60.0
 
-# A mesh near by may have so many triangles for each pixel of the rectangle about the object. With more it is slower
-# than depth images that are warped in every frame (docs/measurements.md, "When the mesh is slower").
-MOST_TRIANGLES_PER_PIXEL = 0.8
-
-# Triangles of a mesh whose levels are read to find out. One of more hardly has a level of as few triangles as its pixels
-# allow, and simplifying 20,000 takes half a second.
+# Triangles of a mesh whose levels are read to find out. One of more hardly has a level of as few triangles as its
+# pixels allow, and simplifying 20,000 takes half a second.
 MOST_LIGHT = 20_000
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
@@ -157,7 +154,7 @@ def farthest_as_mesh(
 def _drawn_triangles(
     number: Rows, nearest: Array, fallbacks: MeshFallbacks, levels: MeshLevels, rule: MeshFallbackRule, asked: Mask
 ) -> Array:
-    """Return how many triangles (m,) would be drawn if meshes replaced the depth objects with the numbers `number` (m,).
+    """Return how many triangles (m,) would be drawn if meshes replaced the depth objects numbered `number` (m,).
 
     Those of light meshes are of the level that is coarse enough, once it is read; reading it begins here, for those
     `asked` (m,) about. Of others they are all, read or not, so that pictures do not depend on what was read before.
@@ -231,7 +228,7 @@ class MeshChooser:
             modelled = mesh_is_quicker(drawn, pixels, *before)
             quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
         found = fallbacks.allowed(
-            number, nearest / view.detail_pixels, pixels, levels, rule, MOST_TRIANGLES_PER_PIXEL, quicker
+            number, nearest / view.detail_pixels, pixels, levels, rule, TRIANGLES_PER_PIXEL, quicker
         )
         self._was_mesh[rows] = False
         self._was_mesh[first[found]] = True

@@ -9,16 +9,11 @@ from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
 from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
-from depthwalk.scene.render_settings import MeshLodParams
 from depthwalk.types import Array, Ints, Rows
 
-# Triangles of a fallback mesh that is drawn before its simplified levels are there: two cores draw so many in 30 ms, and
-# simplifying them takes 4 s.
+# Triangles of a fallback mesh that is drawn before its simplified levels are there: two cores draw so many in 30 ms,
+# and simplifying them takes 4 s.
 MOST_UNSIMPLIFIED = 200_000
-
-# Error of a level that looks as good as the mesh and as depth images, pixels, for whoever did not ask for simplified
-# meshes: measured on five models at 12 to 250 pixels (docs/measurements.md, "Simplified levels that are as good").
-UNSEEN_ERROR = 0.4
 
 
 @dataclass(kw_only=True)
@@ -55,12 +50,7 @@ class MeshLevels:
         self.triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
-def fallback_error(polygons: MeshLodParams) -> float:
-    """Return the error, pixels, that the level of a mesh may have that is drawn in the place of depth images."""
-    return min(polygons.error, UNSEEN_ERROR)
-
-
-def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float | Array) -> Ints:
+def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float) -> Ints:
     """Choose the level of detail at which each of n objects is drawn if it is a mesh.
 
     The level is 0, the mesh itself, for all but objects whose representation is among `SIMPLIFIED`.
@@ -71,7 +61,7 @@ def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allo
     objects : the n objects.
     nearest : (n,) distance from the viewer to the cylinders that enclose the objects, metres in their frames.
     errors : (a, levels) error by asset and level, metres, rising; +inf where there is no such level.
-    allowed : the error that the level may have, pixels; (n,) of each object, or of all.
+    allowed : the error that the level may have, pixels.
 
     Returns
     -------
