@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
-from depthwalk.render.lod.mesh_lod import MeshLevels
+from depthwalk.render.lod.mesh_lod import MOST_LIGHT, MeshLevels
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Objects
@@ -33,10 +33,6 @@ from depthwalk.types import Array, Mask, Rows
 # frame (docs/measurements.md, "When the mesh is slower"), so that a mesh near by has no more triangles for its pixels.
 TRIANGLES_PER_PIXEL = 0.8
 FREE_TRIANGLES = 60.0
-
-# Triangles of a mesh whose levels are read to find out. One of more hardly has a level of as few triangles as its
-# pixels allow, and simplifying 20,000 takes half a second.
-MOST_LIGHT = 20_000
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels

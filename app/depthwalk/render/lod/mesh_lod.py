@@ -11,9 +11,11 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Ints, Rows
 
-# Triangles of a fallback mesh that is drawn before its simplified levels are there: two cores draw so many in 30 ms,
-# and simplifying them takes 4 s.
+# Triangles of a fallback mesh that is read without simplified levels: two cores draw so many in 30 ms, and simplifying
+# them takes 4 s. A light one is read with them, as they may be quicker than depth images from afar; simplifying 20,000
+# triangles takes a second. One of more hardly has a level of as few as its pixels allow there.
 MOST_UNSIMPLIFIED = 200_000
+MOST_LIGHT = 20_000
 
 
 @dataclass(kw_only=True)

@@ -1,7 +1,6 @@
 """Read meshes beside the frames, one at a time, or at once where frames wait."""
 
 import logging
-from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple, Protocol
 
@@ -9,7 +8,7 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
-from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED
+from depthwalk.render.lod.mesh_lod import MOST_LIGHT, MOST_UNSIMPLIFIED
 from depthwalk.render.resources.meshlets import Meshlets, build_meshlets
 
 log = logging.getLogger(__name__)
@@ -135,22 +134,11 @@ class MeshReader:
         if asset in self.meshes or asset in self._failed:
             return True
         if wait:
-            self.meshes[asset] = self._read(asset, simplified=True)
+            self.meshes[asset] = self._read(asset)
             return True
         if self._reading is None:
             self._begin_reading(asset)
         return self._take_read() == asset
-
-    def simplify(self, assets: Iterable[int]) -> None:
-        """Have the simplified levels of the first of some meshes made beside the frames that has none, if it is time.
-
-        Until they are there, a mesh of up to `MOST_UNSIMPLIFIED` triangles is drawn whole.
-        """
-        if self._reading is None:
-            for asset in assets:
-                if asset in self.meshes and not self.meshes[asset].is_simplified and asset not in self._failed:
-                    self._begin_reading(asset, simplified=True)
-                    return
 
     def is_read(self, asset: int, simplified: bool = False, clustered: bool = False) -> bool:
         """Return whether a mesh has been read; if not, a thread reads it when its turn comes.
@@ -245,7 +233,7 @@ class MeshReader:
         """Read the mesh of `asset`, and find out what takes too long for a frame."""
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
-        simplified = simplified or len(mesh.faces) > MOST_UNSIMPLIFIED
+        simplified = simplified or not MOST_LIGHT < len(mesh.faces) <= MOST_UNSIMPLIFIED
         levels = self._library.mesh_levels(asset) if simplified else (MeshLevel(mesh, 0.0),)
         meshlets = tuple(build_meshlets(level.mesh) for level in levels)
         if clustered:

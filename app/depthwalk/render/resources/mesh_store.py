@@ -128,8 +128,6 @@ class MeshStore:
         for asset in assets:
             if not self.reader.read(asset, wait):
                 break
-        else:
-            self.reader.simplify(assets)
         read = self.reader.meshes
         return {asset: read[asset].levels for asset in assets if asset in read}
 
