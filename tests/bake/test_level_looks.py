@@ -32,7 +32,7 @@ def test_fitted_normals_are_the_mean_of_many() -> None:
     def off(mesh: Mesh) -> float:
         return float(np.sqrt(np.mean(np.sum((mesh.normals - coarse.normals) ** 2, 1))))
 
-    assert off(fitted) < 0.3 * off(single)
+    assert off(fitted) < 0.5 * off(single)
     assert np.allclose(np.linalg.norm(fitted.normals, axis=1), 1, atol=1e-5)
     samples = sample_looks(fine, one_chart(fine), APART)
     smooth = (samples.place[:, :3] - [0, 1, 0]) / np.linalg.norm(samples.place[:, :3] - [0, 1, 0], axis=1)[:, None]

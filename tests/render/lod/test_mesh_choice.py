@@ -202,8 +202,8 @@ def test_no_object_is_left_out_by_the_distance_that_is_tested_first(
 def test_light_meshes_are_weighed_by_the_level_that_would_be_drawn(
     gl_device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From 12 m a ball of 880 triangles has too many for its pixels, and a level of it has not."""
-    mesh = sphere(0.5, columns=40, rows=12)
+    """From 12 m a ball of 1,472 triangles has too many for its pixels, and a level of it has not."""
+    mesh = sphere(0.5, columns=32, rows=24)
     images = replace(bake(mesh, resolution=32, layers=1), mesh_triangles=len(mesh.faces))
     for light, expected in ((len(mesh.faces), 1), (len(mesh.faces) - 1, 0)):
         monkeypatch.setattr(mesh_choice, "MOST_LIGHT", light)
