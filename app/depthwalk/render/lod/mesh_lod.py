@@ -18,6 +18,11 @@ MOST_UNSIMPLIFIED = 200_000
 MOST_LIGHT = 20_000
 
 
+def is_simplified(triangles: int) -> bool:
+    """Return whether a mesh of so many triangles that replaces depth images is drawn by simplified levels, too."""
+    return not MOST_LIGHT < triangles <= MOST_UNSIMPLIFIED
+
+
 @dataclass(kw_only=True)
 class MeshLevels:
     """Hold the levels of detail of meshes, as far as they are loaded; `a` is how many numbers `CookedParts` gives.
