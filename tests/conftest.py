@@ -76,8 +76,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def gl_device() -> "Device":
     """The headless device that all GL tests share; without one they are skipped, and say so."""
-    from depthwalk.gpu.device import headless_device
     from depthwalk.gpu.failures import GpuError
+    from depthwalk.gpu.headless_device import headless_device
 
     try:
         return headless_device()

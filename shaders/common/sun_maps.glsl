@@ -1,6 +1,6 @@
 // Computes what part of the sun's light reaches a point, by its cascaded shadow maps (Zhang et al. 2006), in world vectors
 // from the viewer. Twin: reference/shadows.py.
-#from depthwalk.scene.render_settings import MAX_CASCADES
+#from depthwalk.scene.effect_settings import MAX_CASCADES
 #from depthwalk.render.shadows.cascades import DEPTH as MAP_DEPTH
 #from depthwalk.render.shadows.sun_uniforms import COLUMNS as MAP_COLUMNS
 #include "common/shadow_map.glsl"

@@ -24,8 +24,9 @@ from depthwalk.bake.samples import FaceSamples
 from depthwalk.bake.six_view import sample_six_views
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
-from depthwalk.gpu.device import Device, headless_device
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.loader import load_scene

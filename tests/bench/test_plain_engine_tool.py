@@ -12,7 +12,8 @@ from tools.plain_engine.engine import PlainEngine, edge_length
 
 import shapes
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.gpu.device import Device, headless_device
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation

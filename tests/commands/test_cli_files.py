@@ -257,7 +257,7 @@ def test_info_says_so_where_there_is_no_opengl(run: Callable[..., Any], monkeypa
     def no_device() -> None:
         raise GpuError("no OpenGL 3.3 context: none")
 
-    monkeypatch.setattr("depthwalk.gpu.device.headless_device", no_device)
+    monkeypatch.setattr("depthwalk.gpu.headless_device.headless_device", no_device)
     result = run("info")
     assert result.exit_code == 0
     assert rows(result.stdout)["OpenGL"] == "no OpenGL 3.3 context: none"

@@ -45,11 +45,11 @@ def test_scopes_do_not_free_what_is_not_theirs(gl_device: Device, scope: Scope) 
 
 def test_objects_that_cannot_be_are_refused_with_their_owner_and_size(gl_device: Device, scope: Scope) -> None:
     before = dict(+gl_device.live)
-    most = gl_device.max_texture_size
+    most = gl_device.limits.edge
     for make, complaint in (
         (lambda: scope.texture((most + 1, 4), 4), f"test: texture of {most + 1} × 4; this driver allows 1 to {most}"),
         (lambda: scope.depth_texture((0, 4)), "test: texture of 0 × 4"),
-        (lambda: scope.number_array((1, 1, gl_device.max_layers + 1), 1, b"", "i2"), "test: .* texture layers"),
+        (lambda: scope.number_array((1, 1, gl_device.limits.layers + 1), 1, b"", "i2"), "test: .* texture layers"),
         (lambda: scope.buffer(b""), "test: empty buffer"),
         (lambda: scope.buffer(), "test: empty buffer"),
     ):

@@ -10,9 +10,10 @@ from typing import cast
 import pytest
 
 from depthwalk.gpu import egl
-from depthwalk.gpu.device import Device, headless_device
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.egl import RobustContext
 from depthwalk.gpu.failures import ContextLostError, GpuError
+from depthwalk.gpu.headless_device import headless_device
 
 _RESET_NOTIFICATION_STRATEGY, _LOSE_CONTEXT_ON_RESET = 0x8256, 0x8252  # of GL, where EGL says 0x31BD, 0x31BF
 linux = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is seldom EGL")

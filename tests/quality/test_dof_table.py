@@ -10,8 +10,8 @@ from depthwalk.quality.dof import TimedPicture
 from depthwalk.quality.rows import Row
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
+from depthwalk.scene.effect_settings import DofParams
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.render_settings import DofParams
 from depthwalk.scene.scene import Scene
 
 

@@ -10,8 +10,9 @@ import pytest
 
 import depthwalk.render.headless
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.gpu.device import Device, Scope, headless_device
+from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import Renderer

@@ -19,8 +19,8 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.scene.environment import Environment, LampParams
-from depthwalk.scene.render_settings import ShadowParams
 from depthwalk.types import Rows
 
 VIEW = View(Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0), (320, 200), near=0.5, far=40.0)

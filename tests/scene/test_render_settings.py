@@ -6,7 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from depthwalk.params import Params
-from depthwalk.scene.render_settings import RenderSettings, ShadowParams
+from depthwalk.scene.effect_settings import ShadowParams
+from depthwalk.scene.render_settings import RenderSettings
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import pytest
 
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.effect_settings import DofParams
 from depthwalk.scene.environment import Environment
-from depthwalk.scene.render_settings import DofParams
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.focus import FocusPull

@@ -14,7 +14,7 @@ import moderngl
 import numpy as np
 
 from depthwalk.colour import srgb8_from_linear
-from depthwalk.gpu.device import headless_device
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS

@@ -21,8 +21,9 @@ from depthwalk.bake.face_grid import FaceGrid, texel_centres
 from depthwalk.bake.images import Cylinder, Face
 from depthwalk.bake.raycast import Hits, facing_normals
 from depthwalk.bake.samples import FaceSamples, face_samples
-from depthwalk.gpu.device import Scope, headless_device
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
 from depthwalk.ingest.mesh import Mesh

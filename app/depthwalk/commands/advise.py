@@ -49,7 +49,7 @@ def main(
     from depthwalk.bench.tables.table import to_text
     from depthwalk.commands.progress import asset_progress
     from depthwalk.commands.reports import check_report_files, input_files, write_report
-    from depthwalk.gpu.device import headless_device
+    from depthwalk.gpu.headless_device import headless_device
     from depthwalk.scene.advice import advice_text
 
     opened = open_scene(scene, asset_root, settings)

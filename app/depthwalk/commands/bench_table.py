@@ -23,7 +23,7 @@ from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.progress import asset_progress
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
-from depthwalk.gpu.device import headless_device
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.quality.measure import flip_workers
 from depthwalk.scene.path import load_path
 

@@ -15,7 +15,7 @@ from depthwalk.commands.progress import asset_progress, quiet
 from depthwalk.commands.reports import input_files
 from depthwalk.commands.scene_file import SceneFile
 from depthwalk.errors import InputError
-from depthwalk.gpu.device import headless_device
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.provenance import commit
 from depthwalk.quality import antialiasing, dof, edges, shadows
 from depthwalk.quality.overview import Overview

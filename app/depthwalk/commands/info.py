@@ -101,8 +101,8 @@ def _version(name: str) -> str:
 
 
 def _opengl() -> Iterator[Row]:
-    from depthwalk.gpu.device import headless_device
     from depthwalk.gpu.failures import GpuError
+    from depthwalk.gpu.headless_device import headless_device
 
     try:
         device = headless_device()
@@ -112,7 +112,7 @@ def _opengl() -> Iterator[Row]:
     try:
         yield "OpenGL renderer", device.renderer + (" (software)" if device.software else "")
         yield "OpenGL version", device.driver
-        yield "largest texture", f"{device.max_texture_size} texels a side, {device.max_layers} layers"
+        yield "largest texture", f"{device.limits.edge} texels a side, {device.limits.layers} layers"
         conservative = "GL_ARB_conservative_depth" in device.context.extensions
         yield "conservative depth", "yes" if conservative else "no"
         yield "tells of a lost context", "yes" if device.notices_loss else "no"

@@ -10,25 +10,21 @@ import logging
 from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
 from weakref import WeakSet
 
 import moderngl
-import numpy as np
 
-from depthwalk.gpu.egl import RobustContext
 from depthwalk.gpu.failures import AddressOf, GpuError, check_reset, never_reset, reset_status
-from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
 from depthwalk.gpu.state import Changes, StateKeeper
+from depthwalk.gpu.textures import TextureLimits, TextureMaker
 
 log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
 PROGRAM_POINT_SIZE = 0x8642  # GL_PROGRAM_POINT_SIZE: the vertex shader says how large a point is
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
-_SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
 
 
 class Device:
@@ -48,10 +44,8 @@ class Device:
         The version of OpenGL that it offers, and its own.
     software
         Whether the CPU does the drawing.
-    max_texture_size
-        Texels along an edge of a texture.
-    max_layers
-        Layers of an array texture.
+    limits
+        How large textures may be.
     max_samples
         Samples per pixel that textures of every kind may have; 1 where shaders cannot run per sample.
     shaders
@@ -72,8 +66,7 @@ class Device:
         self.renderer: str = context.info["GL_RENDERER"]
         self.driver: str = context.info["GL_VERSION"]
         self.software = any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
-        self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
-        self.max_layers: int = context.info["GL_MAX_ARRAY_TEXTURE_LAYERS"]
+        self.limits = TextureLimits.of(context)
         self.max_samples = _max_samples(context)
 
     def scope(self, owner: str) -> "Scope":
@@ -97,54 +90,6 @@ class Device:
             scope.release()
 
 
-def headless_device() -> Device:
-    """Return a device without a window: by EGL where there is one, else as the platform does it.
-
-    Its context is robust where the driver offers that. It is current within `with device.context` only; the caller
-    releases it.
-
-    Returns
-    -------
-    Device
-        The device.
-
-    Raises
-    ------
-    GpuError
-        Where no OpenGL 3.3 context can be had; the message has the reasons of all attempts.
-    """
-    reasons: dict[str, None] = {}
-    for make in (_robust_device, partial(_ordinary_device, backend="egl"), _ordinary_device):
-        try:
-            device = make()
-        except Exception as error:  # glcontext raises bare Exception
-            reasons[str(error)] = None
-            continue
-        if reasons:
-            log.info("the driver will not tell of a lost context: %s", "; ".join(reasons))
-        return device
-    raise GpuError(f"no OpenGL 3.3 context: {'; '.join(reasons)}")
-
-
-def _robust_device() -> Device:
-    """Return a device that notices when its context is lost. Raises GpuError, and what moderngl raises."""
-    robust = RobustContext()
-    try:
-        with robust:
-            context = moderngl.create_context(require=330, standalone=True, context=robust)  # type: ignore[arg-type]
-            return Device(context, robust.load_opengl_function)
-    except BaseException:
-        robust.release()
-        raise
-
-
-def _ordinary_device(**settings: Any) -> Device:
-    """Return a device whose context moderngl makes, with these settings of it. Raises what it raises."""
-    context = moderngl.create_context(require=330, standalone=True, **settings)
-    with context:
-        return Device(context)
-
-
 def _max_samples(context: moderngl.Context) -> int:
     """Return the most samples per pixel that textures of every kind may have and shaders can run for.
 
@@ -155,7 +100,7 @@ def _max_samples(context: moderngl.Context) -> int:
     return min(int(context.info[f"GL_MAX_{kind}_SAMPLES"]) for kind in ("COLOR_TEXTURE", "DEPTH_TEXTURE", "INTEGER"))
 
 
-class Scope:
+class Scope(TextureMaker):
     """Own the GL objects of one part of the program: create them, and free single ones or all.
 
     Every method that creates an object raises GpuError where the driver refuses it, or where it would exceed the
@@ -165,221 +110,13 @@ class Scope:
     ----------
     device
         The device that the objects live on.
-    owner
-        The name of that part of the program, for messages.
     """
 
     def __init__(self, device: Device, owner: str) -> None:
         """Begin a scope on `device` that owns nothing yet; `owner` names it in messages. Users call `Device.scope`."""
+        super().__init__(device.context, device.limits, owner)
         self.device = device
-        self.owner = owner
         self._objects: dict[int, tuple[str, Any]] = {}
-
-    def texture(
-        self, size: tuple[int, int], components: int, dtype: str = "f1", data: bytes | None = None
-    ) -> moderngl.Texture:
-        """Create and return a 2-D texture without filtering, clamped at its edges.
-
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        components
-            Numbers per texel, 1 to 4.
-        dtype
-            As moderngl names it: "f1" 8-bit, "f2" half, "f4" float, "nu2" 16-bit from 0 to 1, and so on.
-        data
-            The texels, lower row first; None leaves them undefined.
-        """
-        self._check_size(size)
-        make = self.device.context.texture
-        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
-        texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        texture.repeat_x = texture.repeat_y = False
-        return texture
-
-    def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """Create and return an RGBA texture of 8-bit sRGB colours (alpha is linear) with mip-maps that repeats.
-
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        data
-            The texels, four bytes each, lower row first.
-        """
-        return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
-
-    def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
-        """Create and return a 2-D texture with mip-maps that repeats, filtered trilinearly.
-
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        components
-            Numbers per texel, 1 to 4.
-        data
-            The texels, lower row first.
-        **layout
-            moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
-        """
-        self._check_size(size)
-        make = self.device.context.texture
-        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, **layout))
-        texture.build_mipmaps()
-        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-        return texture
-
-    def mipmapped_texture(self, texels: Texels, levels: int) -> moderngl.Texture:
-        """Create and return a 2-D texture with mip-maps, filtered trilinearly, clamped at its edges.
-
-        Parameters
-        ----------
-        texels
-            (H, W, k) uint8 with k from 1 to 4, or int8 with k = 1 or 2; lower row first.
-        levels
-            The number of the coarsest mip-map; 0 is the finest, and each is half as wide and high as the one before. It
-            is lower where a width or height becomes odd.
-        """
-        height, width, components = texels.shape
-        size = width, height
-        self._check_size(size)
-        layout: dict[str, Any] = (
-            {"dtype": "ni1", "internal_format": SNORM[components]} if texels.dtype == np.int8 else {}
-        )
-        make = self.device.context.texture
-
-        def create() -> moderngl.Texture:
-            made = make(size, components, texels.tobytes(), **layout)
-            set_mip_maps(self.device.context, made, mip_maps(texels, levels))
-            return made
-
-        texture: moderngl.Texture = self._make("texture", size, create)
-        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-        texture.repeat_x = texture.repeat_y = False
-        return texture
-
-    def number_array(
-        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
-    ) -> moderngl.TextureArray:
-        """Create and return an array texture of numbers, which shaders fetch without filtering.
-
-        Parameters
-        ----------
-        size
-            (width, height, layers), texels.
-        components
-            Numbers per texel, 1 to 4.
-        data
-            The texels, layer by layer, lower row first; None leaves them undefined.
-        dtype
-            As moderngl names it: "i2", "u4", "f4" and so on.
-        """
-        array = self._array(size, components, data, dtype)
-        array.filter = moderngl.NEAREST, moderngl.NEAREST
-        return array
-
-    def filtered_array(self, size: tuple[int, int, int], components: int, data: bytes) -> moderngl.TextureArray:
-        """Create and return an array texture of 8 bits, 0 to 1, with mip-maps, clamped at the edges of its layers.
-
-        Texels are filtered linearly, of the mip-map that is nearest to the level asked for.
-
-        Parameters
-        ----------
-        size
-            (width, height, layers), texels.
-        components
-            Numbers per texel, 1 to 4.
-        data
-            The texels, layer by layer, lower row first.
-        """
-        array = self._array(size, components, data, "f1")
-        array.build_mipmaps()
-        array.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
-        array.repeat_x = array.repeat_y = False
-        return array
-
-    def _array(
-        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
-    ) -> moderngl.TextureArray:
-        """Return a new array texture; raise GpuError where the driver does not allow its size."""
-        self._check_size(size[:2])
-        if size[2] > self.device.max_layers:
-            raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
-        make = self.device.context.texture_array
-        array: moderngl.TextureArray = self._make(
-            "texture_array", size, lambda: make(size, components, data, dtype=dtype)
-        )
-        return array
-
-    def volume(self, size: tuple[int, int, int], components: int, dtype: str, data: bytes) -> moderngl.Texture3D:
-        """Create and return a 3-D texture, filtered linearly, clamped at its faces.
-
-        Parameters
-        ----------
-        size
-            (width, height, depth), texels.
-        components
-            Numbers per texel, 1 to 4.
-        dtype
-            As moderngl names it: "f1" 8-bit, "f2" half and so on.
-        data
-            The texels, slice by slice, lower row first.
-        """
-        limit = int(self.device.context.info["GL_MAX_3D_TEXTURE_SIZE"])
-        if not 0 < min(size) <= max(size) <= limit:
-            raise GpuError(f"{self.owner}: volume of {size}; this driver allows 1 to {limit}")
-        make = self.device.context.texture3d
-        volume: moderngl.Texture3D = self._make("volume", size, lambda: make(size, components, data, dtype=dtype))
-        volume.filter = moderngl.LINEAR, moderngl.LINEAR
-        volume.repeat_x = volume.repeat_y = volume.repeat_z = False
-        return volume
-
-    def multisampled_texture(
-        self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
-    ) -> moderngl.Texture:
-        """Create and return a 2-D texture of several samples per texel, which shaders fetch one by one.
-
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        samples
-            Samples per texel, at most `Device.max_samples`.
-        components
-            Numbers per sample, 1 to 4.
-        dtype
-            As moderngl names it: "f1" 8-bit, "f4" float and so on.
-        """
-        self._check_size(size)
-        make = self.device.context.texture
-        texture: moderngl.Texture = self._make(
-            "texture", size, lambda: make(size, components, samples=samples, dtype=dtype)
-        )
-        return texture
-
-    def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
-        """Create and return a 24-bit depth texture of `size` (width, height) texels, with `samples` samples per texel.
-
-        `Device.max_samples` is the most that there may be.
-        """
-        self._check_size(size)
-        make = self.device.context.depth_texture
-        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, samples=samples))
-        return texture
-
-    def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
-        """Create and return a 24-bit depth texture of `size` (width, height) texels.
-
-        Shaders read its depths as numbers from 0 to 1, without comparison and without filtering.
-        """
-        self._check_size(size)
-        texture: moderngl.Texture = self._make("texture", size, lambda: self.device.context.depth_texture(size))
-        texture.compare_func = ""
-        texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        texture.repeat_x = texture.repeat_y = False
-        return texture
 
     def framebuffer(
         self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None
@@ -497,10 +234,7 @@ class Scope:
         self.free(*[gl_object for _, gl_object in reversed(self._objects.values())])
 
     def _make(self, kind: str, size: Any, create: Callable[[], Any]) -> Any:
-        """Create an object, own it, and ask the driver whether it really exists.
-
-        kind: what `Device.live` counts it as; size: how large it is, for messages, None for what has no size.
-        """
+        """Create an object, own it, and ask the driver whether it really exists."""
         if (stale := self.device.context.error) != "GL_NO_ERROR":
             log.warning("%s: an earlier GL call failed: %s", self.owner, stale)
         gl_object = create()
@@ -511,9 +245,3 @@ class Scope:
             self.free(gl_object)
             raise GpuError(f"{self.owner}: the driver refused a {kind}{f' of {size}' if size else ''}: {error}")
         return gl_object
-
-    def _check_size(self, size: tuple[int, int]) -> None:
-        """Raise GpuError where a texture (width, height) would exceed what the driver allows."""
-        if not 0 < min(size) <= max(size) <= self.device.max_texture_size:
-            limit = self.device.max_texture_size
-            raise GpuError(f"{self.owner}: texture of {size[0]} × {size[1]}; this driver allows 1 to {limit}")

@@ -20,7 +20,8 @@ from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.render_settings import GpaaParams, PictureParams
+from depthwalk.scene.effect_settings import GpaaParams
+from depthwalk.scene.render_settings import PictureParams
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 

@@ -21,7 +21,7 @@ from depthwalk.reference.dof_tiles import ranges
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.lens import SHARP_RADIUS, TILE, circle_radius, largest_radius
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
+from depthwalk.scene.effect_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 

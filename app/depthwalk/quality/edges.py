@@ -20,7 +20,7 @@ from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FEW, Sphere, bounding_sphere, view_of
 from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.resources.placed_records import PLACED_RECORD
-from depthwalk.scene.render_settings import GpaaParams
+from depthwalk.scene.effect_settings import GpaaParams
 from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Array
 

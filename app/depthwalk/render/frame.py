@@ -22,7 +22,8 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.environment import Environment
-from depthwalk.scene.render_settings import LodParams, RenderSettings
+from depthwalk.scene.object_settings import LodParams
+from depthwalk.scene.render_settings import RenderSettings
 
 P = TypeVar("P", bound=Params)
 

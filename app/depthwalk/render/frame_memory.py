@@ -65,7 +65,7 @@ class FrameMemory:
 
     def atlas(self, view: View, lit: bool) -> TileAtlas:
         """Return an atlas for the impostor tiles of `view`, `lit` or not; that of the last such frame where it fits."""
-        size = atlas_size(view.whole_size, self._device.max_texture_size)
+        size = atlas_size(view.whole_size, self._device.limits.edge)
         if self._atlas is None or self._atlas.size != size or self._atlas.lit != lit:
             self.release_atlas()  # should there be no memory for the next
             self._atlas = TileAtlas(self._device, size, lit)

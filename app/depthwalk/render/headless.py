@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.gpu.device import headless_device
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.pictures import LinearImage
 from depthwalk.render.frame import Pass
 from depthwalk.render.image import read_pixels

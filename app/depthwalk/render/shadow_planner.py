@@ -17,7 +17,7 @@ from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
-from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.types import Mask, Rows
 
 if TYPE_CHECKING:

@@ -88,7 +88,7 @@ class Targets:
         self.size, self.samples = size, samples
         self.gl = device.scope("targets")
         self._owns_atlas = atlas is None
-        self.tile_atlas = atlas or TileAtlas(device, atlas_size(size, device.max_texture_size))
+        self.tile_atlas = atlas or TileAtlas(device, atlas_size(size, device.limits.edge))
         self.atlas_size = self.tile_atlas.size
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None

@@ -13,7 +13,6 @@ from depthwalk.errors import InputError, suggest
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_INSTANCES
 from depthwalk.scene.arrays import HEIGHT_FIELDS, OF_MESH, Objects, Representation
 from depthwalk.scene.document import Loc
-from depthwalk.scene.scatter import grid_instances, room_for, scatter_instances
 from depthwalk.scene.scene import Nodes, place_nodes, place_objects
 from depthwalk.scene.schema import (
     AssetParams,
@@ -305,6 +304,8 @@ def _instances(rows: list[ListedItem], own: list[int], places: Places, source: S
     for row, count in zip(rows, own, strict=True):
         spec = row.spec
         if isinstance(spec, GridParams):
+            from depthwalk.scene.scatter import grid_instances  # here, as below: many scenes place nothing so
+
             instances[slice(first, first + count)] = grid_instances(spec.count, spec.spacing, spec.scale)
         elif isinstance(spec, ScatterParams):
             instances[slice(first, first + count)] = _scattered(row.loc, spec, source)
@@ -316,6 +317,8 @@ def _instances(rows: list[ListedItem], own: list[int], places: Places, source: S
 
 
 def _scattered(loc: Loc, spec: ScatterParams, source: Source) -> Similarity:
+    from depthwalk.scene.scatter import room_for, scatter_instances
+
     placed = None
     if spec.count <= room_for(spec.area, spec.spacing):
         placed = scatter_instances(spec.count, spec.area, spec.spacing, spec.scale, spec.seed)

@@ -17,7 +17,6 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.flatten import flatten, list_items, reference_errors
-from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
 from depthwalk.scene.schema import (
     AssetParams,
@@ -27,6 +26,7 @@ from depthwalk.scene.schema import (
     PlacesParams,
     SceneFile,
 )
+from depthwalk.scene.similarity import Similarity
 from depthwalk.scene.validate import Source, check_model, raise_all
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def load_scene(
     advice = finder.find_optional(("advice",), file.advice)
     missing = {asset.name for asset in assets if isinstance(asset, BakedAsset) and asset.source is None}
     raise_all(reference_errors(rows, file.assets, source, missing) + finder.errors)
-    places = {loc: read_places(found) for loc, found in named.items()}
+    places = _read_places(named) if named else {}
     flat = flatten(rows, file.assets, places, source)
     return Scene(
         path=path,
@@ -243,6 +243,13 @@ def _dpci(loc: Loc, dpci: DpciParams | None, finder: FileFinder) -> DpciParams |
     depth = finder.find((*loc, "meso", "depth"), dpci.meso.depth)
     normal = finder.find_optional((*loc, "meso", "normal"), dpci.meso.normal)
     return dpci.model_copy(update={"meso": dpci.meso.model_copy(update={"depth": depth, "normal": normal})})
+
+
+def _read_places(files: dict[Loc, Path]) -> dict[Loc, Similarity]:
+    """Return the transforms that the files of places hold, by where the scene file names them."""
+    from depthwalk.scene.places import read_places  # here: few scenes name such a file
+
+    return {loc: read_places(file) for loc, file in files.items()}
 
 
 def _environment(environment: Environment, finder: FileFinder) -> Environment:

@@ -2,7 +2,7 @@
 
 import math
 
-from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
+from depthwalk.scene.effect_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 
 _SETTLING = 0.2  # s in which the rest of the turn falls to 1/e
 _ARRIVED = 1e-3  # of the distance

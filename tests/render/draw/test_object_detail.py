@@ -15,7 +15,7 @@ from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Objects, Representation
-from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from depthwalk.scene.object_settings import LodParams, MeshLodParams, TileParams
 from depthwalk.types import Array, Rows
 from shapes import ShapeLibrary, scene_of, sphere
 from stage import view_of

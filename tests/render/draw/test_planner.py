@@ -12,7 +12,7 @@ from depthwalk.render.draw.planner import Planner
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from depthwalk.scene.object_settings import LodParams, MeshLodParams, TileParams
 from shapes import ShapeLibrary, scene_of, sphere
 from stage import view_of
 

@@ -19,7 +19,7 @@ from depthwalk.render.view.bounds import object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Camera, Objects
-from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from depthwalk.scene.object_settings import LodParams, MeshLodParams, TileParams
 from modes import AaName
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 from studio import Studio

@@ -33,7 +33,7 @@ from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.render.world.spatial_cells import sort_into_cells
 from depthwalk.scene.arrays import Camera, Objects
-from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from depthwalk.scene.object_settings import LodParams, MeshLodParams, TileParams
 from shapes import ShapeLibrary, box, scene_of, sphere
 from studio import Studio
 

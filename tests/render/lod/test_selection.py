@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level, levels_within
-from depthwalk.scene.render_settings import LodParams
+from depthwalk.scene.object_settings import LodParams
 from stage import view_of
 
 

@@ -20,8 +20,9 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.effect_settings import LightParams
 from depthwalk.scene.environment import Environment
-from depthwalk.scene.render_settings import LightParams, RenderSettings
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 from modes import AaName

@@ -7,7 +7,8 @@ from alone import MakeAlone
 from depthwalk.colour import srgb_from_linear
 from depthwalk.render.image import read_pixels
 from depthwalk.render.passes.output import OutputPass
-from depthwalk.scene.render_settings import OutputParams, RenderSettings
+from depthwalk.scene.effect_settings import OutputParams
+from depthwalk.scene.render_settings import RenderSettings
 
 
 def test_linear_light_becomes_srgb(alone: MakeAlone) -> None:

@@ -18,7 +18,7 @@ from depthwalk.render.shadows.casters import find_casters
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import matrix_array
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.types import Array, Mask
 from shapes import ShapeLibrary, box, joined, leaves, scene_of, sphere
 from stage import Stage, view_of

@@ -8,7 +8,7 @@ from alone import MakeAlone
 from depthwalk.render.draw.draw_lists import DrawList
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.passes.warp import WarpPass
-from depthwalk.scene.render_settings import WarpParams
+from depthwalk.scene.object_settings import WarpParams
 
 
 def test_slots_are_emptied_and_others_stay(alone: MakeAlone) -> None:

@@ -7,7 +7,7 @@ from depthwalk.render.shadows.cascades import DEPTH, Cascade, fit_cascades, ligh
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.scene.effect_settings import ShadowParams
 
 TO_SUN = np.array([0.4, 0.8, -0.3])
 PARAMS = ShadowParams(enabled=True)

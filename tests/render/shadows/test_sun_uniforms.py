@@ -11,7 +11,8 @@ from depthwalk.render.shadows.cascades import fit_cascades
 from depthwalk.render.shadows.sun_uniforms import SunMaps
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.render_settings import MAX_CASCADES, LodParams, ShadowParams
+from depthwalk.scene.effect_settings import MAX_CASCADES, ShadowParams
+from depthwalk.scene.object_settings import LodParams
 
 
 def test_uniforms_find_points_as_the_matrix_does() -> None:

@@ -17,7 +17,7 @@ from depthwalk.render.view.lens import (
 )
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.render_settings import DofParams
+from depthwalk.scene.effect_settings import DofParams
 from depthwalk.types import Array
 
 VIEW = View(Camera((3.0, 2.0, 5.0), (0.0, 1.0, 0.0), 0.8), (300, 200), 0.1, 100.0)

@@ -8,7 +8,7 @@ from typing import Self
 
 from depthwalk.bench import plots
 from depthwalk.bench.tables import table as one
-from depthwalk.gpu.device import headless_device
+from depthwalk.gpu.headless_device import headless_device
 from depthwalk.provenance import Machine, commit, machine
 from depthwalk.quality.html import render_page
 

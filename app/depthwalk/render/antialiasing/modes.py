@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import PictureParams, RenderSettings, TileParams
+from depthwalk.scene.object_settings import TileParams
+from depthwalk.scene.render_settings import PictureParams, RenderSettings
 
 SUPERSAMPLING = 2  # samples per pixel along either axis, for `ssaa`
 MULTISAMPLING = 4  # samples per pixel of what objects are drawn into, for `msaa`

@@ -25,7 +25,7 @@ from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Objects, Representation
-from depthwalk.scene.render_settings import LodParams
+from depthwalk.scene.object_settings import LodParams
 from depthwalk.types import Array, Ints, Mask, Rows
 
 _WORTH = 2000  # triangles from which on leaving out pieces of an object's side saves more than an extra draw call costs

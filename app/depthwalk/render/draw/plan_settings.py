@@ -3,7 +3,7 @@
 from collections.abc import Hashable
 from dataclasses import dataclass
 
-from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from depthwalk.scene.object_settings import LodParams, MeshLodParams, TileParams
 
 
 @dataclass(frozen=True, kw_only=True)

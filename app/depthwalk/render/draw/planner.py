@@ -25,7 +25,7 @@ from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import CAPTURED, Objects, Representation
-from depthwalk.scene.render_settings import LodParams, MeshLodParams
+from depthwalk.scene.object_settings import LodParams, MeshLodParams
 from depthwalk.types import Array, Mask, Rows
 
 # Captured views show an object from so many radii of its bounding sphere on. Nearer, a viewer might be within its box,

@@ -14,7 +14,7 @@ from depthwalk.render.impostors.warp_planes import GUARD, Planes, Volumes, choos
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Objects
-from depthwalk.scene.render_settings import TileParams
+from depthwalk.scene.object_settings import TileParams
 from depthwalk.types import Array, Mask, Rows
 
 

@@ -26,7 +26,7 @@ from depthwalk.render.impostors.tile_placement import (
 from depthwalk.render.impostors.tile_records import place_tiles, record_numbers
 from depthwalk.render.impostors.warp_planes import Planes
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import TileParams
+from depthwalk.scene.object_settings import TileParams
 from depthwalk.types import Array, Mask, Rows
 
 # The reprojection error, 1 where as large as allowed, of a tile that is provisional or lacks pieces that the viewer now

@@ -6,7 +6,7 @@ The paper's own rule, by distance alone, is in `render.lod.paper_lod`.
 import numpy as np
 
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import LodParams
+from depthwalk.scene.object_settings import LodParams
 from depthwalk.types import Array, Ints, Rows
 
 

@@ -1,9 +1,9 @@
 """List the passes of a frame, in their order.
 
 To add one to the package: a module here, a folder in shaders/, a line in `PASSES`, and its parameters, if it has any,
-in `scene/render_settings.py`; a new target is declared in `render/target_table.py`. Without touching the package, hand
-it to `depthwalk.Renderer(…, passes=…)`, as examples/own_pass.py does. `render.frame.Pass` says what a pass must
-declare and what it may rely on.
+in `scene/object_settings.py` or `scene/effect_settings.py`; a new target is declared in `render/target_table.py`.
+Without touching the package, hand it to `depthwalk.Renderer(…, passes=…)`, as examples/own_pass.py does.
+`render.frame.Pass` says what a pass must declare and what it may rely on.
 """
 
 from typing import Any

@@ -11,7 +11,7 @@ from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.impostors.tile_records import COMPOSITE_RECORD
-from depthwalk.scene.render_settings import CompositeParams
+from depthwalk.scene.object_settings import CompositeParams
 
 
 class CompositePass(Pass[CompositeParams]):

@@ -17,7 +17,7 @@ from depthwalk.render.lens_gather import LensGather
 from depthwalk.render.pixel_source import ColourFunctions, PixelSource
 from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_radius, lens_views
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import DofParams
+from depthwalk.scene.effect_settings import DofParams
 
 
 class DofPass(PixelSource[DofParams]):

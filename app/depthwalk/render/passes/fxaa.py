@@ -3,7 +3,7 @@
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.scene.render_settings import FxaaParams
+from depthwalk.scene.effect_settings import FxaaParams
 
 
 class FxaaPass(Pass[FxaaParams]):

@@ -19,8 +19,8 @@ from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.view.view import View
+from depthwalk.scene.effect_settings import GpaaParams
 from depthwalk.scene.environment import GroundParams
-from depthwalk.scene.render_settings import GpaaParams
 
 
 class GpaaPass(Pass[GpaaParams]):

@@ -11,7 +11,7 @@ from depthwalk.render.lighting.light_clusters import LAMP_RECORD, NUMBERS_RECORD
 from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 from depthwalk.render.shadows.sun_uniforms import LampMaps
-from depthwalk.scene.render_settings import LightParams
+from depthwalk.scene.effect_settings import LightParams
 
 _MAX_RADIANCE = 1e4  # of the sun's disc: half floats end at 65504
 _STRIP_PIXELS = 1 << 17  # that are lit by lamps in one part of the pass

@@ -17,7 +17,7 @@ from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.cluster_object import ClusterObject
 from depthwalk.render.resources.mesh_object import PAINTED_LAYOUT, PLAIN_LAYOUT, MeshObject
 from depthwalk.render.resources.placed_records import PLACED_RECORD
-from depthwalk.scene.render_settings import MeshParams
+from depthwalk.scene.object_settings import MeshParams
 
 _CULLED_OBJECTS = 4  # the nearest of a frame, of which only the meshlets that may be seen are drawn
 _MAX_CULLED_TRIANGLES = 1 << 18  # of the meshlets of one part that may be seen; a part of more is drawn whole

@@ -6,7 +6,7 @@ Supersampled, a pixel of the screen is the mean of its samples.
 from depthwalk.render.frame import Frame
 from depthwalk.render.image import has_texture
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
-from depthwalk.scene.render_settings import OutputParams
+from depthwalk.scene.effect_settings import OutputParams
 
 
 class OutputPass(PixelPass[OutputParams]):

@@ -6,7 +6,7 @@ step may be missed. The paper's rays leave a polygon's texture, which repeats; t
 
 from depthwalk.render.height_field_pass import HeightFieldPass
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.render_settings import ReliefParams
+from depthwalk.scene.rival_settings import ReliefParams
 
 
 class ReliefPass(HeightFieldPass[ReliefParams]):

@@ -71,7 +71,7 @@ class ReliefTexturePass(Pass[Params]):
     def _objects_at_once(self, depth: Array) -> int:
         """Return how many images of the height field `depth` (H, W) are warped before they are drawn."""
         largest = 4 * int(np.prod(most_texels((depth.shape[0], depth.shape[1]))))
-        return max(1, min(_MOST_BYTES // largest, self.gl.device.max_layers))
+        return max(1, min(_MOST_BYTES // largest, self.gl.device.limits.layers))
 
     def _upload(self, warped: Array) -> None:
         """Put the images `warped` (n, rows, columns) float32 into the layers of the texture, and bind it to unit 0."""

@@ -22,7 +22,7 @@ from depthwalk.render.shadows.casters import ShadowMap
 from depthwalk.render.shadows.shadow_atlas import ShadowAtlas
 from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
-from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.scene.effect_settings import ShadowParams
 
 _CUT_OUT = ("CUT_OUT",)
 _CLAMPED = (DEPTH_CLAMP,)  # what lies before the near plane of a map of the sun casts shadows, too

@@ -8,7 +8,7 @@ import moderngl
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.scene.render_settings import SmaaParams
+from depthwalk.scene.effect_settings import SmaaParams
 
 
 class SmaaPass(Pass[SmaaParams]):

@@ -19,7 +19,7 @@ from depthwalk.render.draw.draw_lists import PART_TRIANGLES, DrawList
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.paper.ordered_indices import OrderedIndices
-from depthwalk.scene.render_settings import WarpParams
+from depthwalk.scene.object_settings import WarpParams
 
 _SLOT = np.dtype([("slot", "4f4")])
 

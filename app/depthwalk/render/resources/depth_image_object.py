@@ -22,7 +22,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Program
 from depthwalk.render.resources.surface_texture import SurfaceTexture
-from depthwalk.scene.render_settings import LodParams
+from depthwalk.scene.object_settings import LodParams
 
 # Texels by which boundary strips are set back: they guess how a surface goes on, and give way to samples of it. Of 0,
 # 0.5, 1 and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.

@@ -14,7 +14,7 @@ from pyglm import glm
 from depthwalk.geometry.vectors import components
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, matrix_array
-from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.types import Array
 
 DEPTH = 1.5  # depth of a map, in widths: so deep a map need not move as often along the light; shaders read it

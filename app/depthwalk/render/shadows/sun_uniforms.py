@@ -9,7 +9,8 @@ import numpy as np
 from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.shadows.cascades import Cascade
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import MAX_CASCADES, LodParams, ShadowParams
+from depthwalk.scene.effect_settings import MAX_CASCADES, ShadowParams
+from depthwalk.scene.object_settings import LodParams
 
 COLUMNS = 2  # tiles in a row of the sun's texture; shaders read it
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import DofParams
+from depthwalk.scene.effect_settings import DofParams
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))  # radians; turns by it never line up
 

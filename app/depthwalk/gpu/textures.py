@@ -1,0 +1,277 @@
+"""Create textures of every kind that the program uses, each with its filter and the way it ends at its edges.
+
+`gpu.device.Scope` is such a maker, and owns what it makes.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+
+from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
+
+_SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
+
+
+class TextureLimits(NamedTuple):
+    """Say how large the driver allows textures to be.
+
+    Attributes
+    ----------
+    edge
+        Texels along an edge of a 2-D texture.
+    layers
+        Layers of an array texture.
+    volume
+        Texels along an edge of a 3-D texture.
+    """
+
+    edge: int
+    layers: int
+    volume: int
+
+    @classmethod
+    def of(cls, context: moderngl.Context) -> "TextureLimits":
+        """Return the limits of `context`, the current one."""
+        kinds = "TEXTURE_SIZE", "ARRAY_TEXTURE_LAYERS", "3D_TEXTURE_SIZE"
+        return cls(*[int(context.info[f"GL_MAX_{kind}"]) for kind in kinds])
+
+
+class TextureMaker(ABC):
+    """Create textures for an owner, which says how they are made and kept.
+
+    Every method that creates one raises GpuError where the driver refuses it, or where it would exceed the limits.
+
+    Attributes
+    ----------
+    owner
+        The name of the part of the program that the textures are for, for messages.
+    """
+
+    def __init__(self, context: moderngl.Context, limits: TextureLimits, owner: str) -> None:
+        """Make textures in `context`, within its `limits`; `owner` names who they are for."""
+        self.owner = owner
+        self._context = context
+        self._limits = limits
+
+    @abstractmethod
+    def _make(self, kind: str, size: Any, create: Callable[[], Any]) -> Any:
+        """Return what `create` makes, having checked that it exists, and own it.
+
+        kind: what `Device.live` counts it as; size: how large it is, for messages, None for what has no size.
+        """
+
+    def texture(
+        self, size: tuple[int, int], components: int, dtype: str = "f1", data: bytes | None = None
+    ) -> moderngl.Texture:
+        """Create and return a 2-D texture without filtering, clamped at its edges.
+
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        components
+            Numbers per texel, 1 to 4.
+        dtype
+            As moderngl names it: "f1" 8-bit, "f2" half, "f4" float, "nu2" 16-bit from 0 to 1, and so on.
+        data
+            The texels, lower row first; None leaves them undefined.
+        """
+        self._check_size(size)
+        make = self._context.texture
+        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+    def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
+        """Create and return an RGBA texture of 8-bit sRGB colours (alpha is linear) with mip-maps that repeats.
+
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        data
+            The texels, four bytes each, lower row first.
+        """
+        return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
+
+    def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
+        """Create and return a 2-D texture with mip-maps that repeats, filtered trilinearly.
+
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        components
+            Numbers per texel, 1 to 4.
+        data
+            The texels, lower row first.
+        **layout
+            moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
+        """
+        self._check_size(size)
+        make = self._context.texture
+        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, **layout))
+        texture.build_mipmaps()
+        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        return texture
+
+    def mipmapped_texture(self, texels: Texels, levels: int) -> moderngl.Texture:
+        """Create and return a 2-D texture with mip-maps, filtered trilinearly, clamped at its edges.
+
+        Parameters
+        ----------
+        texels
+            (H, W, k) uint8 with k from 1 to 4, or int8 with k = 1 or 2; lower row first.
+        levels
+            The number of the coarsest mip-map; 0 is the finest, and each is half as wide and high as the one before. It
+            is lower where a width or height becomes odd.
+        """
+        height, width, components = texels.shape
+        size = width, height
+        self._check_size(size)
+        layout: dict[str, Any] = (
+            {"dtype": "ni1", "internal_format": SNORM[components]} if texels.dtype == np.int8 else {}
+        )
+        make = self._context.texture
+
+        def create() -> moderngl.Texture:
+            made = make(size, components, texels.tobytes(), **layout)
+            set_mip_maps(self._context, made, mip_maps(texels, levels))
+            return made
+
+        texture: moderngl.Texture = self._make("texture", size, create)
+        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+    def number_array(
+        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
+    ) -> moderngl.TextureArray:
+        """Create and return an array texture of numbers, which shaders fetch without filtering.
+
+        Parameters
+        ----------
+        size
+            (width, height, layers), texels.
+        components
+            Numbers per texel, 1 to 4.
+        data
+            The texels, layer by layer, lower row first; None leaves them undefined.
+        dtype
+            As moderngl names it: "i2", "u4", "f4" and so on.
+        """
+        array = self._array(size, components, data, dtype)
+        array.filter = moderngl.NEAREST, moderngl.NEAREST
+        return array
+
+    def filtered_array(self, size: tuple[int, int, int], components: int, data: bytes) -> moderngl.TextureArray:
+        """Create and return an array texture of 8 bits, 0 to 1, with mip-maps, clamped at the edges of its layers.
+
+        Texels are filtered linearly, of the mip-map that is nearest to the level asked for.
+
+        Parameters
+        ----------
+        size
+            (width, height, layers), texels.
+        components
+            Numbers per texel, 1 to 4.
+        data
+            The texels, layer by layer, lower row first.
+        """
+        array = self._array(size, components, data, "f1")
+        array.build_mipmaps()
+        array.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
+        array.repeat_x = array.repeat_y = False
+        return array
+
+    def _array(
+        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
+    ) -> moderngl.TextureArray:
+        """Return a new array texture; raise GpuError where the driver does not allow its size."""
+        self._check_size(size[:2])
+        if size[2] > self._limits.layers:
+            raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self._limits.layers}")
+        make = self._context.texture_array
+        array: moderngl.TextureArray = self._make(
+            "texture_array", size, lambda: make(size, components, data, dtype=dtype)
+        )
+        return array
+
+    def volume(self, size: tuple[int, int, int], components: int, dtype: str, data: bytes) -> moderngl.Texture3D:
+        """Create and return a 3-D texture, filtered linearly, clamped at its faces.
+
+        Parameters
+        ----------
+        size
+            (width, height, depth), texels.
+        components
+            Numbers per texel, 1 to 4.
+        dtype
+            As moderngl names it: "f1" 8-bit, "f2" half and so on.
+        data
+            The texels, slice by slice, lower row first.
+        """
+        if not 0 < min(size) <= max(size) <= self._limits.volume:
+            raise GpuError(f"{self.owner}: volume of {size}; this driver allows 1 to {self._limits.volume}")
+        make = self._context.texture3d
+        volume: moderngl.Texture3D = self._make("volume", size, lambda: make(size, components, data, dtype=dtype))
+        volume.filter = moderngl.LINEAR, moderngl.LINEAR
+        volume.repeat_x = volume.repeat_y = volume.repeat_z = False
+        return volume
+
+    def multisampled_texture(
+        self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
+    ) -> moderngl.Texture:
+        """Create and return a 2-D texture of several samples per texel, which shaders fetch one by one.
+
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        samples
+            Samples per texel, at most `Device.max_samples`.
+        components
+            Numbers per sample, 1 to 4.
+        dtype
+            As moderngl names it: "f1" 8-bit, "f4" float and so on.
+        """
+        self._check_size(size)
+        make = self._context.texture
+        texture: moderngl.Texture = self._make(
+            "texture", size, lambda: make(size, components, samples=samples, dtype=dtype)
+        )
+        return texture
+
+    def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
+        """Create and return a 24-bit depth texture of `size` (width, height) texels, with `samples` samples per texel.
+
+        `Device.max_samples` is the most that there may be.
+        """
+        self._check_size(size)
+        make = self._context.depth_texture
+        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, samples=samples))
+        return texture
+
+    def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
+        """Create and return a 24-bit depth texture of `size` (width, height) texels.
+
+        Shaders read its depths as numbers from 0 to 1, without comparison and without filtering.
+        """
+        self._check_size(size)
+        texture: moderngl.Texture = self._make("texture", size, lambda: self._context.depth_texture(size))
+        texture.compare_func = ""
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+    def _check_size(self, size: tuple[int, int]) -> None:
+        """Raise GpuError where a texture (width, height) would exceed what the driver allows."""
+        if not 0 < min(size) <= max(size) <= self._limits.edge:
+            raise GpuError(
+                f"{self.owner}: texture of {size[0]} × {size[1]}; this driver allows 1 to {self._limits.edge}"
+            )

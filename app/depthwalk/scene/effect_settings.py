@@ -1,0 +1,155 @@
+"""Declare the settings of light, shadows, anti-aliasing, the lens and the picture that comes out."""
+
+from typing import Literal
+
+from depthwalk.params import Params, param
+
+
+class LightParams(Params):
+    """Set when light is computed."""
+
+    mode: Literal["deferred", "forward", "warp"] = param(
+        "deferred",
+        "Light depth images together with everything else after all is drawn (deferred); or by sun and ambient light "
+        "only, once for each pixel that shows them (forward), or while they are warped, so that impostors hold lit "
+        "colours, which are filtered when these are drawn, as in the paper (warp)",
+    )
+
+
+MAX_SHADOW_LAMPS = 16  # lamps that can have a shadow map at a time
+
+WORST_ERROR = 4.0  # times `ShadowParams.error`: the error to expect where the limit on triangles coarsens casters more
+
+MAX_CASCADES = 4
+
+
+class ShadowParams(Params):
+    """Set the shadows of the sun, and of lamps with `shadow: true`."""
+
+    enabled: bool = param(False, "Let the sun cast shadows of objects on each other and on the ground")
+    cascades: int = param(
+        3, "Shadow maps of the sun, each for a range of distances from the camera", ge=1, le=MAX_CASCADES
+    )
+    resolution: int = param(1408, "Width and height of each shadow map of the sun", unit="texels", ge=64, le=8192)
+    distance: float = param(80.0, "Distance from the camera at which the sun's shadows end", unit="m", ge=0.01, le=1e6)
+    split: float = param(
+        0.8,
+        "How the distance is divided among the cascades: 0 evenly, 1 logarithmically (each reaches the same number of "
+        "times as far as the one before), between them a blend of both",
+        ge=0,
+        le=1,
+    )
+    filter_width: int = param(3, "Width over which the edges of shadows are blurred", unit="texels", ge=2, le=8)
+    error: float = param(
+        0.125,
+        "Largest geometric error of what casts shadows, as far as triangles_per_texel allows",
+        unit="texels",
+        ge=0,
+        le=100,
+    )
+    triangles_per_texel: float = param(
+        10.0,
+        "Most triangles per texel that an object covers in a shadow map, a quarter of this in each map after the "
+        "first; finer grids are replaced by coarser ones",
+        ge=0.01,
+        le=1e6,
+    )
+    lamps: int = param(
+        8, "Most lamps that cast shadows at a time; the brightest in view come first", ge=0, le=MAX_SHADOW_LAMPS
+    )
+    lamp_resolution: int = param(512, "Width and height of a lamp's shadow map", unit="texels", ge=64, le=4096)
+
+    @property
+    def worst_error(self) -> float:
+        """Return the geometric error to expect of shadow casters, texels of a shadow map.
+
+        It is larger than the `error` that is asked for, which `triangles_per_texel` may be too low to reach.
+        """
+        return WORST_ERROR * self.error
+
+
+class GpaaParams(Params):
+    """Set geometric anti-aliasing, in effect with `render.aa: gpaa` and `gpaa-edge`."""
+
+    samples: int = param(
+        2,
+        "Samples per pixel along either axis; 2 also smooths foliage, where several leaves share a pixel and blending "
+        "along edges does not help",
+        ge=1,
+        le=2,
+    )
+    crease_angle: float = param(
+        30.0,
+        "Smallest angle between two visible faces at which the edge between them is smoothed, as outlines are",
+        unit="degrees",
+        ge=0,
+        le=180,
+    )
+
+
+class FxaaParams(Params):
+    """Set fast approximate anti-aliasing, in effect with `render.aa: fxaa`."""
+
+    edge_threshold: float = param(
+        0.125,
+        "Smallest difference in brightness that counts as an edge, as a fraction of the brightest pixel around it",
+        ge=0,
+        le=1,
+    )
+
+
+class SmaaParams(Params):
+    """Set enhanced subpixel morphological anti-aliasing, in effect with `render.aa: smaa`."""
+
+    edge_threshold: float = param(
+        0.05, "Smallest difference in perceived brightness that counts as an edge", ge=0, le=1
+    )
+    max_search_distance: int = param(
+        32, "How far an edge is followed in either direction to find its ends", unit="pixels", ge=1, le=256
+    )
+
+
+NEAREST_FOCUS, FARTHEST_FOCUS = 0.5, 10000.0  # metres; the former is beyond any focal length
+
+
+class DofParams(Params):
+    """Set the depth of field of a thin lens. Focal length and the camera's `fov` say how high its sensor is."""
+
+    mode: Literal["none", "paper", "gather", "accumulate"] = param(
+        "none",
+        "Depth of field: none; blurred copies of the picture, mixed by 13 samples (paper); rays traced through the "
+        "depth buffer (gather); the average of many frames, one from each point of the lens (accumulate)",
+    )
+    focal_length: float = param(50.0, "Focal length of the lens; longer lenses blur more", unit="mm", ge=1, le=400)
+    f_number: float = param(
+        2.8, "Focal length divided by the diameter of the aperture; smaller numbers blur more", ge=0.5, le=64
+    )
+    focus_distance: float = param(
+        5.0,
+        "Distance along the view axis at which the picture is sharp",
+        unit="m",
+        ge=NEAREST_FOCUS,
+        le=FARTHEST_FOCUS,
+    )
+    samples: int = param(
+        64, "Points on the lens: frames to average (accumulate), most rays of a pixel (gather)", ge=1, le=1024
+    )
+    max_blur: float = param(
+        8.0,
+        "Largest diameter of the circle of confusion, of `paper` and `gather`",
+        unit="% of the picture's height",
+        ge=0.5,
+        le=25,
+    )
+    autofocus: bool = param(False, "In the window: focus on what is in the middle of the picture")
+
+
+class OutputParams(Params):
+    """Set how the lit picture is converted to what a screen can show."""
+
+    tone_mapping: Literal["none", "reinhard", "aces", "agx"] = param(
+        "none", "Curve that brings light of any strength into the range of a screen; none clips it at white"
+    )
+    exposure: float = param(
+        0.0, "Brightens the picture before tone mapping; each +1 doubles its light", unit="EV", ge=-16, le=16
+    )

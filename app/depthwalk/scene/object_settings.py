@@ -1,0 +1,158 @@
+"""Declare the settings of depth images and meshes: level of detail, culling, and the passes that draw them."""
+
+from typing import Literal
+
+from depthwalk.params import Params, param
+
+
+class MeshLodParams(Params):
+    """Set the level of detail of meshes."""
+
+    error: float = param(
+        1.0,
+        "Largest geometric error of a simplified mesh on the screen, measured at the point of its bounds that is "
+        "nearest to the camera: those of the object (mesh-lod) or of each patch (mesh-clusters)",
+        unit="pixels",
+        ge=0,
+        le=1000,
+    )
+
+
+class MeshParams(MeshLodParams):
+    """Set how polygon meshes are drawn."""
+
+    wireframe: bool = param(False, "Draw the edges of the triangles only")
+
+
+class CompositeParams(Params):
+    """Set how impostors, the images that depth images were warped into, are drawn to the screen."""
+
+    parallax_steps: int = param(
+        1,
+        "Steps of the search for the surface along each view ray when the camera has moved since an impostor was "
+        "warped; 0 draws the impostor as a flat picture",
+        ge=0,
+        le=8,
+    )
+    show_tiles: bool = param(False, "Tint each impostor with a colour of its own")
+
+
+class TileParams(Params):
+    """Set how impostors are laid out and for how long they are reused."""
+
+    tile_mapping: Literal["screen", "plane"] = param(
+        "screen",
+        "What an impostor's texels are aligned with: the pixels of the screen, or squares on the impostor's plane as "
+        "in the paper",
+    )
+    tile_scale: float = param(1.0, "Texels of an impostor per pixel of the screen, along either axis", ge=0.1, le=4)
+    cluster_pixels: float = param(
+        16.0,
+        "Far neighbouring objects that are smaller than this on the screen share an impostor; 0 gives every object its "
+        "own",
+        unit="pixels",
+        ge=0,
+        le=256,
+    )
+    reuse_error: float = param(
+        1.0,
+        "Reuse an impostor from an earlier frame while its parallax error stays below this many pixels; 0 re-warps "
+        "every frame",
+        unit="pixels",
+        ge=0,
+        le=16,
+    )
+    triangle_budget: int = param(
+        200_000,
+        "Most triangles that are warped again in one frame; impostors beyond it wait for a later frame, until their "
+        "error is four times reuse_error",
+        unit="triangles",
+        ge=0,
+    )
+
+
+class WarpParams(TileParams):
+    """Set how depth images are warped into impostors, and for how long impostors are reused."""
+
+    order: Literal["depth", "epipole"] = param(
+        "depth",
+        "What decides which sample is in front: the depth buffer, or the drawing order of the paper, which needs a "
+        "draw call per object",
+    )
+    wireframe: bool = param(False, "Draw the edges of the warped grids only")
+
+
+class LodParams(Params):
+    """Set the level of detail of depth images: how finely an object is drawn, and from which of its images."""
+
+    mode: Literal["error", "paper"] = param(
+        "error", "Choose the geometry by its error on the screen, or by distance as in the paper (Iter_step)"
+    )
+    error: float = param(
+        0.5,
+        "Largest geometric error on the screen, measured at the point of the object's bounds that is nearest to the "
+        "camera",
+        unit="pixels",
+        ge=0,
+        le=100,
+    )
+    bias: float = param(
+        0.0,
+        "Added to the level of detail: each +1 doubles the error that is allowed, or halves the resolution of the "
+        "grid, and so makes drawing faster and coarser",
+        unit="levels",
+        ge=-4,
+        le=8,
+    )
+    max_step: int = param(
+        64, "Coarsest grid step (Iter_step) that the mode `paper` may choose", unit="texels", ge=1, le=64
+    )
+    triangles_per_pixel: float = param(
+        8.0,
+        "Most triangles per pixel that an object covers; finer grids are replaced by coarser ones",
+        ge=0.1,
+        le=1e6,
+    )
+    magnification: float = param(
+        1.0,
+        "Draw an object as its mesh, in shadow maps too, when it is so near that one texel of its depth images could "
+        "cover more than this; 0 never does, not even where `auto` takes the mesh for quicker, nor does a "
+        "`--representation` other than scene and auto",
+        unit="pixels",
+        ge=0,
+        le=1e6,
+    )
+    freeze: bool = param(
+        False, "Keep the level of detail of the moment this was switched on, to look at it from elsewhere"
+    )
+    meso_fade: float = param(
+        1.0,
+        "Show meso-structure by shading only when its height covers fewer pixels than this",
+        unit="pixels",
+        ge=0,
+        le=1000,
+    )
+    cases: Literal["complete", "paper", "side", "cap"] = param(
+        "complete",
+        "What of an object is left out: the top, the bottom and those parts of the side that cannot be seen "
+        "(complete); the top or the bottom by the camera's height alone (paper); both (side), or all but the one that "
+        "`paper` would draw with the side (cap), to see what each image adds",
+    )
+
+    @property
+    def allowed_error(self) -> float:
+        """Return the geometric error that `error` and `bias` together allow on the screen, pixels."""
+        return self.error * 2**self.bias
+
+
+class CullingParams(Params):
+    """Set which objects are left out because they cannot be seen."""
+
+    min_pixels: float = param(
+        0.5,
+        "Leave out objects whose bounding sphere is smaller than this on the screen, in diameter",
+        unit="pixels",
+        ge=0,
+        le=64,
+    )
+    occlusion: bool = param(True, "Leave out objects that are hidden behind others")
