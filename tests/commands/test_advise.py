@@ -53,7 +53,7 @@ def test_advice_is_measured_written_and_followed(tiny_scene: Path, monkeypatch: 
     assert all(set(size["measured"]) == {"dpci", "mesh", "mesh-lod", "mesh-clusters"} for size in sizes)
     for size in sizes:
         flips = {name: value["flip"] for name, value in size["measured"].items()}
-        assert flips["mesh"] == min(flips["mesh"], flips["mesh-lod"]) < 0.5
+        assert max(flips["mesh"], flips["mesh-lod"]) < 0.5  # either may be better: a level has less aliasing
     advice = load_scene(tiny_scene, overrides={"advice": file.name}).advice["ball"]
     assert advice.mesh == tuple(size["mesh"] for size in sizes)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import depthwalk.render.lod.mesh_fallback
-import depthwalk.render.resources.mesh_reader
+import depthwalk.render.lod.mesh_lod
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
@@ -185,8 +185,9 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(
 
 
 def test_large_meshes_stand_in_simplified(gl_device: Device, dense: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (depthwalk.render.resources.mesh_reader, depthwalk.render.lod.mesh_fallback):
+    for module in (depthwalk.render.lod.mesh_lod, depthwalk.render.lod.mesh_fallback):
         monkeypatch.setattr(module, "MOST_UNSIMPLIFIED", 1000)
+    monkeypatch.setattr(depthwalk.render.lod.mesh_lod, "MOST_LIGHT", 0)
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
