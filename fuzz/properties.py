@@ -16,7 +16,7 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.ingest.loader import LARGEST
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.ingest.range_image import RangeImage
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
@@ -41,25 +41,38 @@ def check_mesh_arrays(mesh: Mesh, *, unit_normals: bool = True) -> None:
     _shaped(mesh.normals, (count, 3), np.float32, "normals")
     _shaped(mesh.colours, (count, 3), np.uint8, "colours")
     _shaped(mesh.uv, (count, 2), np.float32, "uv")
-    _shaped(mesh.faces, (None, 3), np.int32, "faces")
-    holds(0 < len(mesh.faces) <= limits.MAX_MESH_TRIANGLES, "the mesh has faces, and not too many")
+    total = len(mesh.faces) + len(mesh.translucent_faces)
+    holds(0 < total <= limits.MAX_MESH_TRIANGLES, "the mesh has faces, and not too many")
     holds(np.abs(mesh.positions) < LARGEST, "positions are finite")
     holds(np.isfinite(mesh.normals), "normals are finite")
     unit = np.abs(np.linalg.norm(mesh.normals.astype(float), axis=1) - 1) < 1e-3
     holds(unit | (not unit_normals), "normals have unit length")
     holds(mesh.bounds[0] <= mesh.bounds[1], "bounds are in order")
     holds(np.isfinite(mesh.uv), "texture coordinates are finite")
-    holds((mesh.faces >= 0) & (mesh.faces < count), "faces refer to vertices")
-    ends = np.cumsum([part.face_count for part in mesh.parts])
-    starts = [0, *ends[:-1]]
-    holds([p.first_face == s and p.face_count > 0 for p, s in zip(mesh.parts, starts, strict=True)], "parts follow")
-    holds(ends[-1] == len(mesh.faces), "parts cover the faces")
-    for material in (mesh.materials[part.material] for part in mesh.parts):
-        colour = np.array([*material.base_colour, material.specular])
-        holds((colour >= 0) & (colour <= 1), "colours lie within 0 and 1")
-        holds(1 <= material.shininess <= limits.MAX_SHININESS, "shininess lies within its limits")
-        if material.texture is not None:
-            check_texture(material.texture)
+    for faces, parts, through in (
+        (mesh.faces, mesh.parts, False),
+        (mesh.translucent_faces, mesh.translucent_parts, True),
+    ):
+        _shaped(faces, (None, 3), np.int32, "faces")
+        holds((faces >= 0) & (faces < count), "faces refer to vertices")
+        ends = np.cumsum([0, *(part.face_count for part in parts)])
+        holds([p.first_face == s and p.face_count > 0 for p, s in zip(parts, ends[:-1], strict=True)], "parts follow")
+        holds(ends[-1] == len(faces), "parts cover the faces")
+        for material in (mesh.materials[part.material] for part in parts):
+            holds((material.opacity is not None) == through, "translucent faces are kept apart")
+            _check_material(material)
+
+
+def _check_material(material: Material) -> None:
+    """Check a material of a mesh."""
+    colour = np.array([*material.base_colour, material.specular, material.opacity or 0.0])
+    holds((colour >= 0) & (colour <= 1), "colours and opacity lie within 0 and 1")
+    emission = np.array(material.emission)
+    holds((emission >= 0) & (emission <= limits.MAX_EMISSION), "emission lies within its limits")
+    holds(1 <= material.shininess <= limits.MAX_SHININESS, "shininess lies within its limits")
+    for texture in (material.texture, material.emission_texture):
+        if texture is not None:
+            check_texture(texture)
 
 
 def check_texture(texels: Any) -> None:

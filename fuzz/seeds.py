@@ -191,10 +191,20 @@ def gltfs() -> list[Files]:
     strip = json.loads(json.dumps(inner))
     strip["meshes"][0]["primitives"][0] |= {"mode": 5, "attributes": {"POSITION": 0, "COLOR_0": 3}}
     strip["meshes"][0]["primitives"][0].pop("material")
+    glass = json.loads(json.dumps(inner))
+    glass["materials"][0] |= {
+        "alphaMode": "BLEND",
+        "emissiveFactor": [0.0, 0.5, 1.0],
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 4.0},
+            "KHR_materials_transmission": {"transmissionFactor": 0.5},
+        },
+    }
     made = [
         {"mesh.gltf": json.dumps(header).encode()} | beside,
         {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
         {"tall.glb": glb(json.dumps(strip).encode(), data)},
+        {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
     ]
     return made + hostile("*.gl*", HOSTILE / "meshes")
 

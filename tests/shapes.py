@@ -106,6 +106,28 @@ def box(
     return mesh_of(positions, faces, normals, **look)
 
 
+def panes(*placed: tuple[float, Material], width: float = 2.0) -> Mesh:
+    """Upright squares that face +z at some z, each of a material, translucent or not as that says."""
+    corners = np.array([[-0.5, 0, 0], [0.5, 0, 0], [0.5, 1, 0], [-0.5, 1, 0]]) * width
+    positions = np.concatenate([corners + np.array([0, 0, z]) for z, _ in placed])
+    whole = mesh_of(positions, np.zeros((0, 3), np.int32), np.tile([0.0, 0, 1], (len(positions), 1)), (255, 255, 255))
+    whole.uv[:] = np.tile([[0, 0], [1, 0], [1, 1], [0, 1]], (len(placed), 1))
+    faces: dict[bool, list[Rows]] = {True: [np.zeros((0, 3), np.int32)], False: [np.zeros((0, 3), np.int32)]}
+    parts: dict[bool, list[Part]] = {True: [], False: []}
+    for number, (_, material) in enumerate(placed):
+        through = material.opacity is not None
+        parts[through].append(Part(2 * len(parts[through]), 2, number))
+        faces[through].append(np.array([[0, 1, 2], [0, 2, 3]], np.int32) + np.int32(4 * number))
+    return replace(
+        whole,
+        faces=np.concatenate(faces[False]),
+        parts=tuple(parts[False]),
+        translucent_faces=np.concatenate(faces[True]),
+        translucent_parts=tuple(parts[True]),
+        materials=tuple(material for _, material in placed),
+    )
+
+
 def leaves(count: int, length: float, seed: int = 0) -> Mesh:
     """So many open rectangles, half as wide, at random in a ball of diameter 1 that stands on the origin."""
     random = np.random.default_rng(seed)
@@ -265,6 +287,10 @@ class ShapeLibrary:
     def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
         mesh = self._meshes[asset]
         return None if mesh is None else capture_views(mesh, params)
+
+    def translucent_mesh(self, asset: int) -> Mesh | None:
+        mesh = self._meshes[asset]
+        return mesh if mesh is not None and mesh.is_translucent else None
 
     def forget_mesh(self, asset: int) -> None:
         """It stays."""

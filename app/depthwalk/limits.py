@@ -56,6 +56,13 @@ MAX_TEXTURE_SIDE = 16_384
 MAX_TEXTURE_PIXELS = 16_384 * 16_384
 """Texels of a texture: a full square of MAX_TEXTURE_SIDE takes 1 GiB decoded, before its mip-maps."""
 
+MAX_TRANSLUCENT_TRIANGLES = 250_000
+"""Triangles of a mesh that let light through, and as many that glow: they are drawn as polygons at any distance, and
+sorting as many takes 30 ms."""
+
+MAX_EMISSION = 10_000.0
+"""Light that a surface may send out, where 1 is a white surface facing the sun: half floats end at 65504."""
+
 MAX_INSTANCES = 4_000_000
 """Objects of a scene: each takes 37 bytes in the scene's arrays, and as much again in bounds and spatial cells."""
 

@@ -28,6 +28,18 @@ float fog_to_sky(vec3 direction) {
     return direction.y > 0.0 ? above / direction.y : 1e30;
 }
 
+// The colour of fog in a world direction, of unit length.
+vec3 fog_towards(vec3 direction) {
+#ifdef FOG_COLOUR
+    return fog_colour;
+#else
+    return sky_at(vec3(direction.x, 0.0, direction.z) / max(length(direction.xz), 1e-3));
+#endif
+}
+
+// What part of the light comes through so many metres of fog.
+float through_fog(float metres) { return exp(-fog_density * metres); }
+
 void draw_fog(inout Pixel pixel) {
     vec3 direction = normalize(pixel.ray);
 #ifdef SKY
@@ -38,10 +50,5 @@ void draw_fog(inout Pixel pixel) {
 #else
     float metres = fog_along(pixel.ray * distance_of(pixel.depth));
 #endif
-#ifdef FOG_COLOUR
-    vec3 colour = fog_colour;
-#else
-    vec3 colour = sky_at(vec3(direction.x, 0.0, direction.z) / max(length(direction.xz), 1e-3));
-#endif
-    pixel.lit.rgb = mix(colour, pixel.lit.rgb, exp(-fog_density * metres));
+    pixel.lit.rgb = mix(fog_towards(direction), pixel.lit.rgb, through_fog(metres));
 }

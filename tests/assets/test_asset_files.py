@@ -131,3 +131,12 @@ def test_a_mesh_without_height_can_be_drawn_but_not_baked(spec: MeshAsset) -> No
 def test_complaints_begin_with_the_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.png: too dark"), complaints_about(tmp_path / "a.png"):
         raise InputError("too dark")
+
+
+def test_what_was_baked_with_glass_as_a_solid_is_made_anew(tmp_path: Path) -> None:
+    """And nothing else: a library that says of all materials that they are opaque changes no key."""
+    (tmp_path / "m.obj").write_text("mtllib m.mtl\n")
+    spec = MeshAsset(name="m", mesh=tmp_path / "m.obj", texture=None, up="y", height=None, dpci=None)
+    for terms, same in (("d 1.0\nKe 1 1 1\n", True), ("d 0.5\n", False)):
+        (tmp_path / "m.mtl").write_text(f"newmtl m\n{terms}")
+        assert (mesh_source(spec) == source_hash(spec.mesh)) == same

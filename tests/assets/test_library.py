@@ -222,3 +222,22 @@ def test_what_is_baked_to_be_cooked_is_kept_cooked_only(
     (stepped,) = library.cooked(0, CookOptions(stepped=True))
     kept = find_cached(library.key(0))
     assert kept is not None and kept.parts[0].steps == stepped.outline.steps > 1
+
+
+@pytest.mark.parametrize(("terms", "read"), [("d 1.0\nKe 0 0 0\n", False), ("d 0.5\n", True), ("Ke 1 0 0\n", True)])
+def test_only_meshes_that_may_be_translucent_are_read_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, terms: str, read: bool
+) -> None:
+    (tmp_path / "m.mtl").write_text(f"newmtl m\n{terms}")
+    triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n"
+    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\n{triangle}")
+    library = SceneLibrary(
+        (MeshAsset(name="m", mesh=tmp_path / "m.obj", texture=None, up="y", height=None, dpci=None),)
+    )
+    if not read:
+        monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", None)  # reading would fail
+    found = library.translucent_mesh(0)
+    assert (found is not None) == read
+    if read:
+        known = library.mesh(0)
+        assert library.translucent_mesh(0) is known

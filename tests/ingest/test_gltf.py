@@ -8,7 +8,15 @@ from typing import Any
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.gltf import check_header, external_uris, read_header
+from depthwalk.ingest.gltf import (
+    check_header,
+    external_uris,
+    fold_extensions,
+    has_glow,
+    has_translucency,
+    read_header,
+    with_header,
+)
 
 GLTF, GLB = Path("a.gltf"), Path("a.glb")
 
@@ -83,3 +91,61 @@ def test_attributes_of_other_kinds(name: str, kind: int, defect: str) -> None:
     header["meshes"][0]["primitives"][0]["attributes"][name] = 1
     with pytest.raises(InputError, match=defect):
         check_header(header, GLTF)
+
+
+def with_material(**terms: Any) -> dict[str, Any]:
+    return {"materials": [{}, terms]}
+
+
+def strength(value: Any) -> dict[str, Any]:
+    return {"KHR_materials_emissive_strength": {"emissiveStrength": value}}
+
+
+def transmission(value: Any) -> dict[str, Any]:
+    return {"KHR_materials_transmission": {"transmissionFactor": value}}
+
+
+def test_extensions_become_terms_of_the_core() -> None:
+    header = with_material(emissiveFactor=[0, 0.5, 1], extensions=strength(4.0) | transmission(0.75))
+    assert fold_extensions(header, GLTF)
+    material = header["materials"][1]
+    assert (material["emissiveFactor"], material["alphaMode"]) == ([0, 2, 4], "BLEND")
+    assert material["pbrMetallicRoughness"]["baseColorFactor"] == [1, 1, 1, 0.25]
+
+
+def test_clear_glass_mirrors_still() -> None:
+    header = with_material(pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 0.1]}, extensions=transmission(1))
+    assert fold_extensions(header, GLTF)  # the alpha of an opaque material means nothing
+    assert header["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"] == [1, 0, 0, pytest.approx(0.08)]
+
+
+def test_what_says_nothing_is_left_as_it_is() -> None:
+    assert not fold_extensions(with_material(extensions=strength(3) | transmission(0)), GLTF)
+    assert not fold_extensions(with_material(alphaMode="MASK", extensions=transmission(1)), GLTF)
+
+
+@pytest.mark.parametrize(
+    ("extensions", "defect"),
+    [
+        (strength(-1), "emissiveStrength must be a number, 0 or more, not -1"),
+        (strength(float("nan")), "emissiveStrength must be a number, 0 or more, not nan"),
+        (strength("bright"), "emissiveStrength must be a number, 0 or more, not bright"),
+        (transmission(1.5), "transmissionFactor must be a number from 0 to 1, not 1.5"),
+        (transmission(True), "transmissionFactor must be a number from 0 to 1, not True"),
+    ],
+)
+def test_extensions_out_of_range(extensions: dict[str, Any], defect: str) -> None:
+    with pytest.raises(InputError, match=rf"^a\.gltf: materials\[1\]: {defect}$"):
+        fold_extensions(with_material(extensions=extensions), GLTF)
+
+
+def test_a_header_is_replaced_in_both_kinds_of_files() -> None:
+    header = {"asset": {"version": "2.0"}, "more": "x"}
+    assert read_header(with_header(b"{}", header, GLTF), GLTF) == header
+    whole = with_header(glb(b"{}  ") + b"rest", header, GLB)
+    assert read_header(whole, GLB) == header and whole.endswith(b"rest")
+
+
+def test_materials_that_are_none_hide_nothing() -> None:
+    assert not has_glow({"materials": [3]}) and not has_translucency({"materials": {}})
+    assert has_glow(with_material(emissiveFactor=[1, 1, 1])) and has_translucency(with_material(alphaMode="BLEND"))

@@ -11,7 +11,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.materials import convert_material, phong_from_mtl
 from depthwalk.ingest.mesh import Material
-from depthwalk.limits import MAX_SHININESS
+from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
 
 def test_terms_of_a_library() -> None:
@@ -75,16 +75,49 @@ def test_alpha_cuts_out_where_the_material_says_so(mode: str, least: int, factor
     assert material is not None and material.cutoff == (cutoff and pytest.approx(cutoff, rel=1e-2))
 
 
-def test_what_cannot_be_drawn_is_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_alpha_is_how_much_a_material_hides() -> None:
     glass = np.array([255, 255, 255, 51], np.uint8)
-    convert_material(PBRMaterial(name="glass", alphaMode="BLEND", baseColorFactor=glass), "a.glb")
-    convert_material(PBRMaterial(alphaMode="OPAQUE", baseColorFactor=glass, emissiveFactor=[0, 1, 0]), "b.glb")
-    phong_from_mtl({"d": 0.5, "ke": [0, 0, 0]}, None, "c")
-    phong_from_mtl({"tr": 0.25}, None, "d")
-    phong_from_mtl({"d": 1.0}, None, "e")
+    blended = convert_material(PBRMaterial(alphaMode="BLEND", baseColorFactor=glass), "a")
+    opaque = convert_material(PBRMaterial(alphaMode="OPAQUE", baseColorFactor=glass), "a")
+    assert blended is not None and opaque is not None
+    assert blended.opacity == pytest.approx(0.2) and opaque.opacity is None
+    terms: list[dict[str, Any]] = [{"d": 0.5}, {"tr": 0.25}, {"d": 1.0}, {}]
+    assert [phong_from_mtl(each, None).opacity for each in terms] == [0.5, 0.75, None, None]
+
+
+@pytest.mark.parametrize(("alpha", "cutoff", "opacity"), [((60, 70), None, 1.0), ((0, 255), 0.5, None)])
+def test_a_texture_of_middling_alpha_is_stained_glass_and_no_stencil(
+    alpha: tuple[int, int], cutoff: float | None, opacity: float | None
+) -> None:
+    image = Image.new("RGBA", (2, 1), (255, 255, 255, alpha[0]))
+    image.putpixel((1, 0), (255, 255, 255, alpha[1]))
+    material = convert_material(PBRMaterial(alphaMode="BLEND", baseColorTexture=image), "a")
+    assert material is not None and (material.cutoff, material.opacity) == (cutoff, opacity)
+
+
+def test_the_alpha_of_a_texture_counts_where_the_format_says_so() -> None:
+    texture = np.full((1, 1, 4), 128, np.uint8)
+    material = phong_from_mtl({"d": 0.5}, texture)
+    assert material.texture is not None and (material.opacity, material.texture[0, 0, 3]) == (0.5, 255)
+    assert phong_from_mtl({}, texture).texture is texture
+
+
+def test_what_glows() -> None:
+    texture = np.zeros((1, 1, 4), np.uint8)
+    assert phong_from_mtl({"ke": [0, 2, 1e9]}, None).emission == (0, 2, MAX_EMISSION)
+    assert phong_from_mtl({"ke": [0, 0, 0]}, None, emission_texture=texture).emission == (1, 1, 1)
+    assert not phong_from_mtl({"ke": ["a", 0, 0]}, None).glows
+    image = Image.new("RGB", (1, 1), (255, 0, 0))
+    material = convert_material(PBRMaterial(emissiveFactor=[0, 3, 0], emissiveTexture=image), "a")
+    assert material is not None and material.emission == (0, 3, 0) and material.emission_texture is not None
+
+
+def test_what_is_not_drawn_as_the_file_has_it_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    stencil = np.zeros((1, 2, 4), np.uint8)
+    stencil[0, 0] = 255
+    assert phong_from_mtl({"d": 0.5}, stencil, "a", cut_out=True).opacity is None
+    phong_from_mtl({"d": 0.0}, None, "b")
     assert [record.getMessage() for record in caplog.records] == [
-        "a.glb: material 'glass' is see-through (alpha 0.2); it is drawn opaque",
-        "b.glb: a material glows; it is drawn without its glow",
-        "c is see-through (alpha 0.5); it is drawn opaque",
-        "d is see-through (alpha 0.75); it is drawn opaque",
+        "a is see-through (alpha 0.5) and cut out; what is not cut out is drawn opaque",
+        "b is clear (alpha 0): nothing of it shows but highlights",
     ]

@@ -8,7 +8,14 @@ from PIL import Image
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.ingest.sources import Sources, names_texture, source_files, source_hash
+from depthwalk.ingest.sources import (
+    Sources,
+    names_glow,
+    names_texture,
+    names_translucency,
+    source_files,
+    source_hash,
+)
 
 
 def test_obj_libraries_and_textures(tmp_path: Path) -> None:
@@ -93,3 +100,31 @@ def test_a_mesh_is_of_the_bytes_that_were_hashed(tmp_path: Path) -> None:
         for name, data in held.items():
             (tmp_path / name).write_bytes(data)
         assert source_hash(tmp_path / "a.obj", texture) == before
+
+
+def test_pictures_of_what_glows_belong_to_a_mesh_and_are_no_texture(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\n")
+    (tmp_path / "a.mtl").write_text("newmtl m\nmap_Ke glow.png\n")
+    Image.new("RGB", (1, 1)).save(tmp_path / "glow.png")
+    assert [path.name for path in source_files(tmp_path / "a.obj")] == ["a.obj", "a.mtl", "glow.png"]
+    assert not names_texture(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize(
+    ("library", "through", "glow"),
+    [
+        ("d 1.000\nTr 0\nKe 0.0 0 0\nillum 2\n", False, False),
+        ("d 0.25\n", True, False),
+        ("Tr 1\n", True, False),
+        ("Ke 0 0 .5\n", False, True),
+        ("map_Ke p.png\n", False, True),
+        ("d -halo\nKe red\n", False, False),
+    ],
+)
+def test_heads_of_files_tell_what_is_not_opaque(tmp_path: Path, library: str, through: bool, glow: bool) -> None:
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\n")
+    (tmp_path / "a.mtl").write_text(f"newmtl m\n{library}")
+    sources = Sources()
+    assert names_translucency(tmp_path / "a.obj", sources) == through
+    assert names_glow(tmp_path / "a.obj", sources) == glow
+    assert not names_translucency(tmp_path / "a.stl", sources) and not names_glow(tmp_path / "a.stl", sources)

@@ -68,3 +68,10 @@ def test_a_mask_cuts_out_where_it_is_the_alpha_of_the_texture(tmp_path: Path, ca
     assert [record.getMessage() for record in caplog.records] == [
         f"{tmp_path / 'a.obj'}: map_d q.png is ignored: it is not the picture of map_Kd"
     ]
+
+
+def test_a_picture_of_what_glows(tmp_path: Path) -> None:
+    Image.new("RGB", (1, 2), (1, 2, 3)).save(tmp_path / "p.png")
+    lamp = library(tmp_path, "newmtl lamp\nKe 0 0 0\nmap_Ke p.png\n").material("lamp")
+    assert lamp is not None and lamp.emission == (1, 1, 1) and lamp.texture is None
+    assert lamp.emission_texture is not None and lamp.emission_texture[0, 0].tolist() == [1, 2, 3, 255]

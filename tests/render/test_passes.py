@@ -14,6 +14,7 @@ from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import State
+from depthwalk.ingest.mesh import Material
 from depthwalk.params import Params, param
 from depthwalk.render import occlusion_phases
 from depthwalk.render.declared_targets import DeclaredTargets, declared
@@ -29,7 +30,7 @@ from depthwalk.scene.arrays import CAPTURED, HEIGHT_FIELDS, Camera, Representati
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from fields import depths, field_library
-from shapes import ShapeLibrary, box, scene_of, sphere
+from shapes import ShapeLibrary, box, panes, scene_of, sphere
 from stage import OnScreen, set_all
 
 SIZE = (96, 64)
@@ -275,6 +276,10 @@ def test_declared_targets_are_those_that_passes_use(
     reliefs = scene_of(*[(0, (0, 0, 0), 0.0, 1.0)] * len(HEIGHT_FIELDS))
     reliefs.objects.representation[:] = HEIGHT_FIELDS
     with OnScreen(gl_device, reliefs, field_library(depths("cap")), SIZE) as stage:
+        stage.draw(replace(VIEW))
+    glass = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH, lights=[LAMP])
+    glass.render.shadows.enabled = True
+    with OnScreen(gl_device, glass, ShapeLibrary([panes((0.0, Material(opacity=0.5)))], [None]), SIZE) as stage:
         stage.draw(replace(VIEW))
     captured = still_life()
     captured.objects.representation[:] = *CAPTURED, Representation.MESH

@@ -19,7 +19,14 @@ from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.ingest.sources import Sources, names_cut_outs, names_texture, source_hash
+from depthwalk.ingest.sources import (
+    Sources,
+    names_cut_outs,
+    names_glow,
+    names_texture,
+    names_translucency,
+    source_hash,
+)
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from depthwalk.scene.schema import DpciParams, MesoParams
 
@@ -79,6 +86,8 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     digest = source_hash(spec.mesh, spec.texture, sources)
     if names_cut_outs(spec.mesh, sources):  # what was made of these before alpha was heeded is made anew
         digest = hashlib.sha256(f"{digest}+cut-outs".encode()).hexdigest()
+    if names_translucency(spec.mesh, sources):  # likewise, before what lets light through was left out
+        digest = hashlib.sha256(f"{digest}+translucency".encode()).hexdigest()
     return digest + mark
 
 
@@ -103,6 +112,31 @@ def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
     sources = Sources()
     mesh = read_mesh(spec, sources)
     return mesh, mesh_source(spec, sources)
+
+
+def read_translucent(spec: MeshAsset) -> Mesh | None:
+    """Read the mesh of an asset if any of it may let light through or glow, which the head of its files tells.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+
+    Returns
+    -------
+    Mesh | None
+        The mesh, asset frame, metres; None where all of it is opaque and sends out no light.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be used.
+    """
+    sources = Sources()
+    if not (names_translucency(spec.mesh, sources) or names_glow(spec.mesh, sources)):
+        return None
+    mesh = read_mesh(spec, sources)
+    return mesh if mesh.is_translucent else None
 
 
 def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:

@@ -24,6 +24,7 @@ from depthwalk.assets.asset_files import (
     read_keyed,
     read_meso,
     read_relief,
+    read_translucent,
 )
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.assets.missing_images import bake_missing
@@ -342,6 +343,19 @@ class SceneLibrary:
         if spec is None or mesh is None:
             return None
         return derived_data.captured_views(spec, *self._meshes[asset], params, partial(self.report, spec.name))
+
+    def translucent_mesh(self, asset: int) -> Mesh | None:
+        """Return the mesh of the asset numbered `asset` if any of it lets light through or glows, else None.
+
+        The mesh is not kept in memory.
+        """
+        spec = _mesh_spec(self._assets[asset])
+        if spec is None:
+            return None
+        known = self._meshes.get(asset)  # once: other threads forget meshes
+        if known is not None:
+            return known[0] if known[0].is_translucent else None
+        return read_translucent(spec)
 
     def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:
         """Keep `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""

@@ -98,4 +98,5 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
     if material.min() < 0 or material.max() >= len(mesh.materials):
         raise ValueError(f"level {number}: a part is of a material that does not exist")
     parts = tuple(Part(*row) for row in rows.tolist())
-    return MeshLevel(Mesh(**arrays, parts=parts, materials=mesh.materials), error)
+    columns: dict[str, Any] = arrays
+    return MeshLevel(Mesh(**columns, parts=parts, materials=mesh.materials), error)

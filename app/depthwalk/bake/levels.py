@@ -47,6 +47,8 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
     """
     import fast_simplification
 
+    if not len(mesh.faces):  # all of it lets light through
+        return (MeshLevel(mesh, 0.0),)
     welded, first = row_ids(mesh.positions)
     points, faces = mesh.positions[first].astype(np.float64), welded[mesh.faces].astype(np.int32)
     probes, wardrobe = sample_surface(mesh, _PROBES)[0], _Wardrobe(mesh)

@@ -225,14 +225,16 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     low, high = mesh.bounds
     yield "kind", "mesh"
     yield "bytes", str(path.stat().st_size)
-    yield "triangles", str(len(mesh.faces))
+    yield "triangles", str(len(mesh.faces) + len(mesh.translucent_faces))
     yield "vertices", str(len(mesh.positions))
     yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
-    for part in mesh.parts:
+    for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]
         texture = material.texture
         image = "no texture" if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
-        yield f"material {part.material}", f"{part.face_count} triangles, {image}"
+        through = "" if material.opacity is None else f", see-through (alpha {material.opacity:.2g})"
+        glow = ", glows" if material.glows else ""
+        yield f"material {part.material}", f"{part.face_count} triangles, {image}{through}{glow}"
 
 
 def _point(point: Sequence[float]) -> str:

@@ -9,10 +9,14 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from depthwalk.errors import InputError
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
 _HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "EXT_texture_webp")
+_STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
+_MIRRORED = 0.08  # part of the light that a pane of glass mirrors, whose refractive index is 1.5: 4 % on either face
 _UINT16, _FLOAT = 5123, 5126
 _TRIANGLES = 4  # the mode of primitives of separate triangles; strips and fans make one of each corner
 
@@ -61,7 +65,98 @@ def external_uris(header: dict[str, Any], key: str) -> list[str]:
 
 def has_cut_outs(header: dict[str, Any]) -> bool:
     """Return whether alpha means something in a material of a glTF file, whose JSON header is `header`."""
-    return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in header.get("materials", []))
+    return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in _materials(header))
+
+
+def has_translucency(header: dict[str, Any]) -> bool:
+    """Return whether a material of a glTF file, whose JSON header is `header`, may let light through."""
+    return any(
+        material.get("alphaMode") == "BLEND" or _TRANSMISSION in material.get("extensions", {})
+        for material in _materials(header)
+    )
+
+
+def is_all_translucent(header: dict[str, Any]) -> bool:
+    """Return whether all materials that primitives of a glTF file have may let light through; `header`: its header."""
+    materials = header.get("materials", [])
+    primitives = [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
+    through = [
+        "material" in each and has_translucency({"materials": [materials[each["material"]]]}) for each in primitives
+    ]
+    return bool(through) and all(through)
+
+
+def has_glow(header: dict[str, Any]) -> bool:
+    """Return whether a material of a glTF file, whose JSON header is `header`, may send out light."""
+    return any("emissiveFactor" in material for material in _materials(header))
+
+
+def _materials(header: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the materials of a JSON header; none that is no object, which reading the mesh complains of."""
+    listed = header.get("materials", [])
+    return [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
+
+
+def fold_extensions(header: dict[str, Any], path: Path) -> bool:
+    """Express by terms of the core of glTF what extensions of materials say, since trimesh passes those over.
+
+    KHR_materials_emissive_strength multiplies `emissiveFactor`. KHR_materials_transmission takes from alpha, and makes
+    an opaque material one that is blended; what two faces of glass mirror stays.
+
+    Parameters
+    ----------
+    header
+        The JSON header, whose materials are changed.
+    path
+        The file, for messages.
+
+    Returns
+    -------
+    bool
+        Whether anything was changed.
+
+    Raises
+    ------
+    InputError
+        `path: materials[k]: defect` for values out of range.
+    """
+    changed = False
+    for number, material in enumerate(header.get("materials", [])):
+        extensions, where = material.get("extensions", {}), f"{path}: materials[{number}]"
+        strength = _value(extensions.get(_STRENGTH, {}), "emissiveStrength", 1.0, np.inf, where)
+        if strength != 1 and "emissiveFactor" in material:
+            material["emissiveFactor"] = [strength * term for term in material["emissiveFactor"]]
+            changed = True
+        passing = _value(extensions.get(_TRANSMISSION, {}), "transmissionFactor", 0.0, 1.0, where)
+        if passing > 0 and material.get("alphaMode", "OPAQUE") != "MASK":
+            metallic_roughness = material.setdefault("pbrMetallicRoughness", {})
+            red, green, blue, alpha = metallic_roughness.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+            if material.get("alphaMode", "OPAQUE") == "OPAQUE":
+                alpha = 1.0
+            left = max(1.0 - passing, _MIRRORED)
+            metallic_roughness["baseColorFactor"] = [red, green, blue, left * alpha]
+            material["alphaMode"] = "BLEND"
+            changed = True
+    return changed
+
+
+def _value(terms: dict[str, Any], name: str, default: float, most: float, where: str) -> float:
+    """Return a number of an extension, from 0 to `most`. Raises InputError for anything else."""
+    value = terms.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most or value == np.inf:
+        wanted = "a number from 0 to 1" if most == 1 else "a number, 0 or more"
+        raise InputError(f"{where}: {name} must be {wanted}, not {str(value)[:40]}")
+    return float(value)
+
+
+def with_header(data: bytes, header: dict[str, Any], path: Path) -> bytes:
+    """Return the contents `data` of the glTF or GLB file `path` with another JSON header."""
+    text = json.dumps(header).encode()
+    if path.suffix.lower() != ".glb":
+        return text
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + struct.unpack_from("<I", data, 12)[0] :]
+    return struct.pack("<4sII I4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON") + text + rest
 
 
 def placed_size(header: dict[str, Any]) -> tuple[int, int]:

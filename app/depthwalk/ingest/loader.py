@@ -3,6 +3,7 @@
 `check_mesh` makes the same checks without the work that only drawing needs.
 """
 
+import logging
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -14,11 +15,14 @@ from depthwalk.errors import InputError
 from depthwalk.geometry.triangles import doubled_areas, row_ids
 from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
-from depthwalk.ingest.mesh import Mesh, Part
+from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.ingest.normals import split_at_creases
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
 from depthwalk.ingest.sources import Sources
+from depthwalk.limits import MAX_TRANSLUCENT_TRIANGLES
+
+log = logging.getLogger(__name__)
 
 LEVEL = 1e-6  # height over extent below which a mesh counts as flat and horizontal
 SMALLEST, LARGEST = 1e-15, 1e15  # extents whose squares float32 can hold
@@ -69,19 +73,42 @@ def load_mesh(
     normals = soup.normals[:, [0, 2, 1]] * [1, 1, -1] if up == "z" else soup.normals
     source, faces, normals = _vertices(replace(soup, positions=positions, normals=normals))
 
-    order = np.argsort(soup.material, kind="stable")
-    counts = np.bincount(soup.material, minlength=len(soup.materials))
-    starts = np.cumsum(counts) - counts
-    parts = tuple(Part(int(starts[m]), int(counts[m]), int(m)) for m in np.flatnonzero(counts))
+    materials = _drawable(soup, path)
+    is_translucent = np.array([material.opacity is not None for material in materials], bool)[soup.material]
+    opaque, parts = _by_material(soup.material, ~is_translucent)
+    translucent, translucent_parts = _by_material(soup.material, is_translucent)
     return Mesh(
         positions=positions[source].astype(np.float32),
         normals=normals.astype(np.float32),
         colours=soup.colours[source],
         uv=_single(soup.uv[source]),
-        faces=faces[order].astype(np.int32),
+        faces=faces[opaque].astype(np.int32),
         parts=parts,
-        materials=soup.materials,
+        materials=materials,
+        translucent_faces=faces[translucent].astype(np.int32),
+        translucent_parts=translucent_parts,
     )
+
+
+def _by_material(material: NDArray[np.int64], which: NDArray[np.bool_]) -> tuple[NDArray[np.int64], tuple[Part, ...]]:
+    """Return the numbers of the faces `which` (F,), ordered by their `material` (F,), and the runs that share one."""
+    rows = np.flatnonzero(which)
+    order = rows[np.argsort(material[rows], kind="stable")]
+    counts = np.bincount(material[rows])
+    starts = np.cumsum(counts) - counts
+    return order, tuple(Part(int(starts[m]), int(counts[m]), int(m)) for m in np.flatnonzero(counts))
+
+
+def _drawable(soup: Soup, path: Path) -> tuple[Material, ...]:
+    """Return the materials, without what would be drawn as more polygons than are allowed, of which a warning tells."""
+    counts = np.bincount(soup.material, minlength=len(soup.materials))
+    materials = soup.materials
+    too_many = f"more than {MAX_TRANSLUCENT_TRIANGLES}"
+    through = sum(int(count) for count, each in zip(counts, materials, strict=True) if each.opacity is not None)
+    if through > MAX_TRANSLUCENT_TRIANGLES:
+        log.warning("%s: %d triangles are see-through, %s; they are drawn opaque", path, through, too_many)
+        materials = tuple(replace(each, opacity=None) for each in materials)
+    return materials
 
 
 def _single(uv: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -122,6 +149,8 @@ def check_mesh(
     positions = _placed(soup.positions[vertices], path, up, height)
     if upright:
         _check_upright(positions.astype(np.float32), path)
+        opaque = np.array([material.opacity is None for material in soup.materials], bool)
+        _check_opaque(int(opaque[soup.material].sum()), path)
 
 
 def _read(path: Path, height: float | None, sources: Sources) -> Soup:
@@ -193,8 +222,16 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raise InputError where `mesh`, of the file `path`, is flat and horizontal: it has no side that could be baked."""
+    """Raise InputError where `mesh`, of the file `path`, cannot be baked: flat and horizontal, or nothing opaque."""
     _check_upright(mesh.positions, path)
+    _check_opaque(len(mesh.faces), path)
+
+
+def _check_opaque(faces: int, path: Path) -> None:
+    if not faces:
+        raise InputError(
+            f"{path}: nothing of it is opaque; draw it as polygons, without 'dpci' or by --representation mesh"
+        )
 
 
 def _check_upright(positions: NDArray[np.floating], path: Path) -> None:

@@ -1,11 +1,11 @@
 """Convert the materials of MTL and glTF files to the Phong terms that the renderer draws with.
 
-Where alpha says that there is no surface, none is drawn. What lets light through, or glows, is drawn as if it did not,
-with a warning.
+Where the alpha of a texture says that there is no surface, none is drawn; elsewhere alpha is how much a surface hides.
 """
 
 import logging
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.mesh import Material
-from depthwalk.limits import MAX_SHININESS
+from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
 if TYPE_CHECKING:  # most of a second to import; whoever has a material of trimesh has imported it
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
@@ -23,6 +23,8 @@ log = logging.getLogger(__name__)
 WHITE = (1.0, 1.0, 1.0)
 _CUTOFF = 0.5  # glTF's default
 _OPAQUE = 0.99  # alpha from which on nobody misses what is behind
+_CLEAR = 0.01  # alpha up to which a surface is as good as not there
+_BLACK = (0.0, 0.0, 0.0)
 
 
 def convert_material(material: object, name: str, textures: TextureDecoder | None = None) -> Material | None:
@@ -61,7 +63,12 @@ def convert_material(material: object, name: str, textures: TextureDecoder | Non
 
 
 def phong_from_mtl(
-    terms: dict[str, Any], texture: NDArray[np.uint8] | None, name: str = "material", *, cut_out: bool = False
+    terms: dict[str, Any],
+    texture: NDArray[np.uint8] | None,
+    name: str = "material",
+    *,
+    cut_out: bool = False,
+    emission_texture: NDArray[np.uint8] | None = None,
 ) -> Material:
     """Convert the terms of an MTL file to Phong's model.
 
@@ -78,6 +85,8 @@ def phong_from_mtl(
         What warnings call the material.
     cut_out : bool
         Whether there is no surface where the texture's alpha is low.
+    emission_texture : (H, W, 4) uint8 or None
+        The texture of what the material sends out, sRGB; None for a material without one.
 
     Returns
     -------
@@ -89,8 +98,16 @@ def phong_from_mtl(
         colour = WHITE  # exporters write Kd 0 0 0 beside a texture
     specular = max(_rgb(terms.get("ks"), (Material.specular,) * 3))
     shininess = _scalar(terms.get("ns"), Material.shininess)
-    _warn_of_missing(name, _scalar(terms.get("d"), 1 - _scalar(terms.get("tr"), 0.0)), terms.get("ke"))
-    return _material(colour, texture, specular, shininess, _CUTOFF if cut_out else None)
+    opacity = _scalar(terms.get("d"), 1 - _scalar(terms.get("tr"), 0.0))
+    emission = _rgb(terms.get("ke"), _BLACK, MAX_EMISSION)
+    if emission_texture is not None and not any(emission):
+        emission = WHITE  # as Kd beside a texture
+    return _material(
+        name,
+        Material(colour, texture, specular, shininess, emission=emission, emission_texture=emission_texture),
+        cutoff=_CUTOFF if cut_out else None,
+        opacity=opacity,
+    )
 
 
 def _is_stand_in(material: "SimpleMaterial") -> bool:
@@ -108,17 +125,35 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
     roughness = min(max(_scalar(material.roughnessFactor, 1.0), 0.0), 1.0)
     metallic = min(max(_scalar(material.metallicFactor, 1.0), 0.0), 1.0)
     shininess = 2.0 / max(roughness, 0.1) ** 4 - 2.0
-    image: Any = material.baseColorTexture
-    path = None if image is None else image.info.get("file_path", "embedded texture")
-    texture = None if image is None else textures.decode(image, f"{name}: {path}")
+    texture, emission_texture = (
+        None if image is None else textures.decode(image, f"{name}: {image.info.get('file_path', 'embedded texture')}")
+        for image in (material.baseColorTexture, material.emissiveTexture)
+    )
     alpha = 1.0 if factor is None or len(factor) < 4 else float(factor[3]) / 255.0
     mode, cutoff = material.alphaMode, None
     if mode == "MASK":
         cutoff = _scalar(material.alphaCutoff, _CUTOFF) / max(alpha, 1e-3)
-    elif mode == "BLEND" and texture is not None and texture[..., 3].min() < _CUTOFF * 255:
+    elif mode == "BLEND" and texture is not None and _cuts_out(texture):
         cutoff = _CUTOFF
-    _warn_of_missing(_called(name, material.name), alpha if mode == "BLEND" else 1.0, material.emissiveFactor)
-    return _material(colour, texture, (1 - roughness) * (0.3 + 0.7 * metallic), shininess, cutoff)
+    emission = _rgb(material.emissiveFactor, _BLACK, MAX_EMISSION)
+    specular = (1 - roughness) * (0.3 + 0.7 * metallic)
+    return _material(
+        _called(name, material.name),
+        Material(colour, texture, specular, shininess, emission=emission, emission_texture=emission_texture),
+        cutoff=cutoff,
+        opacity=alpha if mode == "BLEND" else 1.0,
+        alpha=mode == "BLEND",
+    )
+
+
+def _cuts_out(texture: NDArray[np.uint8]) -> bool:
+    """Return whether the alpha of a texture (H, W, 4) cuts out: some is low, and most is near 0 or near 1.
+
+    Otherwise it says how much a surface hides, as of a stained window.
+    """
+    alpha = texture[..., 3]
+    between = np.count_nonzero((alpha > 0.1 * 255) & (alpha < 0.9 * 255))
+    return bool(alpha.min() < _CUTOFF * 255 and 2 * between < alpha.size)
 
 
 def _called(file: str, name: str | None) -> str:
@@ -126,31 +161,49 @@ def _called(file: str, name: str | None) -> str:
     return f"{file}: material {name!r}" if name else f"{file}: a material"
 
 
-def _warn_of_missing(name: str, alpha: float, emission: Any) -> None:
-    """Warn where the material called `name` lets light through or glows, which is not drawn."""
-    if alpha < _OPAQUE:
-        log.warning("%s is see-through (alpha %.2g); it is drawn opaque", name, alpha)
-    if any(_rgb(emission, (0.0, 0.0, 0.0))):
-        log.warning("%s glows; it is drawn without its glow", name)
+def _material(name: str, material: Material, *, cutoff: float | None, opacity: float, alpha: bool = False) -> Material:
+    """Complete a material by what its alpha means, and bring its highlight into range.
 
-
-def _material(
-    colour: tuple[float, float, float],
-    texture: NDArray[np.uint8] | None,
-    specular: float,
-    shininess: float,
-    cutoff: float | None = None,
-) -> Material:
+    Parameters
+    ----------
+    name
+        What warnings call it.
+    material
+        The material, opaque and whole.
+    cutoff
+        Alpha of the texture below which there is no surface; None: there is everywhere.
+    opacity
+        How much the material hides of what is behind, 0 to 1.
+    alpha
+        Whether the alpha of the texture multiplies that; where not, such a texture shows its colours alone.
+    """
+    texture = material.texture
     if texture is None or (cutoff is not None and texture[..., 3].min() >= cutoff * 255):
         cutoff = None  # nothing is cut out, so that what is quick for whole surfaces holds
-    shininess = min(max(shininess, 1.0), MAX_SHININESS)
-    return Material(colour, texture, min(max(specular, 0.0), 1.0), shininess, cutoff)
+    opacity = min(max(opacity, 0.0), 1.0)
+    least = opacity * (texture[..., 3].min() / 255 if texture is not None and alpha else 1.0)
+    if cutoff is not None and opacity < _OPAQUE:
+        log.warning("%s is see-through (alpha %.2g) and cut out; what is not cut out is drawn opaque", name, opacity)
+    elif opacity < _CLEAR:
+        log.warning("%s is clear (alpha %.2g): nothing of it shows but highlights", name, opacity)
+    is_translucent = cutoff is None and least < _OPAQUE
+    if is_translucent and texture is not None and not alpha:  # of MTL files, whose d is all that lets light through
+        texture = texture.copy()
+        texture[..., 3] = 255
+    return replace(
+        material,
+        texture=texture,
+        specular=min(max(material.specular, 0.0), 1.0),
+        shininess=min(max(material.shininess, 1.0), MAX_SHININESS),
+        cutoff=cutoff,
+        opacity=opacity if is_translucent else None,
+    )
 
 
-def _rgb(value: Any, default: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return `value` clipped to 0–1 where it is three finite numbers, else the default."""
+def _rgb(value: Any, default: tuple[float, float, float], most: float = 1.0) -> tuple[float, float, float]:
+    """Return `value` clipped to 0 to `most` where it is three finite numbers, else the default."""
     try:
-        red, green, blue = (min(max(float(term), 0.0), 1.0) for term in value)
+        red, green, blue = (min(max(float(term), 0.0), most) for term in value)
     except (TypeError, ValueError):
         return default
     return (red, green, blue) if math.isfinite(red + green + blue) else default

@@ -1,6 +1,7 @@
 """Define the mesh that ingest hands to the baker and the renderer: arrays only, no files."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,14 @@ class Material:
         Exponent of the highlight, 1 to 1024.
     cutoff : float or None
         Alpha of the texture, 0 to 1, below which there is no surface, as between the leaves on a card; None: the
-        surface is everywhere, and alpha means nothing.
+        surface is everywhere.
+    opacity : float or None
+        Part of the light from behind that the surface hides, 0 to 1, which the texture's alpha multiplies; None: the
+        surface is opaque, and alpha means nothing but what `cutoff` says.
+    emission : (3,) float
+        Linear RGB that the surface sends out in all directions; a white surface that faces the sun reflects 1.
+    emission_texture : (H, W, 4) uint8 or None
+        sRGB, row 0 at the top; multiplies `emission`.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)
@@ -32,6 +40,14 @@ class Material:
     specular: float = 0.15
     shininess: float = 32.0
     cutoff: float | None = None
+    opacity: float | None = None
+    emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    emission_texture: NDArray[np.uint8] | None = None
+
+    @property
+    def glows(self) -> bool:
+        """Return whether the surface sends out light of its own."""
+        return any(self.emission)
 
 
 @dataclass(frozen=True)
@@ -68,11 +84,16 @@ class Mesh:
     uv : (V, 2) float32
         Texture coordinates, v upward; zeros where the file has none.
     faces : (F, 3) int32
-        Indices of vertices, counter-clockwise seen from outside, ordered by part.
+        Indices of vertices, counter-clockwise seen from outside, ordered by part: the opaque faces, which alone are
+        baked, simplified and cast shadows.
     parts : tuple of Part
-        The runs of faces that share a material, in order; together they are all faces.
+        The runs of faces that share a material, in order; together they are all opaque faces.
     materials : tuple of Material
         The materials that the parts refer to.
+    translucent_faces : (T, 3) int32
+        The faces that let light through, likewise; `positions` and so the bounds hold theirs too.
+    translucent_parts : tuple of Part
+        The runs of `translucent_faces` that share a material.
     """
 
     positions: NDArray[np.float32]
@@ -82,6 +103,8 @@ class Mesh:
     faces: NDArray[np.int32]
     parts: tuple[Part, ...]
     materials: tuple[Material, ...]
+    translucent_faces: NDArray[np.int32] = field(default_factory=lambda: np.zeros((0, 3), np.int32))
+    translucent_parts: tuple[Part, ...] = ()
 
     @property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -89,10 +112,18 @@ class Mesh:
         return self.positions.min(axis=0), self.positions.max(axis=0)
 
     @property
+    def is_translucent(self) -> bool:
+        """Return whether any of it lets light through or glows, so that more than its opaque faces is drawn."""
+        return bool(self.translucent_parts) or any(self.materials[part.material].glows for part in self.parts)
+
+    @property
     def nbytes(self) -> int:
         """Return how many bytes its arrays and textures take."""
-        bytes_of = [part.nbytes for part in (self.positions, self.normals, self.colours, self.uv, self.faces)]
-        return sum(bytes_of) + sum(each.texture.nbytes for each in self.materials if each.texture is not None)
+        arrays: list[NDArray[Any]] = [self.positions, self.normals, self.colours, self.uv]
+        arrays += self.faces, self.translucent_faces
+        textures = (texture for each in self.materials for texture in (each.texture, each.emission_texture))
+        arrays += [texture for texture in textures if texture is not None]
+        return sum(array.nbytes for array in arrays)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from depthwalk.ingest.formats import IMAGE_SUFFIXES
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import phong_from_mtl
@@ -35,11 +38,14 @@ class MtlMaterial:
         The name after `map_Kd`; None where there is none.
     mask
         The name after `map_d`, the picture whose alpha says where there is a surface; None where there is none.
+    glow
+        The name after `map_Ke`, the picture of what the material sends out; None where there is none.
     """
 
     terms: Terms = field(default_factory=dict)
     image: str | None = None
     mask: str | None = None
+    glow: str | None = None
 
 
 def parse_mtl(text: str) -> dict[str, MtlMaterial]:
@@ -60,6 +66,8 @@ def parse_mtl(text: str) -> dict[str, MtlMaterial]:
             continue
         elif key == "map_kd":
             current.image = line.strip()[len(key) :].strip()
+        elif key == "map_ke":
+            current.glow = line.strip()[len(key) :].strip()
         elif key == "map_d":
             current.mask = line.strip()[len(key) :].strip()
         elif key in _TERMS:
@@ -103,7 +111,8 @@ class MaterialLibrary:
         self._files: dict[str, Path | None] = {}
         self._textures = TextureDecoder()
         checked: set[Path | None] = {None}
-        for name in dict.fromkeys(material.image for material in self._materials.values() if material.image):
+        named = (name for material in self._materials.values() for name in (material.image, material.glow) if name)
+        for name in dict.fromkeys(named):
             path = self._files[name] = find(texture_name(name), self._folders, sources, mesh)
             if path not in checked and (image := self._open(path)) is not None:
                 image.close()
@@ -117,13 +126,18 @@ class MaterialLibrary:
         found = self._materials.get(name) if name is not None else None
         if found is None:
             return None
-        path = self._files[found.image] if found.image else None
-        image = self._open(path)
-        texture = None if image is None else self._textures.decode(image, f"{self._mesh}: {found.image}", path)
         if found.mask is not None and found.mask != found.image:
             log.warning("%s: map_d %s is ignored: it is not the picture of map_Kd", self._mesh, found.mask)
         cut_out = found.mask is not None and found.mask == found.image
-        return phong_from_mtl(found.terms, texture, f"{self._mesh}: material {name!r}", cut_out=cut_out)
+        called = f"{self._mesh}: material {name!r}"
+        texture, glow = self._decoded(found.image), self._decoded(found.glow)
+        return phong_from_mtl(found.terms, texture, called, cut_out=cut_out, emission_texture=glow)
+
+    def _decoded(self, name: str | None) -> NDArray[np.uint8] | None:
+        """Return the texels of the picture that a library calls `name`; None where there is none."""
+        path = self._files[name] if name else None
+        image = self._open(path)
+        return None if image is None else self._textures.decode(image, f"{self._mesh}: {name}", path)
 
     def _open(self, path: Path | None) -> "Image.Image | None":
         """Return the picture, no pixel of it decoded; None where there is none, with a warning if no name said so."""

@@ -24,6 +24,8 @@ def is_solid(mesh: Mesh) -> bool:
     """
     if any(material.cutoff is not None for material in mesh.materials):
         return False  # the inside shows where the surface is cut out
+    if not len(mesh.faces):  # all of it lets light through
+        return True
     faces = row_ids(mesh.positions)[0][mesh.faces]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     edge = np.minimum(start, end) * np.int64(len(mesh.positions)) + np.maximum(start, end)

@@ -8,6 +8,7 @@ import hashlib
 import logging
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -102,7 +103,7 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
         case ".obj":
             libraries = material_libraries(data, path.parent, sources)
             folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
-            named = [*libraries, *find_all(_textures_of(libraries, sources), folders, sources, path)]
+            named = [*libraries, *find_all(_textures_of(libraries, sources, b"map_k[de]"), folders, sources, path)]
         case ".gltf" | ".glb":
             buffers, images = _uris(data, path)
             named = find_all(buffers, [path.parent], sources)  # without one the file is refused when it is read
@@ -194,6 +195,63 @@ def names_cut_outs(path: Path, sources: Sources) -> bool:
             return gltf.has_cut_outs(gltf.read_header(sources.read(path), path))
         case _:
             return False
+
+
+def names_translucency(path: Path, sources: Sources) -> bool:
+    """Return whether materials of the mesh file `path` may let light through; see `names_texture`."""
+    match path.suffix.lower():
+        case ".obj":
+            solid, clear = (_numbers_of(path, sources, keyword) for keyword in (b"d", b"tr"))
+            return any(number < 1 for number in solid) or any(number > 0 for number in clear)
+        case ".gltf" | ".glb":
+            return gltf.has_translucency(gltf.read_header(sources.read(path), path))
+        case _:
+            return False
+
+
+def is_all_translucent(path: Path) -> bool:
+    """Return whether the head of a mesh file says that nothing of it is opaque; False where it cannot be read.
+
+    Of an OBJ file the material libraries are asked, whether or not it uses all of them.
+    """
+    sources = Sources()
+    try:
+        match path.suffix.lower():
+            case ".obj":
+                solid, clear = (_numbers_of(path, sources, keyword) for keyword in (b"d", b"tr"))
+                through = [*(number < 1 for number in solid), *(number > 0 for number in clear)]
+                return len(through) == len(_terms_of(path, sources, b"newmtl")) > 0 and all(through)
+            case ".gltf" | ".glb":
+                return gltf.is_all_translucent(gltf.read_header(sources.read(path), path))
+    except (InputError, AttributeError, TypeError, LookupError):  # who reads the mesh complains
+        pass
+    return False
+
+
+def names_glow(path: Path, sources: Sources) -> bool:
+    """Return whether materials of the mesh file `path` may send out light; see `names_texture`."""
+    match path.suffix.lower():
+        case ".obj":
+            return any(_numbers_of(path, sources, b"ke")) or bool(_terms_of(path, sources, b"map_ke"))
+        case ".gltf" | ".glb":
+            return gltf.has_glow(gltf.read_header(sources.read(path), path))
+        case _:
+            return False
+
+
+def _numbers_of(path: Path, sources: Sources, keyword: bytes) -> list[float]:
+    """Return all numbers that follow the regular expression `keyword` in the libraries of the OBJ file `path`."""
+    numbers = []
+    for word in b" ".join(_terms_of(path, sources, keyword)).split():
+        with suppress(ValueError):
+            numbers.append(float(word))
+    return numbers
+
+
+def _terms_of(path: Path, sources: Sources, keyword: bytes) -> list[bytes]:
+    """Return what follows the regular expression `keyword` on lines of the libraries of the OBJ file `path`."""
+    libraries = material_libraries(sources.read(path), path.parent, sources)
+    return _arguments(read_libraries(libraries, sources), keyword)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -320,9 +378,9 @@ def texture_name(argument: str) -> str:
     return argument.split()[-1] if argument.startswith("-") else argument
 
 
-def _textures_of(libraries: list[Path], sources: Sources) -> list[str]:
+def _textures_of(libraries: list[Path], sources: Sources, keyword: bytes = b"map_kd") -> list[str]:
     lines = read_libraries(libraries, sources)
-    return [texture_name(text(name)) for name in _arguments(lines, b"map_kd")]
+    return [texture_name(text(name)) for name in _arguments(lines, keyword)]
 
 
 def _arguments(data: bytes, keyword: bytes) -> list[bytes]:

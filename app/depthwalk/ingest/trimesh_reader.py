@@ -123,6 +123,8 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
                 "allowed; place copies by a scene file"
             )
         check_mesh_memory(vertices, triangles, path)
+        if gltf.fold_extensions(header, path):
+            data = gltf.with_header(data, header, path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.filterwarnings("error", message="string or file could not be read")  # numbers cut short

@@ -174,6 +174,9 @@ class _OneObject:
     def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews:
         return capture_views(self._mesh, params)
 
+    def translucent_mesh(self, asset: int) -> Mesh | None:
+        return self._mesh if self._mesh.is_translucent else None
+
     def forget_mesh(self, asset: int) -> None:
         """Do nothing: the mesh stays."""
 

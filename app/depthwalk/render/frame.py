@@ -15,6 +15,7 @@ from depthwalk.params import Params
 from depthwalk.render.antialiasing.modes import AntiAliasing, anti_aliasing
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords
+from depthwalk.render.draw.translucency_planner import TranslucentDraws
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.shadows.casters import Shadows
@@ -79,6 +80,7 @@ class Frame:
     transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
     materials : the depth-image objects that may be visible, for `material_resolve`; None for passes that draw objects.
     shadows : what the shadow maps of sun and lamps are to show; empty for passes that draw objects.
+    translucent : what lets light through or glows, for `translucency`; empty for passes that draw objects.
     lens_point : the number of this frame, from 0, among those that make up one picture (see `Pass.views`).
     sample : the number, from 0, of the sample of each pixel that the G-buffer holds, where the targets have several.
     """
@@ -93,6 +95,7 @@ class Frame:
     transparent: bool = False
     materials: MaterialRecords | None = None
     shadows: Shadows = field(default_factory=Shadows)
+    translucent: TranslucentDraws = field(default_factory=TranslucentDraws.none)
     lens_point: int = 0
     sample: int = 0
 

@@ -19,6 +19,7 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import hardware_samples, supersampled
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
+from depthwalk.render.draw.translucency_planner import TranslucencyPlanner
 from depthwalk.render.frame import Common, Frame, Pass, common_settings
 from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
 from depthwalk.render.image import has_texture
@@ -95,6 +96,7 @@ class Renderer:
         self._memories: dict[PictureKind, FrameMemory] = {}
         self._last_shadows = Shadows()
         self._shadows = ShadowPlanner(self.world, self.timers)
+        self._translucency = TranslucencyPlanner(self.world, self.assets)
         self._shares: PixelShares | None = None  # made when somebody asks for it
         self._sequence = PassSequence(
             device, self.settings, self.timers, default_passes() if passes is None else passes
@@ -228,7 +230,9 @@ class Renderer:
         # 3. Everything else, once for all phases: materials, shadows, light, and what is done to the finished picture.
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=materials_of(whole))
-        frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency))
+        with self.timers.measure_cpu("plan"):
+            translucent = self._translucency.plan(view, in_sight.rows, wait=self.assets.background is None)
+        frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency), translucent=translucent)
         yield from self._sequence.finish(frame, self.keeps)
 
         whole.noted["assets"] = self.assets.depth_count

@@ -1,6 +1,7 @@
 """Load a scene file: parse it, apply overrides, check it, find the files it names, and flatten its scene graph.
 
-No mesh and no picture is opened here, so that loading takes no longer for large models.
+No mesh and no picture is opened here, so that loading takes no longer for large models; of a model in place of a scene
+the head is read, which says whether any of it is opaque.
 """
 
 import json
@@ -194,8 +195,11 @@ def _model_document(path: Path) -> Document:
     """
     if not path.is_file():
         raise missing_file(path)
+    from depthwalk.ingest.sources import is_all_translucent  # here: scenes need none of it
+
     name = json.dumps(path.resolve().name, ensure_ascii=False)
-    asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}, dpci: {{}}}}"
+    images = "" if is_all_translucent(path) else ", dpci: {}"  # which would show nothing
+    asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}{images}}}"
     return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
 
 

@@ -34,6 +34,7 @@ from depthwalk.render.passes.sample import SamplePass
 from depthwalk.render.passes.shadows import ShadowsPass
 from depthwalk.render.passes.smaa import SmaaPass
 from depthwalk.render.passes.sun import SunPass
+from depthwalk.render.passes.translucency import TranslucencyPass
 from depthwalk.render.passes.warp import WarpPass
 
 PASSES: tuple[type[Pass[Any]], ...] = (
@@ -61,6 +62,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     LightPass,
     FogPass,
     ResolvePass,
+    TranslucencyPass,
     # Edges and lens, and the finished picture.
     CoveragePass,
     GpaaPass,

@@ -24,10 +24,15 @@ class FogPass(PixelPass[Params]):
 
     def inputs(self, frame: Frame, params: Params) -> PixelInputs:
         """Return how thick the fog of `frame` is, and its colour or that of the sky; `params` is empty."""
-        fog, sky = frame.environment.fog, frame.light.sky
-        assert fog is not None  # as `enabled` found
-        values = {"fog_density": fog.density, "fog_height": fog.height, "fog_falloff": fog.falloff}
-        if fog.colour is None:
-            return PixelInputs(defines=sky.defines, uniforms=values | sky.uniforms())
-        colour = {"fog_colour": tuple(linear_from_srgb(fog.colour).tolist())}
-        return PixelInputs(defines=("FOG_COLOUR",), uniforms=values | colour)
+        return fog_inputs(frame)
+
+
+def fog_inputs(frame: Frame) -> PixelInputs:
+    """Return how thick the fog of `frame` is, and its colour or that of the sky, for shaders/fog/fog.glsl."""
+    fog, sky = frame.environment.fog, frame.light.sky
+    assert fog is not None  # as the caller found
+    values = {"fog_density": fog.density, "fog_height": fog.height, "fog_falloff": fog.falloff}
+    if fog.colour is None:
+        return PixelInputs(defines=sky.defines, uniforms=values | sky.uniforms())
+    colour = {"fog_colour": tuple(linear_from_srgb(fog.colour).tolist())}
+    return PixelInputs(defines=("FOG_COLOUR",), uniforms=values | colour)

@@ -5,12 +5,9 @@ from typing import Any
 import numpy as np
 
 from depthwalk.gpu.device import Scope
-from depthwalk.gpu.instances import RecordTexture
 from depthwalk.render.frame import Frame
-from depthwalk.render.lighting.light_clusters import LAMP_RECORD, NUMBERS_RECORD, LightClusters, visible_lamps
-from depthwalk.render.lod.selection import error_at_a_metre
+from depthwalk.render.lamp_inputs import LampInputs
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
-from depthwalk.render.shadows.sun_uniforms import LampMaps
 from depthwalk.scene.effect_settings import LightParams
 
 _MAX_RADIANCE = 1e4  # of the sun's disc: half floats end at 65504
@@ -28,9 +25,7 @@ class LightPass(PixelPass[LightParams]):
     def setup(self, gl: Scope) -> None:
         """Create the textures that hold lamps; `gl` owns them."""
         super().setup(gl)
-        self._records = RecordTexture(gl, LAMP_RECORD)
-        self._lists = RecordTexture(gl, NUMBERS_RECORD)
-        self._cells = RecordTexture(gl, NUMBERS_RECORD)
+        self._lamps = LampInputs(gl)
 
     def fuses_with_next(self, frame: Frame, params: LightParams) -> bool:
         """Return whether all of `frame` is lit here; in forward mode depth images are lit already."""
@@ -38,7 +33,7 @@ class LightPass(PixelPass[LightParams]):
 
     def inputs(self, frame: Frame, params: LightParams) -> PixelInputs:
         """Return the light of `frame`, its sky and the lamps; `params` do not matter: `frame.common` has the mode."""
-        light, lamps = frame.light, self._lamps(frame) if frame.environment.lights else None
+        light, lamps = frame.light, self._lamps.of(frame)
         defines, values = _background(frame)
         defines += light.defines
         values |= light.uniforms()
@@ -49,29 +44,13 @@ class LightPass(PixelPass[LightParams]):
         even_sky = _even_background(frame) and not frame.common.forward
         if lamps is None:
             return PixelInputs(defines=defines, uniforms=values, even_sky=even_sky)
-        textures: dict[str, Any] = {"lamps": self._records, "lamp_lists": self._lists, "lamp_cells": self._cells}
-        defines += ("LAMPS",)
-        values["squares"] = lamps.across
-        if (maps := frame.targets.lamp_maps) is not None:
-            defines += ("LAMP_SHADOWS",)
-            textures["lamp_maps"] = maps.texture
-            values |= _map_uniforms(maps) | {"seen_error": error_at_a_metre(frame.view, frame.common.lod)}
         return PixelInputs(
-            defines=defines, textures=textures, uniforms=values, strip_pixels=_STRIP_PIXELS, even_sky=even_sky
+            defines=(*defines, *lamps.defines),
+            textures=lamps.textures,
+            uniforms={**values, **lamps.uniforms},
+            strip_pixels=_STRIP_PIXELS,
+            even_sky=even_sky,
         )
-
-    def _lamps(self, frame: Frame) -> LightClusters | None:
-        """Upload the lamps that reach what is in sight, and return them; None where none does."""
-        lamps = visible_lamps(frame.view, frame.environment.lights, frame.shadows.tiles)
-        if not len(lamps.records):
-            return None
-        for texture, records in (
-            (self._records, lamps.records),
-            (self._lists, lamps.lists),
-            (self._cells, lamps.cells),
-        ):
-            texture.upload(records)
-        return lamps
 
 
 def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
@@ -87,14 +66,3 @@ def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
 def _even_background(frame: Frame) -> bool:
     """Return whether what is behind everything has one colour, or none in a transparent picture."""
     return frame.transparent or frame.environment.sky is None
-
-
-def _map_uniforms(maps: LampMaps) -> dict[str, Any]:
-    """Return the uniforms by which the shadow maps of lamps are looked up."""
-    params = maps.params
-    return {
-        "lamp_map_columns": maps.texture.width // params.lamp_resolution,
-        "lamp_map_resolution": params.lamp_resolution,
-        "filter_width": params.filter_width,
-        "error": params.worst_error,
-    }

@@ -23,6 +23,7 @@ from depthwalk.render.resources.library import Background, Library
 from depthwalk.render.resources.mesh_object import BYTES_PER_TRIANGLE, WHITE
 from depthwalk.render.resources.mesh_store import MeshStore
 from depthwalk.render.resources.texture_streaming import TextureStreaming
+from depthwalk.render.resources.translucent_store import TranslucentStore
 from depthwalk.scene.render_settings import DEFAULT_BUDGET
 from depthwalk.types import Array
 
@@ -58,6 +59,8 @@ class AssetStore:
         The store of the meshes.
     height_fields
         The height fields of planar depth images, for representations that do not warp.
+    translucent
+        What of meshes lets light through or glows.
     background
         Makes depth images ready beside the frames; None: frames wait for them.
     """
@@ -75,6 +78,7 @@ class AssetStore:
         self.textures = TextureStreaming(self.gl, self.parts, self._depth, self._make_room)
         self.height_fields = HeightFields(self.gl, self.parts.baked)
         self._captured = CapturedViewStore(self.gl, library.captured_views)
+        self.translucent = TranslucentStore(self.gl, library.translucent_mesh, len(library))
         self.background: Background | None = None
 
     def is_ready(self, asset: int) -> bool:
@@ -85,6 +89,7 @@ class AssetStore:
         """Take over what was made ready beside the frames; return whether an asset can now be shown in another way."""
         if self.background is None:
             return False
+        self.translucent.poll()
         made, read = self.background.poll(), self.meshes.reader.poll()
         return made or read
 
@@ -92,7 +97,8 @@ class AssetStore:
     def is_waiting(self) -> bool:
         """Return whether the next frame may show more than the last, although nothing in the scene has changed."""
         beside = self.background is not None and self.background.is_busy
-        return self._deferred or self.meshes.reader.is_busy or self._captured.is_busy or self.textures.is_busy or beside
+        stores = self.meshes.reader, self._captured, self.textures, self.translucent
+        return self._deferred or any(store.is_busy for store in stores) or beside
 
     def depth_object(self, number: int) -> DepthObject:
         """Return the depth object numbered `number` on the GPU, uploaded if it was not."""
@@ -190,7 +196,8 @@ class AssetStore:
     def gpu_bytes(self) -> int:
         """Return how many bytes of GPU memory depth objects, fallback meshes and captured views take."""
         drawn = sum(drawn.bytes for drawn in self._depth.values())
-        return drawn + self.meshes.fallback_bytes + self.height_fields.bytes + self._captured.bytes
+        others = self.meshes.fallback_bytes, self.height_fields.bytes, self._captured.bytes, self.translucent.bytes
+        return drawn + sum(others)
 
     @property
     def depth_count(self) -> int:
@@ -246,3 +253,4 @@ class AssetStore:
         self.meshes.forget()
         self.height_fields.forget()
         self._captured.forget()
+        self.translucent.forget()

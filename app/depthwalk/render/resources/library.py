@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.resources.mesh_reader import MeshLibrary
 
 
@@ -68,6 +69,10 @@ class Library(MeshLibrary, Protocol):
 
     def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
         """Return views of the mesh of the asset numbered `asset`, captured first if need be; None without a mesh."""
+        ...
+
+    def translucent_mesh(self, asset: int) -> Mesh | None:
+        """Return the mesh of the asset numbered `asset` if any of it lets light through or glows, else None."""
         ...
 
     def texture(self, path: Path) -> NDArray[np.uint8]:

@@ -154,7 +154,9 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
     vertices = np.zeros(len(rows), _VERTEX)
     vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions[rows], mesh.normals[rows], mesh.uv[rows]
     vertices["colour"][:, :3] = mesh.colours[rows]
-    indices = gl.buffer(np.ascontiguousarray(faces, np.uint32))
+    # A mesh of which nothing is opaque has a degenerate triangle that no part draws: GL has no empty buffers.
+    corners = np.ascontiguousarray(faces if len(faces) else np.zeros((1, 3)), np.uint32)
+    indices = gl.buffer(corners)
     return MeshObject(
         parts=mesh.parts, vertices=gl.buffer(vertices.view(np.uint8)), indices=indices, look=look, meshlets=meshlets
     )

@@ -76,6 +76,17 @@ class RenderWorld:
         return self._objects
 
     @property
+    def scene_objects(self) -> Objects:
+        """Return the objects as the scene places them: a row for each, in the frame of its asset."""
+        return self._scene.objects
+
+    def assets_of(self, rows: Rows) -> list[int]:
+        """Return the numbers of the scene's assets that some rows of `objects` show, each once."""
+        drawn, parts = np.flatnonzero(np.bincount(self.objects().asset[rows])).tolist(), self._assets.parts
+        of_parts = (parts.asset_of(number) if number >= parts.first else number for number in drawn)
+        return list(dict.fromkeys(of_parts))
+
+    @property
     def _rows(self) -> ObjectRows:
         """Return in which rows the objects are drawn, as long as nothing else is made ready."""
         return ObjectRows(

@@ -1,0 +1,73 @@
+"""Compute light from translucent surfaces and blend it, as the twin of shaders/translucency.
+
+Light is premultiplied by opacity, so that layers are blended by one rule whatever they hide (Porter and Duff 1984,
+"Compositing Digital Images", the operator `over`). All colours are linear RGB.
+"""
+
+import numpy as np
+
+from depthwalk.reference.light import phong
+from depthwalk.types import Array
+
+
+def translucent_light(
+    albedo: Array,
+    opacity: Array,
+    specular: Array,
+    shininess: Array,
+    normal: Array,
+    view: Array,
+    to_sun: Array,
+    sun: Array,
+    ambient: Array,
+    emission: Array | float = 0.0,
+) -> Array:
+    """Return what translucent surfaces add to a picture: diffuse light by their opacity, highlights as a whole.
+
+    Highlights are mirrored where light enters a surface, so how much passes on does not dim them.
+
+    Parameters
+    ----------
+    albedo, specular, shininess, normal, view, to_sun, sun, ambient
+        The surfaces and the light, as for `reference.light.phong`.
+    opacity
+        (n,) part of the light from behind that each surface hides, 0 to 1.
+    emission
+        (n, 3) linear RGB that the surfaces send out where they are opaque.
+
+    Returns
+    -------
+    Array
+        (n, 4) linear RGB, premultiplied, and opacity.
+    """
+    hidden = opacity[:, None] * albedo
+    light = phong(hidden, specular, shininess, normal, view, to_sun, sun, ambient) + opacity[:, None] * emission
+    return np.concatenate([light, opacity[:, None]], 1)
+
+
+def in_fog(light: Array, through: Array, colour: Array) -> Array:
+    """Return premultiplied light as it is seen through fog, which hides as much of it as of what is behind it.
+
+    Blended over a picture that has its fog already, this is what fog before, between and behind the layers makes.
+
+    Parameters
+    ----------
+    light
+        (n, 4) linear RGB, premultiplied, and opacity.
+    through
+        (n,) transmittance of the fog between viewer and surface, see `reference.fog.fog_through`.
+    colour
+        (3,) linear RGB of the fog.
+
+    Returns
+    -------
+    Array
+        (n, 4) of the same kind.
+    """
+    part = through[:, None]
+    return np.concatenate([part * light[:, :3] + (1 - part) * light[:, 3:] * colour, light[:, 3:]], 1)
+
+
+def over(front: Array, behind: Array) -> Array:
+    """Return premultiplied light `front` (…, 4) over `behind` (…, 4); a layer of opacity 0 is added."""
+    return np.asarray(front + (1 - front[..., 3:]) * behind)

@@ -1,0 +1,157 @@
+"""Blend what lets light through over the lit picture, from back to front, and add what opaque surfaces send out.
+
+Depth images and the G-buffer hold opaque surfaces alone, and no light that they send out. So this draws both as
+polygons, wherever they are, before edges are smoothed and the lens is simulated. Depth is tested, not written: what is
+focused, reprojected or measured is what is behind the glass.
+"""
+
+import moderngl
+
+from depthwalk.gpu.device import DEPTH_CLAMP, Scope
+from depthwalk.gpu.instances import AssetArrays, InstanceStream
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.limits import MAX_TRANSLUCENT_TRIANGLES
+from depthwalk.params import Params
+from depthwalk.render.draw.translucency_planner import TranslucentBatch
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.lamp_inputs import LampInputs
+from depthwalk.render.lod.selection import error_at_a_metre
+from depthwalk.render.passes.fog import fog_inputs
+from depthwalk.render.pixel_pass import PixelInputs, joined_defines, joined_uniforms
+from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.resources.translucent_store import TranslucentObject
+
+# moderngl's format of a TRANSLUCENT_VERTEX, and which attributes are read: all, and those of what glows.
+_LAYOUT = "3f 2f 3f 3f 4f 2f", "in_position", "in_uv", "in_emission", "in_normal", "in_colour", "in_highlight"
+_GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
+_GLOW = "GLOW"
+_TOLERANCE = 1 / 128  # of an object's radius, by which depth images may be off: about a third of a texel of 256²
+_OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # of premultiplied light; what hides nothing is added
+
+
+class TranslucencyPass(Pass[Params]):
+    """Draw translucent and glowing polygons over `lit`."""
+
+    name = "translucency"
+    reads = ("depth", "sun_maps", "lamp_maps")
+    writes = ("lit",)
+
+    def setup(self, gl: Scope) -> None:
+        """Prepare the variants of the program, and what lamps and objects are handed over by; `gl` owns them."""
+        shaders = "translucency/translucency.vert", "translucency/translucency.frag"
+        self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
+        layouts = {True: _GLOW_LAYOUT, False: _LAYOUT}
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *layouts[_GLOW in defines]))
+        self._instances = InstanceStream(gl, PLACED_RECORD)
+        self._lamps: LampInputs | None = None  # made when they are first needed, as most scenes have nothing for it
+        self._sorted: moderngl.Buffer | None = None  # indices of sorted triangles; likewise
+
+    def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether anything in sight of `frame` is translucent or glows; `params` is empty."""
+        return bool(frame.translucent.batches)
+
+    def draw(self, frame: Frame, params: Params) -> None:
+        """Add the glow in `frame`, then blend what is translucent over it; `params` is empty."""
+        drawn = frame.translucent
+        self._instances.upload(drawn.records)
+        if self._sorted is None:
+            self._sorted = self.gl.buffer(reserve=12 * MAX_TRANSLUCENT_TRIANGLES, dynamic=True)
+        if len(drawn.faces):
+            self._sorted.orphan()
+            self._sorted.write(drawn.faces.tobytes())
+        into = frame.targets.lighting
+        # Clamped, since near and far plane are fitted to what is opaque.
+        with self.gl.state(into=into, depth_test="<=", depth_write=False, blend=_OVER, direct=(DEPTH_CLAMP,)):
+            self._add_glow(frame)
+            self._blend(frame)
+
+    def _add_glow(self, frame: Frame) -> None:
+        """Add what opaque surfaces send out, where they are the nearest."""
+        inputs = _joined([_fog(frame)])
+        defines = (_GLOW, *joined_defines(inputs))
+        program = self._programs[defines]
+        program.set(**_units(inputs), **joined_uniforms(inputs))
+        program.set(seen_error=error_at_a_metre(frame.view, frame.common.lod))
+        for batch in frame.translucent.batches:
+            of_asset = frame.assets.translucent.objects[batch.asset]
+            if of_asset.mesh.glowing:
+                program.set(tolerance=_TOLERANCE * of_asset.mesh.radius)
+                array = self._array(defines, batch, of_asset, of_asset.indices)
+                for run in of_asset.mesh.glowing:
+                    of_asset.use(run)
+                    array.render(vertices=3 * run.count, first=3 * run.first, instances=batch.count)
+
+    def _blend(self, frame: Frame) -> None:
+        """Blend what is translucent over the picture, from back to front."""
+        self._lamps = self._lamps or LampInputs(self.gl)
+        inputs = _joined([_sun(frame), self._lamps.of(frame), _fog(frame)])
+        defines = joined_defines(inputs)
+        program = self._programs[defines]
+        units = _units(inputs)
+        program.set(**units, **joined_uniforms(inputs))
+        for each in inputs:
+            for name, texture in each.textures.items():
+                texture.use(units[name])
+        for batch in frame.translucent.batches:
+            of_asset = frame.assets.translucent.objects[batch.asset]
+            if of_asset.mesh.runs:
+                self._blend_batch(defines, batch, of_asset)
+
+    def _blend_batch(self, defines: tuple[str, ...], batch: TranslucentBatch, of_asset: TranslucentObject) -> None:
+        runs = of_asset.mesh.runs
+        if batch.sorted is None:
+            array = self._array(defines, batch, of_asset, of_asset.indices)
+            drawn = [(run, run.first, run.count) for run in runs]
+        else:
+            assert self._sorted is not None  # `draw` has made it
+            array = self._array(defines, batch, of_asset, self._sorted, "sorted")
+            drawn = [(runs[each.run], each.first, each.count) for each in batch.sorted]
+        for run, first, count in drawn:
+            of_asset.use(run)
+            array.render(vertices=3 * count, first=3 * first, instances=batch.count)
+
+    def _array(
+        self,
+        defines: tuple[str, ...],
+        batch: TranslucentBatch,
+        of_asset: TranslucentObject,
+        indices: moderngl.Buffer,
+        *key: str,
+    ) -> moderngl.VertexArray:
+        """Return the vertex array of an asset by some indices, with the records of a batch."""
+        array = self._arrays[defines].get((batch.asset, *key), of_asset.vertices, indices)
+        self._instances.bind(array, batch.first)
+        return array
+
+    def forget_assets(self) -> None:
+        """Drop the vertex arrays over buffers of assets."""
+        for arrays in self._arrays.values():
+            arrays.forget()
+
+
+def _joined(inputs: list[PixelInputs | None]) -> list[PixelInputs]:
+    return [each for each in inputs if each is not None]
+
+
+def _units(inputs: list[PixelInputs]) -> dict[str, int]:
+    """Return the numbers of the texture units of a program, by the names of its samplers."""
+    names = ["base_texture", "emission_texture", *(name for each in inputs for name in each.textures)]
+    return {name: unit for unit, name in enumerate(names)}
+
+
+def _sun(frame: Frame) -> PixelInputs:
+    """Return the light of sun and sky, with the shadow maps of the sun where it casts shadows."""
+    defines, uniforms = frame.light.defines, frame.light.uniforms()
+    if (maps := frame.targets.sun_maps) is None:
+        return PixelInputs(defines=defines, uniforms=uniforms)
+    uniforms |= maps.uniforms(frame.view, frame.common.lod)
+    return PixelInputs(defines=(*defines, "SHADOWS"), textures={"sun_maps": maps.texture}, uniforms=uniforms)
+
+
+def _fog(frame: Frame) -> PixelInputs | None:
+    """Return the fog between the viewer and what is drawn; None where there is none."""
+    fog = frame.environment.fog
+    if fog is None or fog.density <= 0:
+        return None
+    inputs = fog_inputs(frame)
+    return PixelInputs(defines=("FOG", *inputs.defines), uniforms=inputs.uniforms)

@@ -1,0 +1,154 @@
+"""Keep what of meshes lets light through or glows on the GPU, by the number of the asset."""
+
+import logging
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError
+from depthwalk.gpu.device import Scope
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.render.resources.mesh_object import WHITE
+from depthwalk.render.resources.translucent_mesh import Texels, TextureRun, TranslucentMesh, gather_translucent
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TranslucentObject:
+    """Hold the translucent and glowing triangles of an asset on the GPU, whose GL objects belong to the asset store.
+
+    Attributes
+    ----------
+    mesh
+        The triangles.
+    vertices
+        The buffer of `mesh.vertices`.
+    indices
+        The buffer of `mesh.faces`, three uint32 per triangle.
+    textures
+        The textures of colour and of emission, by the identity of their texels; one white texel for none.
+    """
+
+    mesh: TranslucentMesh
+    vertices: moderngl.Buffer
+    indices: moderngl.Buffer
+    textures: dict[int, moderngl.Texture]
+
+    def use(self, run: TextureRun) -> None:
+        """Bind the textures of a run of triangles: of colour to unit 0, of emission to unit 1."""
+        self.textures[id(run.colour)].use(0)
+        self.textures[id(run.emission)].use(1)
+
+    @property
+    def bytes(self) -> int:
+        """Return how many bytes of GPU memory buffers and textures take."""
+        texels = sum(texture.width * texture.height for texture in self.textures.values())
+        return int(self.vertices.size + self.indices.size + 4 * texels * 4 / 3)
+
+
+class TranslucentStore:
+    """Read and upload what of an asset is translucent or glows, when the asset is first in sight.
+
+    Parameters
+    ----------
+    gl
+        The scope of the asset store, which owns the GL objects.
+    read
+        Returns the mesh of an asset; None where there is nothing of the kind. It may be called by a thread.
+    count
+        The number of assets.
+
+    Attributes
+    ----------
+    objects
+        What was found, by the number of the asset.
+    is_unknown
+        (count,) bool, which assets nobody has asked about yet.
+    """
+
+    def __init__(self, gl: Scope, read: Callable[[int], Mesh | None], count: int) -> None:
+        self._gl, self._read = gl, read
+        self.objects: dict[int, TranslucentObject] = {}
+        self.is_unknown: NDArray[np.bool_] = np.ones(count, bool)
+        self._reading: dict[int, Future[TranslucentMesh | None]] = {}
+        self._thread: ThreadPoolExecutor | None = None  # made when it is first needed
+
+    @property
+    def is_busy(self) -> bool:
+        """Return whether anything is still being read beside the frames."""
+        return bool(self._reading)
+
+    @property
+    def bytes(self) -> int:
+        """Return how many bytes of GPU memory all takes."""
+        return sum(each.bytes for each in self.objects.values())
+
+    def ask(self, assets: Iterable[int], wait: bool) -> None:
+        """Have assets read that are still unknown.
+
+        Parameters
+        ----------
+        assets
+            Their numbers.
+        wait
+            Whether to wait until they are read; otherwise a thread reads them, and `poll` takes them over.
+
+        Raises
+        ------
+        InputError
+            For files that cannot be used, if `wait`.
+        """
+        for asset in assets:
+            if not self.is_unknown[asset]:
+                continue
+            self.is_unknown[asset] = False
+            if wait:
+                self._show(asset, self._gathered(asset))
+                continue
+            self._thread = self._thread or ThreadPoolExecutor(1, "translucency")
+            self._reading[asset] = self._thread.submit(self._gathered, asset)
+
+    def poll(self) -> None:
+        """Take over what was read beside the frames; a warning tells of files that cannot be used."""
+        for asset in [asset for asset, future in self._reading.items() if future.done()]:
+            try:
+                self._show(asset, self._reading.pop(asset).result())
+            except InputError as error:  # who draws the asset complains of it, if anything of it is drawn
+                log.warning("what is translucent cannot be shown: %s", error)
+
+    def _gathered(self, asset: int) -> TranslucentMesh | None:
+        mesh = self._read(asset)
+        return None if mesh is None else gather_translucent(mesh)
+
+    def _show(self, asset: int, mesh: TranslucentMesh | None) -> None:
+        """Upload what was found of an asset."""
+        if mesh is not None:
+            self.objects[asset] = TranslucentObject(
+                mesh=mesh,
+                vertices=self._gl.buffer(mesh.vertices.view(np.uint8)),
+                indices=self._gl.buffer(np.ascontiguousarray(mesh.faces)),
+                textures=self._textures(mesh),
+            )
+
+    def _textures(self, mesh: TranslucentMesh) -> dict[int, moderngl.Texture]:
+        runs = (*mesh.runs, *mesh.glowing)
+        each: dict[int, Texels | None] = {id(texels): texels for run in runs for texels in (run.colour, run.emission)}
+        return {number: self._texture(WHITE if texels is None else texels) for number, texels in each.items()}
+
+    def _texture(self, texels: Texels) -> moderngl.Texture:
+        flipped = np.ascontiguousarray(texels[::-1])
+        return self._gl.srgb_texture((texels.shape[1], texels.shape[0]), flipped.tobytes())
+
+    def forget(self) -> None:
+        """Forget all, because the scope has been released, and what is being read; it may be asked for again."""
+        if self._thread is not None:
+            self._thread.shutdown(wait=False, cancel_futures=True)
+        self._thread = None
+        self.objects.clear()
+        self._reading.clear()
+        self.is_unknown[:] = True

@@ -1,0 +1,60 @@
+// Lights translucent polygons (Phong 1975) to linear light, premultiplied by how much they hide, to be blended over the picture
+// (Porter and Duff 1984). Twin: reference/translucency.py.
+// GLOW: adds what opaque polygons send out. LAMPS, LAMP_SHADOWS, SHADOWS: as in light/light.glsl. FOG: there is fog.
+#include "common/phong.glsl"
+#include "common/shadow_map.glsl"
+#include "common/view.glsl"
+#ifdef LAMPS
+#include "light/lamps.glsl"
+#endif
+#ifdef SHADOWS
+#include "common/sun_maps.glsl"
+#endif
+#ifdef FOG
+#include "fog/fog.glsl"
+#endif
+uniform sampler2D base_texture;
+uniform sampler2D emission_texture;
+
+in vec3 from_viewer;    // world
+in vec2 uv;
+in vec3 emission;
+#ifndef GLOW
+in vec3 normal;
+in vec4 colour;
+flat in vec2 highlight;
+#endif
+
+layout(location = 0) out vec4 lit;
+
+#ifndef GLOW
+// Highlights keep their strength however clear a surface is: they are mirrored where light enters it.
+vec3 light_from(vec3 hidden) {
+    vec3 view = normalize(from_viewer), facing = normalize(gl_FrontFacing ? normal : -normal);
+    float away = 1.0 / gl_FragCoord.w;
+    vec3 direct = sun;
+#ifdef SHADOWS
+    direct *= sun_share_at(from_viewer / away, away, facing);
+#endif
+    vec3 light = hidden * everywhere(facing) + direct * phong(hidden, highlight.x, highlight.y, facing, view, to_sun);
+#ifdef LAMPS
+    light += of_lamps(from_viewer, away, hidden, highlight.x, highlight.y, facing, view);
+#endif
+    return light;
+}
+#endif
+
+void main() {
+    vec3 own = emission * texture(emission_texture, uv).rgb;
+#ifdef GLOW
+    lit = vec4(own, 0.0);
+#else
+    vec4 texel = texture(base_texture, uv);
+    float opacity = colour.a * texel.a;
+    lit = vec4(light_from(opacity * colour.rgb * texel.rgb) + opacity * own, opacity);
+#endif
+#ifdef FOG
+    float through = through_fog(fog_along(from_viewer));
+    lit.rgb = mix(lit.a * fog_towards(normalize(from_viewer)), lit.rgb, through);
+#endif
+}

@@ -1,0 +1,45 @@
+// Takes translucent and glowing polygons, instanced, from their asset's frame to clip space.
+// GLOW: of surfaces that are drawn already, from which they may be off as far as `tolerance` says.
+#include "common/rotation.glsl"
+#include "common/view.glsl"
+#ifdef GLOW
+uniform float tolerance;        // metres in the asset's frame
+uniform float seen_error;       // metres at one metre by which what the picture shows may be off
+#endif
+
+in vec3 in_position;    // asset frame, metres
+in vec2 in_uv;
+in vec3 in_emission;    // linear
+#ifndef GLOW
+in vec3 in_normal;
+in vec4 in_colour;      // linear, a = opacity
+in vec2 in_highlight;   // strength, exponent
+#endif
+in vec3 in_origin;      // of the object, world, relative to the viewer
+in vec4 in_rotation;
+in float in_scale;
+
+out vec3 from_viewer;   // world
+out vec2 uv;
+out vec3 emission;
+#ifndef GLOW
+out vec3 normal;
+out vec4 colour;
+flat out vec2 highlight;
+#endif
+
+void main() {
+    from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);
+    uv = in_uv;
+    emission = in_emission;
+    gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
+#ifdef GLOW
+    // The depth of a point that much nearer on the same ray.
+    float part = max(1.0 - seen_error - tolerance * in_scale / max(length(from_viewer), 1e-6), 0.5);
+    gl_Position.z = (clip_from_eye * vec4(part * from_viewer, 1.0)).z / part;
+#else
+    normal = rotate(in_rotation, in_normal);
+    colour = in_colour;
+    highlight = in_highlight;
+#endif
+}
