@@ -3,6 +3,7 @@
 import json
 import shutil
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +13,14 @@ from depthwalk.api.mesh import bake_mesh
 from depthwalk.api.renderer import Renderer
 from depthwalk.api.scene import load_scene as load_public
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.cache import read_arrays, write_arrays
+from depthwalk.cache import forget, read_arrays, write_arrays
 from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.scene import BakedAsset
+from depthwalk.scene.scene import BakedAsset, MeshAsset
+from depthwalk.scene.schema import DpciParams
 
 FILES = ("ball.dpci.npz", "ball.dpci.exr")
 
@@ -69,6 +71,36 @@ def test_both_kinds_of_file_hold_the_same(folder: Path) -> None:
         for name, value in vars(ours).items():
             tolerance = 8 if name == "normals" else 0  # .exr files round normals to half precision
             np.testing.assert_allclose(value, getattr(theirs, name), rtol=0, atol=tolerance, err_msg=name)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_was_read_ahead_needs_no_file(folder: Path, name: str) -> None:
+    scene = load_scene(scene_of(folder, f"baked: {name}"))
+    expected = SceneLibrary(scene.assets).cooked(0, CookOptions())[0].load()  # the cache has it from here on
+    libraries = [SceneLibrary(scene.assets) for _ in range(3)]
+    for library, most in zip(libraries, (1e9, 10.0), strict=False):
+        library.read_ahead([0], CookOptions(), most)
+    libraries[2].read_ahead([0], CookOptions(stepped=True), 1e9)
+    forget(libraries[0].key(0))
+    (folder / name).unlink()
+    (held,) = libraries[0].cooked(0, CookOptions())
+    for ours, theirs in zip(held.load(), expected, strict=True):
+        for field, value in vars(ours).items():
+            np.testing.assert_array_equal(value, getattr(theirs, field), err_msg=field)
+    for library in libraries:  # held once, within bounds, and for the options
+        with pytest.raises(InputError, match=name):
+            library.cooked(0, CookOptions())
+
+
+def test_nothing_is_baked_ahead(baked_files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = MeshAsset(
+        name="new", mesh=baked_files / "ball.ply", texture=None, up="y", height=None, dpci=DpciParams(resolution=17)
+    )
+    library = SceneLibrary((spec, replace(spec, dpci=None)))
+    monkeypatch.setattr(library, "_bake_mesh", pytest.fail)
+    library.read_ahead([0, 1], CookOptions(), 1e9)
+    assert not any(library._in_memory.values())
+    assert library._meshes.keys() == {1}  # of what has no depth images
 
 
 def test_the_mesh_is_drawn_where_it_exists(baked_files: Path) -> None:

@@ -5,7 +5,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,13 @@ def cluster() -> Iterator[Cluster]:
 
 def pids(cluster: Cluster) -> list[int]:
     return list(cluster._client.run(os.getpid).values())
+
+
+def has_other(cluster: Cluster, pid: int) -> bool:
+    """Return whether there is another worker than the one that was killed."""
+    with suppress(OSError):  # it is asked, too, until the scheduler knows
+        return any(other != pid for other in pids(cluster))
+    return False
 
 
 def no_heed() -> None:
@@ -132,6 +139,22 @@ def test_frames_are_the_same_on_any_worker_and_are_drawn_once(
     assert files("one") == files("many") and len(files("one")) == 9
     assert all((tmp_path / "many" / name).stat().st_mtime_ns == before for name, before in drawn.items())
     assert all(cluster._client.run(_closed).values())  # the renderer was kept from chunk to chunk
+
+    (before,) = pids(cluster)
+    os.kill(before, signal.SIGKILL)
+    wait_until(lambda: has_other(cluster, before))
+    assert all(cluster._client.run(_inherits).values()) or sys.platform == "darwin"  # where nothing is forked
+    (parent,) = {psutil.Process(pid).parent() for pid in pids(cluster)}
+    assert parent is not None and (parent.num_threads() == 1 or sys.platform == "darwin")  # though it has read a scene
+    (tmp_path / "many" / "f03.png").unlink()
+    assert render("many", "--cluster", "local:1").exit_code == 0
+    assert not any(cluster._client.run(_inherits).values()) and files("one") == files("many")
+
+
+def _inherits() -> bool:
+    from depthwalk.cluster import zygote
+
+    return zygote._value is not None
 
 
 def _closed() -> bool:

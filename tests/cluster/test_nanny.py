@@ -21,14 +21,22 @@ def test_what_is_preloaded_exists() -> None:
 
 def test_a_preloading_nanny_forks_workers_and_may_start_processes(monkeypatch: pytest.MonkeyPatch) -> None:
     loaded: list[object] = []
+    monkeypatch.delenv(TUNABLES, raising=False)
     monkeypatch.setattr(nanny, "preload", lambda: loaded.append(dask.config.get(METHOD)))
     with dask.config.set({METHOD: "spawn"}):
         made = SimpleNamespace(config=dask.config.merge(dask.config.config), env={TRIM: "1"}, pre_spawn_env={TRIM: "1"})
+        made.periodic_callbacks = {"tick": SimpleNamespace(callback_time=20.0)}
         nanny.dask_setup(made)
         assert loaded == [nanny.worker_config().get(METHOD, "spawn")]
         assert dask.config.get("distributed.worker.daemon") is False
     assert dask.config.get("distributed.worker.profile.enabled", config=made.config) is False  # what workers are given
-    assert not made.env and not made.pre_spawn_env and made.Worker is LastingWorker
+    assert made.periodic_callbacks["tick"].callback_time >= 500
+    assert not made.env and made.pre_spawn_env == {TUNABLES: "glibc.malloc.hugetlb=1"} and made.Worker is LastingWorker
+
+
+def test_what_a_user_tells_the_c_library_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(TUNABLES, "glibc.malloc.arena_max=1")
+    assert nanny.worker_config()[f"distributed.nanny.pre-spawn-environ.{TUNABLES}"] == "glibc.malloc.arena_max=1"
 
 
 def test_a_worker_whose_scheduler_is_lost_leaves_its_nanny() -> None:
@@ -66,3 +74,4 @@ def test_macos_does_not_fork(monkeypatch: pytest.MonkeyPatch) -> None:
 
 METHOD = "distributed.worker.multiprocessing-method"
 TRIM = "MALLOC_TRIM_THRESHOLD_"
+TUNABLES = "GLIBC_TUNABLES"

@@ -33,8 +33,8 @@ from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
-from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, Prefetcher
-from depthwalk.cook.cooked_file import cooked_key, read_cooked
+from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, HeldArrays, Prefetcher
+from depthwalk.cook.cooked_file import cooked_key, find_cooked, read_cooked
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
@@ -100,6 +100,7 @@ class SceneLibrary:
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._clusters: dict[int, MeshClusters | None] = {}
+        self._in_memory: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `read_ahead`
         self._warned = False  # of cooked files, which cannot follow some settings
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
@@ -176,7 +177,48 @@ class SceneLibrary:
         """Return `objects`, whose arrays begin to be read where the library reads ahead."""
         return objects if self._ahead is None else self._ahead.read(objects)
 
+    def read_ahead(self, assets: Sequence[int], options: CookOptions, most: float) -> None:
+        """Read assets before they are asked for: cooked depth images, and meshes of what has no depth images.
+
+        Arrays of depth images are held until they are first asked for. Nothing is baked or cooked: depth images that
+        neither the scene names nor the cache has are passed over. No thread is started.
+
+        Parameters
+        ----------
+        assets
+            Numbers of the assets to read.
+        options
+            How depth images are cooked.
+        most
+            How many bytes of arrays to hold; the first asset that takes more, and what follows, is read when it is
+            asked for.
+
+        Raises
+        ------
+        InputError
+            For files that cannot be used.
+        """
+        for asset in assets:
+            mesh = None if self.has_baked(asset) else self.mesh(asset)
+            objects = self._found_cooked(asset, options)
+            most -= sum(cooked.bytes for cooked in objects) + (mesh.nbytes if mesh else 0)
+            if most < 0:
+                self.forget_mesh(asset)
+                return
+            self._in_memory[asset, options] = tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
+
+    def _found_cooked(self, asset: int, options: CookOptions) -> tuple[CookedObject, ...]:
+        """Return the cooked depth images of the asset numbered `asset`; none where they are still to be made."""
+        spec = self._assets[asset]
+        if isinstance(spec, BakedAsset) and is_cooked_file(spec.baked):
+            return read_cooked(spec.baked)
+        key = self.key(asset) if self.has_baked(asset) else ""
+        return (find_cooked(key, options) if key else None) or ()
+
     def _cooked(self, asset: int, options: CookOptions, again: bool) -> tuple[CookedObject, ...]:
+        held = self._in_memory.pop((asset, options), ())
+        if held and not again:
+            return held
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)):
             begin = partial(self.report, spec.name, "cooking")

@@ -7,8 +7,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from depthwalk.assets.demand import cook_options
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.cluster import worker
+from depthwalk.cluster import worker, zygote
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, TaskError, run_tasks
 from depthwalk.commands.frame_drawing import draw_frame, smooth
@@ -16,6 +19,8 @@ from depthwalk.commands.frame_keys import FrameKeys, frame_keys
 from depthwalk.commands.option_values import open_scene, representation
 from depthwalk.commands.options import RepresentationName
 from depthwalk.commands.output import Output, has_frame, write_still
+from depthwalk.commands.program import without_garbage
+from depthwalk.cook.cook import MOST_PREFETCHED
 from depthwalk.errors import InputError
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.up_axis import stand_upright
@@ -159,13 +164,45 @@ def draw_chunk(job: RenderJob, frames: Sequence[int]) -> int:
     return drawn
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Inputs:
+    """What is read for a job before anything is drawn."""
+
+    scene: Scene
+    path: CameraPath
+    keys: FrameKeys
+    library: SceneLibrary
+
+
 def _open(job: RenderJob, stack: ExitStack) -> _Drawer:
+    inputs: _Inputs | None = zygote.inherited(job)
+    if inputs is None:
+        inputs = _read(job)
+        zygote.ask(job, read_ahead)
+    scene = inputs.scene
+    headless = HeadlessRenderer(scene, inputs.library, job.size, representation(job.representation))
+    stack.enter_context(headless)
+    stand_upright(scene, headless.renderer)
+    return _Drawer(headless=headless, path=inputs.path, keys=inputs.keys)
+
+
+def _read(job: RenderJob) -> _Inputs:
+    """Read scene and path. Raises InputError where they are not those that the caller of `draw_on` has read."""
     scene, path, keys = job.load()
     if keys.scene != job.key:
         raise InputError(
             f"{job.scene}: a worker has another version of the scene, of a file that it names, or of depthwalk"
         )
-    library = SceneLibrary(scene.assets)
-    headless = stack.enter_context(HeadlessRenderer(scene, library, job.size, representation(job.representation)))
-    stand_upright(scene, headless.renderer)
-    return _Drawer(headless=headless, path=path, keys=keys)
+    return _Inputs(scene=scene, path=path, keys=keys, library=SceneLibrary(scene.assets))
+
+
+def read_ahead(job: RenderJob) -> object:
+    """Return what a worker needs that replaces one of the same job, as `zygote.ask` wants it: nothing is baked.
+
+    Raises InputError where the worker would.
+    """
+    with without_garbage():
+        inputs = _read(job)
+        used = np.unique(inputs.scene.objects.asset).tolist()
+        inputs.library.read_ahead(used, cook_options(inputs.scene.render), MOST_PREFETCHED)
+    return inputs
