@@ -1,6 +1,8 @@
 // Reduces a picture to half of its width and height: of each block of four pixels the surface that covers most of it, its
-// circle of confusion and its mean colour. Surfaces are not mixed, so that what is sharp does not run into what is blurred.
+// circle of confusion and its mean colour. Surfaces are not mixed, so that what is sharp does not run into what is blurred; where
+// circles hardly differ, all four pixels count, as those of one surface that is seen at a slant.
 // FIRST: the picture itself, whose circles follow from the depth buffer. Twin: reference/dof_tiles.py.
+#from depthwalk.render.view.lens import ONE_SURFACE
 uniform sampler2D sharp_texture;    // unfiltered at its pixels' middles, where software fetches half as fast
 #ifdef FIRST
 #include "dof/circle.glsl"
@@ -29,7 +31,8 @@ void main() {
     float least = least_of(vec4(lower.y, lower_right.y, upper.y, upper_right.y));
     float greatest = greatest_of(vec4(lower.z, lower_right.z, upper.z, upper_right.z));
 #endif
-    vec4 weight = step(0.5 * (nearest + farthest), found);  // 1 for what is farther
+    float limit = farthest - nearest < ONE_SURFACE ? nearest : 0.5 * (nearest + farthest);
+    vec4 weight = step(limit, found);  // 1 for what is farther
     float count = dot(weight, vec4(1.0));
     if (count <= 2.0) weight = 1.0 - weight;
     weight /= count <= 2.0 ? 4.0 - count : count;

@@ -6,8 +6,9 @@ import pytest
 from depthwalk.cook.edge_collapse import _cheapest, _collapse_once, _Known, collapse_edges
 from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.vertex_clustering import cluster_vertices
+from depthwalk.geometry.indexed_triangles import open_edges
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.types import Array, Ints
+from depthwalk.types import Array, Ints, Mask
 from shapes import box, sphere
 
 CELL = 0.01
@@ -86,3 +87,21 @@ def test_what_a_round_knows_of_cheap_edges_is_what_looking_at_all_of_them_tells(
         ):
             for column in "start", "end", "target", "quadric", "weight", "cost":
                 np.testing.assert_array_equal(getattr(kept, column), getattr(anew, column))
+
+
+def test_a_curved_boundary_is_followed_more_closely_where_the_surface_ends() -> None:
+    """Of a disc, as the top of a round table whose rim another image shows: chords across its outline open gaps."""
+    square, triangles = plane(32)
+    reach = (
+        np.abs(square[:, :2]).max(1, keepdims=True) / np.maximum(np.linalg.norm(square[:, :2], axis=1), 1e-9)[:, None]
+    )
+    point = square * reach  # squares about the middle become circles
+    at_end = np.linalg.norm(point, axis=1) > 1 - 1e-6
+
+    def lost(ends: Mask | None) -> float:
+        surface = collapse_edges(clustered_surface(point, triangles, at_end=ends), 0.06)
+        assert len(surface.triangles) < 0.2 * len(triangles)
+        start, end, _ = open_edges(surface.point, surface.triangles, np.tile([0.0, 0, 1], (len(surface.triangles), 1)))
+        return float(np.mean(1 - np.linalg.norm((surface.point[start] + surface.point[end])[:, :2] / 2, axis=1)))
+
+    assert lost(at_end) < 0.6 * lost(None)

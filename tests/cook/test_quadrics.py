@@ -40,6 +40,16 @@ def test_the_boundary_is_held_by_planes_perpendicular_to_it() -> None:
     np.testing.assert_allclose(found, square, atol=1e-6)
 
 
+def test_the_boundary_counts_more_where_a_surface_ends() -> None:
+    """One edge of a square is an end: moved out of it, its vertices cost four times as much."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    faces, ends = np.array([[0, 1, 2], [0, 2, 3]]), np.array([True, True, False, False])
+    loose, firm = clustered_surface(square, faces), clustered_surface(square, faces, at_end=ends)
+    off = square - (0, 0.1, 0)
+    costs = [squared_distances(surface.quadric.T, off) for surface in (loose, firm)]
+    np.testing.assert_allclose(costs[1] / costs[0], [4, 4, 1, 1], rtol=1e-6)
+
+
 def test_features_count_for_one_half(corner: ClusteredSurface) -> None:
     """Here all are planes of constant z, through the four vertices: three at z = 0, one at 1."""
     mixed = clustered_surface(CORNER, FACES, SharpFeatures(CORNER, np.tile([0.0, 0, 1], (4, 1))))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.images import BakedObject, Face
@@ -196,3 +197,15 @@ def test_what_is_welded_is_as_large_as_what_it_stands_for() -> None:
     volumes = [trimesh.Trimesh(points, welded.triangles, process=False).volume for points in (inscribed, welded.point)]
     before, after = 4 / 3 * np.pi - np.array(volumes)
     assert abs(after) < before / 2
+
+
+def test_a_sheet_has_its_corners_within_the_error_that_is_said() -> None:
+    """Of a leaning card nothing is off its plane, so that samples alone would tell of no error."""
+    turn = Rotation.from_euler("xz", (30, 10), degrees=True)
+    card = turn.apply([(-0.5, 0, 0.5), (0.5, 0, 0.5), (0.5, 0, -0.5), (-0.5, 0, -0.5)])
+    baked = bake(mesh_of(card, [(0, 1, 2), (0, 2, 3)], turn.apply([(0, 1, 0)] * 4)), 64)
+    levels = build_simplified_lods(baked)
+    for level in range(len(levels.error)):
+        found = points(levels)[np.unique(levels.drawn(level))]
+        off = np.linalg.norm(found[None] - (card - np.asarray(baked.position))[:, None], axis=2).min(1)
+        assert off.max() < 6 * levels.error[level], level

@@ -21,3 +21,13 @@ def leaf() -> BakedObject:
 def test_a_side_of_a_leaf_is_looked_up_from_where_it_is_seen(leaf: BakedObject, turned: int, face: Face) -> None:
     corners = np.array([(-0.1, 0.5, 0.1), (0.1, 0.5, 0.1), (0.1, 0.5, -0.1)])[::turned] - np.asarray(leaf.position)
     assert select_views(leaf, corners[None])[0] % EDGE >> FACE_SHIFT == face
+
+
+def test_a_triangle_that_reaches_into_another_layer_is_looked_up_in_both() -> None:
+    """Of a floor below a box: from above it is in the first layer beside the box, in the second behind it."""
+    hall = bake(joined(box(1.1, 0.1, 1.1), box(0.36, 0.1, 0.36, (0, 0.5, 0))), resolution=64)
+    corners = np.array([(-0.25, 0.05, 0), (0.5, 0.05, 0.1), (0.5, 0.05, -0.1)]) - np.asarray(hall.position)
+    image = select_views(hall, corners[None])[0]
+    assert image & EDGE and (image % EDGE) >> FACE_SHIFT == Face.TOP
+    beside = np.array([(0.3, 0.05, -0.1), (0.3, 0.05, 0.1), (0.45, 0.05, 0)]) - np.asarray(hall.position)
+    assert select_views(hall, beside[None])[0] == Face.TOP << FACE_SHIFT

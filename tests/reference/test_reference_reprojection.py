@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from depthwalk.reference.reprojection import beside_nearer, nearest_in_cells, nearest_seen, sources
+from depthwalk.reference.reprojection import beside_nearer, nearest_in_cells, nearest_seen, roughness, sources, tiles
 from depthwalk.render.reprojection import BEYOND, CELL, REFLECTED
+from depthwalk.render.smooth_tiles import ROUGHNESS_CELL, TILE, TileClass
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
@@ -81,6 +82,33 @@ def test_the_nearest_surface_is_looked_for_where_it_has_come() -> None:
     found = nearest_seen(picture, distances, aside)
     assert np.unique(np.argwhere(found < BEYOND)[:, 1]).tolist() == [1, 2]
     assert found[found < BEYOND] == pytest.approx(2.0)
+
+
+def test_a_plane_is_not_rough_and_a_step_is_as_rough_as_it_is_high() -> None:
+    """A plane has inverse distances that are linear in the picture, however slanting it is."""
+    size = 5 * ROUGHNESS_CELL
+    y, x = np.indices((size, size))
+    slanting = 1 / (0.2 + 0.001 * x + 0.002 * y)
+    assert roughness(slanting)[:-1, :-1] == pytest.approx(0, abs=1e-12)
+    stepped = np.full((size, size), 5.0)
+    stepped[:, 2 * ROUGHNESS_CELL :] = 2.0
+    found = roughness(stepped)
+    assert set(np.flatnonzero(found[0] > 1e-9).tolist()) == {1}  # cells share their edges
+    assert 0.1 < found[0, 1] <= 0.3 + 1e-9
+
+
+def test_a_narrow_thing_that_comes_into_an_even_tile_is_searched_for() -> None:
+    """A wire before a wall: no corner of a tile shows it, neither where it was nor where it comes."""
+    size = 8 * TILE, 6 * TILE
+    picture = View(AHEAD.camera, size, near=0.1, far=100.0)
+    distances = np.full(size[::-1], 10.0)
+    distances[:, 4 * TILE + 3 : 4 * TILE + 5] = 2.0
+    aside = View(Camera((0.1, 1.0, 4.0), (0.1, 1.0, 3.0), 0.8), size)
+    classes, _ = tiles(picture, distances, aside)
+    shown = sources(picture, distances, aside)[3 * TILE, :, 0] * size[0]
+    columns = np.unique(np.flatnonzero((shown >= 4 * TILE + 3) & (shown < 4 * TILE + 5)) // TILE)
+    assert len(columns) > 0 and (classes[1:-1, columns] == TileClass.SEARCHED).all()
+    assert (classes[1:-1, 0] == TileClass.SMOOTH).all()
 
 
 def test_only_what_is_farther_than_what_is_beside_it_keeps_to_itself() -> None:

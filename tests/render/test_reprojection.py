@@ -5,8 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
-from depthwalk.reference.reprojection import look_up, sources
+from depthwalk.reference.reprojection import look_up, roughness, sources, tiles
+from depthwalk.render.image import read_pixels
 from depthwalk.render.reprojection import BEYOND, Reprojection, seen_from
+from depthwalk.render.smooth_tiles import TileClass
 from depthwalk.render.view.field_of_view import widened
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
@@ -41,6 +43,10 @@ class Moving(OnScreen):
         self.reprojection.release()
         super().__exit__()
 
+    def distances(self) -> NDArray[np.float64]:
+        metres = view_distance(self.depth, *self.source.depth_range)
+        return np.where(np.isinf(metres), BEYOND, metres)
+
     def moved(self, camera: Camera) -> NDArray[np.int64]:
         self.reprojection.show(View(camera, SIZE), self.screen)
         return self.pixels()
@@ -62,10 +68,43 @@ def test_the_shader_is_its_twin(gl_device: Device) -> None:
         x, y = np.meshgrid((np.arange(160) + 0.5) / 160, (np.arange(120) + 0.5) / 120)
         picture.write((np.stack([x, y, 0 * x, 0 * x + 1], -1) * 255).round().astype(np.uint8).tobytes())
         shown = stage.moved(ASIDE)[..., :2] / 255
-        distances = view_distance(stage.depth, *stage.source.depth_range)
-        expected = sources(stage.source, np.where(np.isinf(distances), BEYOND, distances), View(ASIDE, SIZE))
+        expected = sources(stage.source, stage.distances(), View(ASIDE, SIZE))
     off = np.abs(shown - expected).max(-1)
     assert np.median(off) < 0.003 and (off > 0.01).mean() < 0.01  # single precision decides along edges
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.4])
+def test_tiles_are_drawn_as_the_twin_says(gl_device: Device, margin: float) -> None:
+    """Sky and the even ground are interpolated, the edges of crate and ball searched; without a margin some end."""
+    with Moving(gl_device, margin) as stage:
+        stage.moved(ASIDE)
+        shown, made = stage.reprojection._shown, stage.reprojection._tiles._made
+        assert shown is not None and made is not None
+        rough = np.frombuffer(shown.roughness.texture.read(), np.float32)
+        drawn = made.classes.texture
+        classes = np.frombuffer(drawn.read(), np.float32).reshape(drawn.size[::-1])
+        expected, _ = tiles(stage.source, stage.distances(), View(ASIDE, SIZE))
+        assert rough == pytest.approx(roughness(stage.distances()).ravel(), rel=1e-3, abs=1e-4)
+    assert (classes == expected).mean() > 0.97  # single precision decides at the limits
+    counts = np.bincount(expected.ravel(), minlength=len(TileClass))
+    assert counts[TileClass.SMOOTH] > 20 and counts[TileClass.SEARCHED] > 15
+    assert (counts[TileClass.AROUND] > 0) == (margin == 0)
+
+
+def test_a_screen_need_not_have_whole_tiles(gl_device: Device) -> None:
+    """Its last column and row of tiles are drawn as far as they reach."""
+    size = SIZE[0] - 7, SIZE[1] - 5
+    with Moving(gl_device, 0.1) as stage:
+        whole = stage.moved(ASIDE)
+        scope = gl_device.scope("part")
+        part = scope.framebuffer([scope.texture(size, 4)])
+        fov = 2 * np.arctan(np.tan(ASIDE.fov / 2) * size[1] / SIZE[1])
+        stage.reprojection.show(View(Camera(ASIDE.position, ASIDE.target, fov), size), part)
+        shown = read_pixels(part)[::-1, :, :3].astype(int)  # lowest row first
+        scope.release()
+    cut = (whole[2:-3, 3:-4] + whole[3:-2, 4:-3]) / 2  # off by half a pixel
+    off = np.abs(shown - cut).max(-1)
+    assert np.median(off) <= 2 and np.median(off[-6:]) <= 2 and np.median(off[:, -6:]) <= 2
 
 
 def test_a_moved_picture_is_nearer_to_the_truth_than_the_old_one(gl_device: Device) -> None:
@@ -88,8 +127,7 @@ def test_distances_are_those_of_the_surfaces_that_the_shader_finds(gl_device: De
     """Beside edges too, where a search that begins elsewhere ends at another surface."""
     view = View(ASIDE, SIZE)
     with Moving(gl_device) as stage:
-        metres = view_distance(stage.depth, *stage.source.depth_range)
-        distances = np.where(np.isinf(metres), BEYOND, metres)
+        distances = stage.distances()
         places = sources(stage.source, distances, view)
         _, viewer, axis = seen_from(stage.source, view)
         found, expected = [], []

@@ -255,8 +255,8 @@ def test_another_size_is_shown_at_once_and_exact_when_a_frame_is_finished(gl_dev
 
 
 def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sliced: Window) -> None:
-    sliced.renderer.settings.reprojection.refine = False
-    sliced.renderer.settings.reprojection.frame_limit = 60_000.0  # however busy the machine is
+    settings = sliced.renderer.settings.reprojection
+    settings.refine, settings.scale, settings.frame_limit = False, 0.75, 60_000.0  # however busy the machine is
 
     def height() -> int:
         assert sliced.frames._source is not None  # of the last frame
@@ -304,8 +304,8 @@ def test_a_picture_that_is_being_refined_is_given_up_when_the_viewer_moves(slice
 
 
 def test_a_frame_is_reduced_if_the_viewer_moves_when_it_is_begun(sliced: Window) -> None:
-    sliced.renderer.settings.reprojection.refine = False
-    sliced.renderer.settings.reprojection.frame_limit = 60_000.0  # however busy the machine is
+    settings = sliced.renderer.settings.reprojection
+    settings.refine, settings.scale, settings.frame_limit = False, 0.75, 60_000.0  # however busy the machine is
     sliced.rest()
     for right, scale in ((0.1, 0.75), (0.1, 1.0), (0.2, 0.75)):
         sliced.round(right)
@@ -318,6 +318,7 @@ def test_a_frame_is_reduced_if_the_viewer_moves_when_it_is_begun(sliced: Window)
 
 def test_frames_that_take_too_long_get_smaller_and_larger_again(sliced: Window) -> None:
     settings = sliced.renderer.settings.reprojection
+    settings.scale = 0.75
     sliced.rest()
     assert sliced.frames.scale == 1
 

@@ -12,8 +12,11 @@ import numpy as np
 from depthwalk.cook.sharp_features import SharpFeatures
 from depthwalk.geometry.indexed_triangles import normals_and_areas, open_edges
 from depthwalk.geometry.vectors import lengths
-from depthwalk.types import Array, Ints
+from depthwalk.types import Array, Ints, Mask
 
+# How many times a boundary counts where a surface ends. Beyond such an end, as beyond the edge of a box, another image
+# goes on, and a boundary that is off opens a gap; other boundaries lie on what another image shows.
+_END_WEIGHT = 4.0
 _PAIRS = np.triu_indices(4)  # a quadric is the upper half of a symmetric matrix, 4 × 4
 
 
@@ -46,7 +49,11 @@ class ClusteredSurface:
 
 
 def clustered_surface(
-    point: Array, triangles: Ints, features: SharpFeatures | None = None, opposite: Ints | None = None
+    point: Array,
+    triangles: Ints,
+    features: SharpFeatures | None = None,
+    opposite: Ints | None = None,
+    at_end: Mask | None = None,
 ) -> ClusteredSurface:
     """Return a surface whose vertices stand for the planes of their own triangles only, as before any simplification.
 
@@ -64,6 +71,9 @@ def clustered_surface(
         None for no such planes.
     opposite
         (3 t,) what `opposite_edges` returns of the triangles, where that is known.
+    at_end
+        (n,) which vertices lie where a surface ends: the boundary between two of them is held more firmly. None for
+        none.
 
     Returns
     -------
@@ -75,7 +85,9 @@ def clustered_surface(
     weight = np.zeros(len(point))
     for corner in corners:
         weight += np.bincount(corner, area, len(point))
-    quadric = _quadrics(point, corners, normal, area, open_edges(point, triangles, normal, opposite))
+    boundary = open_edges(point, triangles, normal, opposite)
+    firm = np.ones(len(boundary[0])) if at_end is None else _firmness(boundary[0], boundary[1], at_end)
+    quadric = _quadrics(point, corners, normal, area, boundary, firm)
     if features is not None:
         quadric += _feature_quadric(corners, features, area)
         quadric /= 2
@@ -132,17 +144,25 @@ def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
     return np.stack([(a * x + b * y + c * z) / determinant for a, b, c in rows], -1)
 
 
-def _quadrics(point: Array, corners: Ints, normal: Array, area: Array, boundary: tuple[Ints, Ints, Array]) -> Array:
+def _firmness(start: Ints, end: Ints, at_end: Mask) -> Array:
+    """Return how many times boundary edges between vertices (m,) count."""
+    return np.where(at_end.take(start) & at_end.take(end), _END_WEIGHT, 1.0)
+
+
+def _quadrics(
+    point: Array, corners: Ints, normal: Array, area: Array, boundary: tuple[Ints, Ints, Array], firm: Array
+) -> Array:
     """Return the quadric (10, n) of each vertex, from its triangles and its boundary edges.
 
-    corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: what `open_edges` returns.
+    corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: what `open_edges` returns; firm:
+    (m,), how many times each of its edges counts.
     """
     quadric = np.zeros((len(_PAIRS[0]), len(point)))
     _add_planes(quadric, corners, normal, point.take(corners[0], 0), area)
     start, end, outward = boundary
     length = lengths(outward)
     upright = outward / np.maximum(length, 1e-30)[:, None]
-    _add_planes(quadric, (start, end), upright, point.take(start, 0), length**2)
+    _add_planes(quadric, (start, end), upright, point.take(start, 0), firm * length**2)
     return quadric
 
 

@@ -21,13 +21,13 @@ from depthwalk.cook.indexed_lods import index_levels
 from depthwalk.cook.lod_geometry import BORDER, LodGeometry
 from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.sharp_features import find_sharp_features
-from depthwalk.cook.vertex_clustering import cluster_vertices
+from depthwalk.cook.vertex_clustering import cluster_vertices, kept_vertices
 from depthwalk.cook.view_selection import select_views
 from depthwalk.geometry.indexed_triangles import opposite_edges, vertex_directions
 from depthwalk.geometry.triangles import face_normals, sample_triangles
 from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, begin
-from depthwalk.types import Array, Ints
+from depthwalk.types import Array, Ints, Mask
 
 # Tolerances and sizes are in texels, which are pixels where an object is as large as its images.
 _FINE_VOXEL = 0.01  # within which vertices become one, in the levels that show all that the images hold
@@ -46,9 +46,13 @@ _COARSE_LEVELS = 13  # at most
 _MIN_AREA = 0.75  # of the area of the first coarse level: a fine surface with less is no level
 _MIN_TRIANGLES = 24  # that are worth a level
 _MAX_SHARE = 0.65  # of the finer level's triangles: with more than that it is no level of its own
+_END = 0  # rank of vertices at the ends of surfaces, see `cluster_vertices`
 _SMOOTH = 0.5  # cosine: edges between whose ends the surface turns further cross a crease, which is no arc
 _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
 _QUANTILE = 0.98  # of the samples, which are no farther off than a level's error
+# Part of a level's tolerance that its error is at least. Most levels measure a third. Where all is flat, samples tell
+# of no error at all, while the corners of a sheet or a card may be off by the whole tolerance.
+_LEAST_ERROR = 0.15
 
 
 def build_simplified_lods(baked: BakedObject, parallel: Map = map) -> LodGeometry:
@@ -86,7 +90,7 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
     point, yields = grid.positions, grid.vertices[:, 3] & BORDER > 0
     most = _FOLIAGE_DENSITY * baked.images[0].depth.size
     # Ends of surfaces first, or what is flat would shrink by a voxel; what another face owns last.
-    rank = np.where(grid.texels[:, 0] < 0, 0, np.where(yields, 2, 1))
+    rank = np.where(grid.texels[:, 0] < 0, _END, np.where(yields, 2, 1))
     used = np.zeros(len(point), bool)
     used[triangles] = True
     probes = point[np.random.default_rng(0).permutation(np.flatnonzero(used & ~yields))[:_PROBES]]
@@ -100,7 +104,7 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
         surface, tolerance = level
         vertices = dilate_foliage(surface, target, voxel, tolerance) if foliage else surface.point
         corners = vertices[surface.triangles]
-        return corners, _deviation(probes, corners)
+        return corners, max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
 
     # Threads measure a level while the next one is made.
     levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
@@ -130,7 +134,8 @@ def _surfaces(
         return _coarse_levels(_coarse_surface(*clustered(voxel), bulged), texel, parallel)
 
     coarse_beside = begin(lambda: coarse_levels(_COARSE_VOXEL, bulged=True), parallel)
-    fine = _fine_surface(*clustered(_FINE_VOXEL), parallel)
+    kept, fine_triangles = kept_vertices(point, triangles, rank, _FINE_VOXEL * texel)
+    fine = _fine_surface(point[kept].astype(np.float64), fine_triangles, rank[kept] == _END, parallel)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
     # Leaves that became one are on no arc.
@@ -167,15 +172,16 @@ def _coarse_levels(coarse: ClusteredSurface, texel: float, parallel: Map) -> lis
     return levels
 
 
-def _fine_surface(point: Array, triangles: Ints, parallel: Map) -> ClusteredSurface:
+def _fine_surface(point: Array, triangles: Ints, at_end: Mask, parallel: Map) -> ClusteredSurface:
     """Return a finely clustered surface, bulged, and drawn into the ridges between samples.
 
-    After coarse clustering samples are too far apart to tell ridges. point, triangles: what `cluster_vertices` returns.
+    After coarse clustering samples are too far apart to tell ridges. point, triangles: what `cluster_vertices` returns;
+    at_end: (n,), vertices where a surface ends.
     """
     bulged = begin(lambda: _bulged(point, triangles), parallel)
     opposite = opposite_edges(triangles)
     features = find_sharp_features(point, triangles, opposite)
-    return clustered_surface(bulged(), triangles, features, opposite)
+    return clustered_surface(bulged(), triangles, features, opposite, at_end)
 
 
 def _coarse_surface(point: Array, triangles: Ints, bulged: bool = True) -> ClusteredSurface:

@@ -32,13 +32,19 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
     tuple
         Vertices (m, 3) float64, metres, and triangles (u, 3) int64, rows of these vertices, each once.
     """
+    kept, triangles = kept_vertices(point, triangles, rank, voxel_size)
+    return point[kept].astype(np.float64), triangles
+
+
+def kept_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: float) -> tuple[Ints, Ints]:
+    """Do what `cluster_vertices` does, but return the rows (m,) of `point` that are kept in place of these vertices."""
     first, number = _groups(_voxel_keys(point - point.min(0), voxel_size), rank)
     facing = vertex_directions(point, triangles)
     first, number = _groups(
         2 * number + (np.einsum("ij,ij->i", facing, facing.take(first, 0).take(number, 0)) < 0), rank
     )
     used, triangles = drop_unused(distinct_triangles(number[triangles]), len(first))
-    return point[first[used]].astype(np.float64), triangles
+    return first[used], triangles
 
 
 def _voxel_keys(point: Array, voxel_size: float) -> Ints:

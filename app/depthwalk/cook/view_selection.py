@@ -21,6 +21,7 @@ from depthwalk.types import Array, Ints, Mask
 
 NOWHERE = -1
 _ELSEWHERE, _ASKEW = 0.1, 0.3  # cost of looking where another face owns the surface, or at a slant
+_BESIDE = 0.1  # or in the layer before or behind, where shaders look for what the image itself does not show
 _TURNED = 0.5  # or where the surface faces elsewhere
 _EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals point; where rays are steeper, these tell
 _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
@@ -154,10 +155,11 @@ def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints
         row, layer = (likely[own] if first else (least[own] < best[rows, None]) & ~likely[own]).nonzero()
         cost, sampled = _cost(look, layer, triangles.at(rows[row]), view.at(row))
         # The last written stays: the least, and of equals the first.
-        better = np.flatnonzero((cost < best[rows[row]]) & sampled)
+        better = np.flatnonzero((cost < best[rows[row]]) & sampled.any(1))
         better = better[np.argsort(cost[better], kind="stable")[::-1]]
         row, layer = row[better], layer[better]
-        edge = look.beside_edge[view.texel[row], layer[:, None]].any(1)
+        # A large triangle may reach across an edge that none of its probes is beside.
+        edge = look.beside_edge[view.texel[row], layer[:, None]].any(1) | ~sampled[better].all(1)
         best[rows[row]] = cost[better]
         code[rows[row]] = look.code[layer] + EDGE * edge
     return code
@@ -195,17 +197,41 @@ def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
         off /= scale[:, None, None]
         cost = np.fmin(off, np.float32(1), out=off)
     cost[view.facing < -_EDGE_ON] = 1
-    cost += view.askew[..., None]
     cost += look.foreign.take(view.texel, 0)
+    beside = cost[..., :-1] + np.float32(_BESIDE), cost[..., 1:] + np.float32(_BESIDE)
+    np.minimum(cost[..., 1:], beside[0], out=cost[..., 1:])
+    np.minimum(cost[..., :-1], beside[1], out=cost[..., :-1])
+    cost += view.askew[..., None]
     return np.asarray(np.einsum("tpl->tl", cost)) - _ROUNDING  # much faster than `sum` along so short an axis
 
 
 def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple[Array, Mask]:
-    """Return the cost (t,) of the image of one layer for each triangle, and whether (t,) it has a sample of it.
+    """Return the cost (t,) of the image of one layer for each triangle, and which probes (t, p) it has a sample of.
+
+    What it lacks costs little where the layer before or behind has it.
 
     layer: (t,), the image's place in `look`.
     """
-    at = view.texel * len(look.code) + layer[:, None]
+    cost, sampled = _probe_costs(look, np.broadcast_to(layer[:, None], view.texel.shape), triangles, view)
+    some = sampled.any(1)  # without any the image is not chosen
+    for step in -1, 1:
+        there = some & (layer + step >= 0) & (layer + step < len(look.code))
+        row, probe = (~sampled & there[:, None]).nonzero()
+        of = view.at(row)
+        of = _View(*(values[np.arange(len(row)), probe, None] for values in of))
+        lacking = triangles.at(row)._replace(probes=triangles.probes[row, probe, None])
+        beside, found = _probe_costs(look, layer[row, None] + step, lacking, of)
+        cheaper = np.minimum(cost[row, probe], beside[:, 0] + _BESIDE)
+        cost[row, probe] = np.where(found[:, 0], cheaper, cost[row, probe])
+    return np.asarray((cost + view.askew).sum(1)), sampled
+
+
+def _probe_costs(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple[Array, Mask]:
+    """Return what it costs to look up each probe in a layer, slant aside, and whether there is a sample of it: (t, p).
+
+    layer: (t, p), places in `look`.
+    """
+    at = view.texel * len(look.code) + layer
     depth = look.depth.take(at)
     solid = np.isfinite(depth)
     origin, inward = (rays.reshape(-1, 3).take(view.texel, 0) for rays in look.grid.rays)
@@ -215,8 +241,7 @@ def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple
     same_side = np.where(np.abs(view.facing) > _EDGE_ON, view.facing, cosine) > 0
     sampled = solid & same_side & (lengths(away) < triangles.max_distance[:, None])
     cost = np.where(sampled, np.minimum(off, 1) + _TURNED * (1 - np.minimum(np.abs(cosine), 1)), 1)
-    cost += look.foreign.take(at) + view.askew
-    return np.asarray(cost.sum(1)), np.asarray(sampled.any(1))
+    return np.asarray(cost + look.foreign.take(at)), sampled
 
 
 def _look_up(look: _Look, triangles: _Triangles) -> _View:

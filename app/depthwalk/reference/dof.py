@@ -15,6 +15,7 @@ from scipy.ndimage import map_coordinates
 
 from depthwalk.reference.dof_tiles import Reduced, ranges, reduced, tile_classes
 from depthwalk.render.view.lens import (
+    ALL_EVEN,
     EVEN_RAYS,
     GOLDEN_ANGLE,
     HIDDEN_WEIGHT,
@@ -81,8 +82,9 @@ def gather(
         (quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER),
         (half, TileClass.HALF_EVEN, TileClass.HALF),
     ]
+    all_even = where(*(each for each in TileClass if each & ALL_EVEN))
     for picture, even, traced in shown:
-        seen, large = _gathered(picture, where(even), spread, samples)
+        seen, large = _gathered(picture, all_even, spread, samples)
         seen = passed_on(seen)
         magnified = where(even, traced)
         out[magnified] = _magnified(seen, np.ones(large.shape, bool), picture.block, (height, width))[0][magnified]

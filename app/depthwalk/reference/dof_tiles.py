@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.view.lens import EVEN, LEAST_HALF, LEAST_QUARTER, LEAST_STEP, SHARP_RADIUS, TileClass
+from depthwalk.render.view.lens import EVEN, LEAST_HALF, LEAST_QUARTER, LEAST_STEP, ONE_SURFACE, SHARP_RADIUS, TileClass
 from depthwalk.types import Array
 
 
@@ -78,8 +78,8 @@ def reduced(picture: Reduced) -> Reduced:
         return np.stack([image[np.ix_(y, x)] for y in rows for x in columns])
 
     found = blocks(picture.circles)
-    middle = 0.5 * (found.min(0) + found.max(0))
-    farther = found >= middle
+    low, high = found.min(0), found.max(0)
+    farther = found >= np.where(high - low < ONE_SURFACE, low, 0.5 * (low + high))
     weight = (farther == (farther.sum(0) > 2)).astype(float)
     weight /= weight.sum(0)
     return Reduced(

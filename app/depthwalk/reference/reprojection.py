@@ -1,5 +1,7 @@
 """Find where a finished picture shows what another camera sees: the twin of shaders/reprojection."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,7 @@ from depthwalk.render.reprojection import (
     STRIDE,
     seen_from,
 )
+from depthwalk.render.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TOLERANCE, TileClass
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
@@ -96,12 +99,141 @@ def beside_nearer(distances: Array) -> Mask:
     return np.asarray(beside < HIDDEN * distances)
 
 
+class _Found(NamedTuple):
+    """Hold what the search of shaders/reprojection/search.glsl finds for n rays.
+
+    Attributes
+    ----------
+    place
+        (n, 2) in the picture, 0 to 1: of what is shown.
+    hidden
+        (n,) whether what should be seen is hidden in the picture.
+    """
+
+    place: NDArray[np.float64]
+    hidden: Mask
+
+
+def _place_of(picture: View, points: Array) -> NDArray[np.float64]:
+    """Return where a picture shows points (…, 3), right, up and ahead of its camera."""
+    half_extent = np.array(picture.half_extent)
+    return np.asarray(0.5 + 0.5 * points[..., :2] / (np.maximum(points[..., 2:], 1e-3) * half_extent))
+
+
+def _near_points(picture: View, view: View, nearest: Array, at: Array) -> tuple[Array, Array]:
+    """Return the rays through places (n, 2) of a screen, and the points on them that are as far as `nearest` says.
+
+    Arguments: see `sources`; `nearest`, (n,), is how far ahead of the viewer.
+    """
+    rays_of, viewer, _ = seen_from(picture, view)
+    rays = np.column_stack([2 * at - 1, np.ones(len(at))]) @ rays_of.T
+    return rays, viewer + nearest[:, None] * rays
+
+
+def _search(picture: View, distances: Array, view: View, nearest: Array, at: Array) -> _Found:
+    """Look for what places (n, 2) of another camera's screen show. Other arguments: see `_near_points`."""
+    _, viewer, axis = seen_from(picture, view)
+    rays, points = _near_points(picture, view, nearest, at)
+    place = behind = _place_of(picture, points)
+    ahead = expected = farthest = look_up(distances, place)
+    for _ in range(FIXED_POINT_STEPS):
+        direction = np.column_stack([(2 * place - 1) * np.array(picture.half_extent), np.ones_like(ahead)])
+        along = np.maximum((direction * ahead[:, None] - viewer) @ axis, 1e-2)
+        points = viewer + along[:, None] * rays
+        place, expected = _place_of(picture, points), points[:, 2]
+        ahead = look_up(distances, place)
+        behind = np.where((ahead > farthest)[:, None], place, behind)
+        farthest = np.maximum(farthest, ahead)
+    hidden = np.asarray(ahead < HIDDEN * expected)
+    return _Found(np.where(hidden[:, None], behind, place), hidden)
+
+
+def roughness(distances: Array) -> NDArray[np.float64]:
+    """Return how far from plane the cells of a picture are, as shaders/reprojection/roughness.frag measures it.
+
+    Parameters
+    ----------
+    distances
+        (h, w) metres, lower row first.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (⌈h / ROUGHNESS_CELL⌉, ⌈w / ROUGHNESS_CELL⌉), 1/m: the most by which an inverse distance is off the plane
+        through those at the corners.
+    """
+    rows, columns = (
+        (np.arange(-(-side // ROUGHNESS_CELL))[:, None] * ROUGHNESS_CELL + np.arange(ROUGHNESS_CELL + 1)).clip(
+            0, side - 1
+        )
+        for side in distances.shape
+    )
+    inverse = 1 / np.asarray(distances, np.float64)[rows[:, None, :, None], columns[None, :, None, :]]
+    first, right, up, both = (inverse[..., y, x, None, None] for y in (0, -1) for x in (0, -1))
+    slope_x, slope_y = ((right + both - first - up) / 2, (up + both - first - right) / 2)
+    part = np.arange(ROUGHNESS_CELL + 1) / ROUGHNESS_CELL - 0.5
+    plane = (first + right + up + both) / 4 + slope_x * part + slope_y * part[:, None]
+    return np.asarray(np.abs(inverse - plane).max((2, 3)))
+
+
+def tiles(picture: View, distances: Array, view: View) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return how the tiles of a screen are drawn, and the places of their corners (shaders/reprojection/classes.frag).
+
+    Parameters
+    ----------
+    picture, distances, view
+        See `sources`.
+
+    Returns
+    -------
+    classes : NDArray[np.int64]
+        (rows, columns) of `TileClass`.
+    corners : NDArray[np.float64]
+        (rows + 1, columns + 1, 2) places in the picture that the corners of tiles show.
+    """
+    size, viewer = np.array(view.size), seen_from(picture, view)[1]
+    columns, rows = -(-size // TILE)
+    nearest = nearest_seen(picture, distances, view)
+    lattice = np.indices((2 * rows + 1, 2 * columns + 1))[::-1].reshape(2, -1).T * TILE / 2
+    found = _search(picture, distances, view, look_up(nearest, lattice / CELL / nearest.shape[::-1]), lattice / size)
+    place, seen = found.place.reshape(2 * rows + 1, -1, 2), ~found.hidden.reshape(2 * rows + 1, -1)
+    corners, pixels, rough = place[::2, ::2], np.array(picture.size), roughness(distances)
+    classes = np.full((rows, columns), int(TileClass.SEARCHED))
+    for row, column in np.ndindex(rows, columns):
+        at = np.array([(column + x, row + y) for y in (0, 1) for x in (0, 1)]) * TILE / size
+        ahead = look_up(nearest, (np.array([[column, row]]) + 0.5) * TILE / CELL / nearest.shape[::-1])
+        near = _place_of(picture, _near_points(picture, view, ahead.repeat(4), at)[1])
+        nine = np.s_[2 * row : 2 * row + 3, 2 * column : 2 * column + 3]
+        low, high = place[nine].min((0, 1)), place[nine].max((0, 1))
+        if (low < 0).any() or (high > 1).any():
+            classes[row, column] = TileClass.AROUND
+            continue
+        off = np.linalg.norm((place[nine] - _between(corners[row : row + 2, column : column + 2], 3)) * pixels, axis=-1)
+        parallax = view.focal_pixels * np.linalg.norm(
+            (low + high - 1) * np.array(picture.half_extent) * viewer[2] - viewer[:2]
+        )
+        first = (np.minimum(low, near.min(0)).clip(0, 1) * pixels).astype(int) // ROUGHNESS_CELL
+        last = np.minimum((np.maximum(high, near.max(0)).clip(0, 1) * pixels).astype(int), pixels - 1) // ROUGHNESS_CELL
+        if (last - first < MOST_CELLS).all() and seen[nine].all() and off.max() < TOLERANCE:
+            most = rough[first[1] : last[1] + 1, first[0] : last[0] + 1].max()
+            classes[row, column] = TileClass.SMOOTH if most * parallax < TOLERANCE else TileClass.SEARCHED
+    return classes, corners
+
+
+def _between(corners: Array, count: int, at: Array | None = None) -> NDArray[np.float64]:
+    """Return `count` × `count` places between four corners (2, 2, 2), at parts (count,) of the edges; None: evenly."""
+    part = (np.linspace(0, 1, count) if at is None else at)[:, None]
+    lower, upper = (row[0] + part * (row[1] - row[0]) for row in corners)
+    return np.asarray(lower + part[..., None] * (upper - lower))
+
+
 def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     """Return which place of a picture each pixel of another view is filled from.
 
     The surface on a pixel's ray is found by fixed-point steps, which take turns between how far away it is and where in
     the picture it therefore lies (Bowles et al. 2012, "Iterative Image Warping"). They begin with the nearest surface
     that has come there. Beside nearer surfaces a pixel of the picture keeps to itself, so that its middle is the place.
+    In the tiles that are smooth, places are interpolated between the corners.
 
     Parameters
     ----------
@@ -117,39 +249,23 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     NDArray[np.float64]
         (H, W, 2) places in the picture, from (0, 0), its lower left corner, to (1, 1); lower row first.
     """
-    rays_of, viewer, axis = seen_from(picture, view)
     width, height = view.size
-    x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ rays_of.T
-    half_extent = np.array(picture.half_extent)
-
-    def place_of(point: Array) -> Array:
-        return np.asarray(0.5 + 0.5 * point[..., :2] / (np.maximum(point[..., 2:], 1e-3) * half_extent))
-
-    def search(place: Array) -> tuple[Array, Array, Array, Array]:
-        ahead = look_up(distances, place)
-        expected = farthest = ahead
-        behind = place
-        for _ in range(FIXED_POINT_STEPS):
-            surface = np.dstack([(2 * place - 1) * half_extent, np.ones_like(ahead)]) * ahead[..., None]
-            point = viewer + np.maximum((surface - viewer) @ axis, 1e-2)[..., None] * rays
-            place, expected = place_of(point), point[..., 2]
-            ahead = look_up(distances, place)
-            behind = np.where((ahead > farthest)[..., None], place, behind)
-            farthest = np.maximum(farthest, ahead)
-        return place, ahead, expected, behind
-
-    cell = np.indices((height, width)) // CELL
-    near = nearest_seen(picture, distances, view)[cell[0], cell[1]]
-    place, ahead, expected, behind = search(place_of(viewer + near[..., None] * rays))
-    hidden = ahead < HIDDEN * expected
+    pixel = np.indices((height, width))[::-1].reshape(2, -1).T
+    near = nearest_seen(picture, distances, view)[pixel[:, 1] // CELL, pixel[:, 0] // CELL]
+    place, hidden = _search(picture, distances, view, near, (pixel + 0.5) / view.size)
     alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
-    found = np.where(hidden[..., None], behind, place)
-    inside = found.clip(0, 1)
-    beyond = np.abs(found - inside) % (2 * REFLECTED)  # mirrored to and fro
-    found = np.abs(inside - np.minimum(beyond, 2 * REFLECTED - beyond))
+    inside = place.clip(0, 1)
+    beyond = np.abs(place - inside) % (2 * REFLECTED)  # mirrored to and fro
+    place = np.abs(inside - np.minimum(beyond, 2 * REFLECTED - beyond))
     size = np.array(picture.size)
-    return np.asarray(np.where(alone[..., None], (np.floor(found * size) + 0.5) / size, found))
+    found: NDArray[np.float64] = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place)
+    found = found.reshape(height, width, 2)
+    classes, corners = tiles(picture, distances, view)
+    at = (np.arange(TILE) + 0.5) / TILE
+    for row, column in np.argwhere(classes == TileClass.SMOOTH):
+        tile = found[row * TILE : (row + 1) * TILE, column * TILE : (column + 1) * TILE]
+        tile[:] = _between(corners[row : row + 2, column : column + 2], TILE, at)[: len(tile), : tile.shape[1]]
+    return found
 
 
 def look_up(texture: Array, place: Array) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
 from depthwalk.render.pixel_source import ColourFunctions
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.lens import HIGHEST_MIP, LARGEST_BLOCK, TILE, TileClass
+from depthwalk.render.view.lens import ALL_EVEN, HIGHEST_MIP, LARGEST_BLOCK, TILE, TileClass
 
 _VERTEX = "dof/tile.vert"
 _LINEAR = moderngl.LINEAR, moderngl.LINEAR
@@ -184,7 +184,7 @@ class LensGather:
     def _gather_reduced(
         self, drawing: _Drawing, picture: _Reduced, even: TileClass, traced: TileClass, lent: int = 0
     ) -> None:
-        """Gather the tiles of the classes `even`, `traced` and `lent` in `picture`; show the first two.
+        """Gather tiles of the classes `even`, `traced` and `lent` in `picture`, and those beside; show the first two.
 
         Its circles and what was gathered stay at texture units 1 and 4.
         """
@@ -194,9 +194,10 @@ class LensGather:
         reduced: dict[str, Any] = {"colour_texture": 3, "circles_texture": 1, "block": picture.block}
         reduced |= {"most_rays": drawing.most_rays, **drawing.following}
         levels = {"highest_mip": picture.highest_mip}
-        self._tiles(drawing, gathered.framebuffer, "reduced_even", side, even, **levels, **reduced)
-        beside = {"range_texture": 5, "beside": even | traced | lent, "left_out": even}
-        self._tiles(drawing, gathered.framebuffer, "reduced", side, traced | lent, **beside, **reduced)
+        beside = even | traced | lent  # filters look across the borders of tiles
+        averaged, rays = {"left_out": ~ALL_EVEN, **levels}, {"left_out": ALL_EVEN, "range_texture": 5}
+        self._tiles(drawing, gathered.framebuffer, "reduced_even", side, even, beside, **averaged, **reduced)
+        self._tiles(drawing, gathered.framebuffer, "reduced", side, traced | lent, beside, **rays, **reduced)
         gathered.texture.use(4)
         shown: dict[str, Any] = {"gathered_texture": 4, "block": picture.block}
         self._tiles(drawing, drawing.into, "upsample", TILE, even | traced, **shown)

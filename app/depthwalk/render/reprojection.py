@@ -21,6 +21,8 @@ from depthwalk.gpu.state import LESS
 from depthwalk.render.depth_picture import DepthPicture, DepthPictures
 from depthwalk.render.image import Image
 from depthwalk.render.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
+from depthwalk.render.smooth_tiles import VERTEX_SHADER as TILE_VERTEX_SHADER
+from depthwalk.render.smooth_tiles import SmoothTiles, TileClass
 from depthwalk.render.surround import Surround
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.field_of_view import shows, spread_rays
@@ -31,6 +33,7 @@ BEYOND = 1e6  # metres: how far away that counts as being which nothing was draw
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
 _NEAREST = 1.0  # metres, of surfaces, where it is decided which cells of the screen need the surround
+_Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 _CORNERS = places(1)  # of these cells
 _JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
 REFLECTED = 0.1  # of the picture's width or height, along its edges: what is mirrored beyond them
@@ -58,10 +61,11 @@ def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[n
 
 
 class _Picture(NamedTuple):
-    """Hold a picture, and how far away the nearest surface in each of its cells of `CELL` pixels is."""
+    """Hold a picture; how far away the nearest surface in each of its cells of `CELL` pixels is; how plane it is."""
 
     drawn: DepthPicture
     nearest: Image
+    roughness: Image
 
 
 class _Cells(NamedTuple):
@@ -92,6 +96,11 @@ class Reprojection:
         self._programs = Variants(
             lambda defines: Program(self._gl, VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
         )
+        self._tile_programs = {
+            tile_class: Program(self._gl, TILE_VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
+            for tile_class, defines in ((TileClass.SEARCHED, ()), (TileClass.AROUND, ("AROUND",)))
+        }
+        self._tiles = SmoothTiles(self._gl)
         self._pictures = DepthPictures(self._gl)
         self.surround = Surround(self._gl, self._pictures)
         self.view: View | None = None
@@ -105,7 +114,8 @@ class Reprojection:
         if self._drawn is None or self._drawn.drawn.size != size:
             self._free_drawn()  # should there be no memory for the next
             cells = -(-size[0] // CELL), -(-size[1] // CELL)
-            self._drawn = _Picture(self._pictures.make(size), Image.make(self._gl, cells, 1, "f4"))
+            nearest, roughness = Image.make(self._gl, cells, 1, "f4"), self._tiles.make_roughness(size)
+            self._drawn = _Picture(self._pictures.make(size), nearest, roughness)
         return self._drawn.drawn.colours.framebuffer
 
     def take(self, targets: Targets, view: View) -> None:
@@ -118,12 +128,13 @@ class Reprojection:
         """
         if self._drawn is None:
             raise ValueError("no picture was drawn: there is no canvas yet")
-        picture, nearest = self._drawn
+        picture, nearest, roughness = self._drawn
         self._pictures.keep_distances(picture, targets, view)
         picture.distances.texture.use(0)
         self._nearest.set(distances=0)
         with self._gl.state(into=nearest.framebuffer):
             self._nearest.fill()
+        self._tiles.measure(picture.distances.texture, roughness)
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
         self.surround.take(picture, view)
@@ -136,36 +147,60 @@ class Reprojection:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
         if self.view is None or self._shown is None:
             raise ValueError("there is no finished picture yet")
-        rays, viewer, axis = seen_from(self.view, view)
+        seen = seen_from(self.view, view)
+        if not self._rehearsed:
+            self._rehearse(view, seen, screen)
+        if seen[1].any():
+            self._show_moved(view, seen, screen)
+        else:
+            self._show_turned(view, seen, screen)
+
+    def _show_moved(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
+        """Show the picture to a camera, `seen` from the picture's, that stands elsewhere."""
+        assert self.view is not None and self._shown is not None
+        self._move_cells(view.size, *seen[:2])
+        search = self._search_uniforms(view.size, seen)
+        self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3)
+        shown = search | self._picture_uniforms(view)
+        for tile_class, program in self._tile_programs.items():
+            around = self._around_uniforms(view, 5) if tile_class == TileClass.AROUND else {}
+            program.set(**shown, **around)
+        self._tiles.draw(screen, self._tile_programs, picture=0, unit=3)
+
+    def _show_turned(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
+        """Show the picture to a camera that stands where the picture's stood."""
+        assert self.view is not None
         wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
         same = (self.view.camera.position, self.view.camera.target) == (view.camera.position, view.camera.target)
         is_part = math.isclose(self.view.focal_pixels, view.focal_pixels) and wide % 2 == high % 2 == 0
-        if viewer.any():
-            defines: tuple[str, ...] = ()
-            self._move_cells(view.size, rays, viewer)
-        else:
-            defines = ("EXACT",) if same and is_part else ("TURNED",)
-        uniforms = self._search_uniforms(view.size, rays, viewer, axis) | {"margin": (wide // 2, high // 2)}
-        lacking = self._lacking(rays, viewer)
+        defines = ("EXACT",) if same and is_part else ("TURNED",)
+        uniforms = self._search_uniforms(view.size, seen) | self._picture_uniforms(view)
+        uniforms["margin"] = wide // 2, high // 2
+        lacking = self._lacking(*seen[:2])
         with self._gl.state(into=screen):
-            if not self._rehearsed:
-                self._rehearse(screen)
             self._fill(defines, ~lacking, uniforms)
             if lacking.any():
-                world = {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
-                self._fill((*defines, "AROUND"), lacking, uniforms | world | self.surround.use(view, 3, 4))
+                self._fill((*defines, "AROUND"), lacking, uniforms | self._around_uniforms(view, 5))
 
-    def _search_uniforms(
-        self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64], axis: NDArray[np.float64]
-    ) -> dict[str, object]:
-        """Bind the textures of the finished picture; return the uniforms by which a screen of `size` looks into it."""
-        assert self.view is not None and self._shown is not None
+    def _picture_uniforms(self, view: View) -> dict[str, object]:
+        """Bind the colours of the finished picture; return the uniforms that show them on the screen of a view."""
+        assert self._shown is not None
         self._shown.drawn.colours.texture.use(0)
+        return {"picture": 0, "pixel": (1 / view.size[0], 1 / view.size[1])}
+
+    def _around_uniforms(self, view: View, unit: int) -> dict[str, object]:
+        """Bind what lies around to two texture units from `unit` on; return the uniforms that show it."""
+        world = {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
+        return world | self.surround.use(view, unit, unit + 1)
+
+    def _search_uniforms(self, size: tuple[int, int], seen: _Seen) -> dict[str, object]:
+        """Bind the distances of the finished picture; return the uniforms by which a screen of `size` looks into it."""
+        assert self.view is not None and self._shown is not None
+        rays, viewer, axis = seen
         self._shown.drawn.distances.texture.use(1)
         if self._cells is not None:
             self._cells.nearest.texture.use(2)
         return {
-            "picture": 0,
             "distances": 1,
             "nearest": 2,
             "cells_shown": tuple(side / (CELL * math.ceil(side / CELL)) for side in size),
@@ -181,14 +216,15 @@ class Reprojection:
         program.set(**uniforms)
         fill_cells(program, cells)
 
-    def _rehearse(self, screen: moderngl.Framebuffer) -> None:
-        """Draw a pixel by each program, so that no later picture waits for the compiler of the driver."""
-        whole = screen.viewport
+    def _rehearse(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
+        """Draw once by each program, so that no later picture waits for the compiler of the driver."""
+        self._show_moved(view, seen, screen)
+        whole, uniforms = screen.viewport, self._search_uniforms(view.size, seen) | self._picture_uniforms(view)
         screen.viewport = (0, 0, 1, 1)
         try:
-            for moved in ((), ("TURNED",)):
-                for defines in (moved, (*moved, "AROUND")):
-                    self._fill(defines, np.ones(CELL_ROWS * CELL_COLUMNS, bool), {})
+            with self._gl.state(into=screen):
+                for defines in (("TURNED",), ("TURNED", "AROUND")):
+                    self._fill(defines, np.ones(CELL_ROWS * CELL_COLUMNS, bool), uniforms)
         finally:
             screen.viewport = whole
         self._rehearsed = True
@@ -250,10 +286,10 @@ class Reprojection:
         """
         if self.view is None:
             return math.inf
-        rays, viewer, axis = seen_from(self.view, view)
-        self._move_cells(view.size, rays, viewer)
+        seen = seen_from(self.view, view)
+        self._move_cells(view.size, *seen[:2])
         program, (texture, framebuffer) = self._distance
-        program.set(**self._search_uniforms(view.size, rays, viewer, axis), place_asked=(across, 1 - down))
+        program.set(**self._search_uniforms(view.size, seen), place_asked=(across, 1 - down))
         with self._gl.state(into=framebuffer):
             program.fill()
         (distance,) = np.frombuffer(texture.read(), np.float32).tolist()
@@ -274,9 +310,10 @@ class Reprojection:
 
     def _free_drawn(self) -> None:
         if self._drawn is not None:
-            picture, nearest = self._drawn
+            picture, nearest, roughness = self._drawn
             self._pictures.free(picture)
             nearest.free(self._gl)
+            roughness.free(self._gl)
         self._drawn = None
 
     def release(self) -> None:

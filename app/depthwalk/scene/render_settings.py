@@ -77,7 +77,7 @@ class ReprojectionParams(Params):
         le=0.5,
     )
     scale: float = param(
-        0.75,
+        1.0,
         "Pixels of such frames per pixel of the window, along either axis, while the viewer moves; at most",
         ge=0.25,
         le=1,
@@ -85,7 +85,7 @@ class ReprojectionParams(Params):
     frame_limit: float = param(
         300.0,
         "Time from the beginning of such a frame to its end, with all that is shown meanwhile, beyond which the next "
-        "ones have fewer pixels, down to 0.41 of `scale`",
+        "ones have fewer pixels, down to 0.33 of `scale`",
         unit="ms",
         ge=1,
         le=60_000,

@@ -1,7 +1,7 @@
 """Choose how many pixels frames have while the viewer moves, so that none of them takes long."""
 
 STEP = 0.8  # of the scale, from one to the next
-LEAST = 4  # steps down at most: 0.41 of the scale
+LEAST = 5  # steps down at most: 0.33 of the scale
 _SPARE = 0.8  # part of the limit that the next larger frame must be expected to stay within
 
 

@@ -34,7 +34,7 @@ _SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last 
 _MOST_UNSEEN = 0.5  # of the window: where the last frame lacks more, the window waits for the next one
 _SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
-_WARP_LIMIT = 1_000_000  # triangles: more than most frames of a walk need, less than what a quick turn brings
+_WARP_LIMIT = 1_600_000  # triangles, of a frame of all pixels: more than most need, less than what a quick turn brings
 _FIRST_WARP_LIMIT = 400_000  # in the first pictures of a window
 
 

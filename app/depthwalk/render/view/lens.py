@@ -25,17 +25,18 @@ TILE = 16  # pixels along a tile of the picture, whose circles are found togethe
 SHARP_RADIUS = 0.5  # pixels: a radius that reaches no other pixel's middle
 RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
 RAY_DENSITY = 0.5  # rays per square of the radius, of the whole picture
-MIN_RAYS = 8  # rays of a pixel of it
+MIN_RAYS = 6  # rays of a pixel of it
 HIDDEN_WEIGHT = 1e-3  # of a ray that meets what nobody sees: only where all do, they count
-LEAST_HALF = 7.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
-LEAST_QUARTER = 10.0  # pixels: from here on in one a quarter as wide and high
+LEAST_HALF = 5.0  # pixels: where all circles are as large, they are gathered in a picture half as wide and high
+LEAST_QUARTER = 8.0  # pixels: from here on in one a quarter as wide and high
 NEARLY = 0.75  # of `LEAST_HALF`: circles that a reduced picture still gathers for its neighbours
-REDUCED_RAYS = 16  # traced rays of a pixel of reduced pictures
+REDUCED_RAYS = 14  # traced rays of a pixel of reduced pictures
 EVEN_RAYS = 20  # points of the lens there, where no ray needs to be traced
 MIP_RADIUS = 6.0  # pixels of the reduced picture: the radius from which on its first mip-map is averaged
 HIGHEST_MIP = 2  # of the smallest reduced picture; of the other, circles are hardly larger than `MIP_RADIUS`
 LARGEST_BLOCK = 4  # pixels along one of the smallest reduced picture's
 LINEAR_BLUR = 2 / 3  # radius², pixels, of the disc that blurs as linear filtering does: 4 variances of a tent
+ONE_SURFACE = 0.5  # pixels of the whole picture: circles in a block that differ less are of one surface
 EVEN = 0.2  # how far neighbours' circles may differ, relative to the least around, where no ray needs to be traced
 LEAST_STEP = 1.0  # pixels that they may always differ by
 
@@ -50,6 +51,9 @@ class TileClass(IntEnum):
     HALF = 16
     QUARTER_EVEN = 32
     QUARTER = 64
+
+
+ALL_EVEN = TileClass.EVEN | TileClass.HALF_EVEN | TileClass.QUARTER_EVEN  # where no ray needs to be traced
 
 
 def lens_radius(lens: DofParams) -> float:

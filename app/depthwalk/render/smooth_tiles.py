@@ -1,0 +1,142 @@
+"""Tell where a finished picture that has moved can be interpolated, and where each pixel needs a search of its own.
+
+Most of a picture is plane enough, or so far away, that the places which the corners of a small tile show tell those of
+all pixels between them: sky, ground, walls. There a pixel takes one texture read instead of four. The search of
+shaders/reprojection/search.glsl, made at some points of each tile, and how far from plane the picture is where the
+pixels of the tile may lie in it, decide. The twin in NumPy is `reference.reprojection`.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import moderngl
+
+from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
+from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.program import Program
+from depthwalk.render.image import Image
+
+TILE = 16  # pixels along a tile of the screen
+ROUGHNESS_CELL = 4  # pixels along a cell of the picture, for each of which it is known how far from plane it is
+MOST_CELLS = 12  # along either axis, that a tile may lie in: where a near surface has come, they may be many
+TOLERANCE = 1.0  # pixels, that what is interpolated may be off
+VERTEX_SHADER = "reprojection/tile.vert"  # of the programs that draw tiles
+
+
+class TileClass(IntEnum):
+    """Name the ways in which tiles are drawn."""
+
+    SMOOTH = 0  # interpolated
+    SEARCHED = 1  # each pixel is looked for
+    AROUND = 2  # likewise, and some may lie beyond the edges of the picture
+
+
+class _Found(NamedTuple):
+    """Hold the places that are shown at the corners of tiles and midway between, and the classes of the tiles."""
+
+    places: Image
+    classes: Image
+
+
+class SmoothTiles:
+    """Decide how each tile of a screen is drawn, and draw the tiles of a class.
+
+    Parameters
+    ----------
+    gl : the owner of everything on the GPU.
+    """
+
+    def __init__(self, gl: Scope) -> None:
+        self._gl = gl
+        vertex = "common/fullscreen.vert"
+        self._roughness = Program(gl, vertex, "reprojection/roughness.frag")
+        self._find = Program(gl, vertex, "reprojection/places.frag")
+        self._classify = Program(gl, vertex, "reprojection/classes.frag")
+        self._smooth = Program(gl, VERTEX_SHADER, "reprojection/smooth.frag")
+        self._made: _Found | None = None
+
+    def make_roughness(self, size: tuple[int, int]) -> Image:
+        """Create what `measure` fills in, for pictures of `size` (width, height), pixels."""
+        columns, rows = (-(-side // ROUGHNESS_CELL) for side in size)
+        return Image.make(self._gl, (columns, rows), 1, "f4")
+
+    def measure(self, distances: moderngl.Texture, roughness: Image) -> None:
+        """Measure how far from plane the cells of a finished picture are, see shaders/reprojection/roughness.frag."""
+        distances.use(0)
+        self._roughness.set(distances=0)
+        with self._gl.state(into=roughness.framebuffer):
+            self._roughness.fill()
+
+    def classify(
+        self, size: tuple[int, int], roughness: Image, search: dict[str, object], focal_pixels: float, unit: int
+    ) -> None:
+        """Decide how the tiles of a screen are drawn.
+
+        Parameters
+        ----------
+        size : of the screen, (width, height), pixels.
+        roughness : of the picture, see `measure`.
+        search : the uniforms of shaders/reprojection/search.glsl, whose textures are bound.
+        focal_pixels : of the screen.
+        unit : the first of two texture units that nothing of these is bound to.
+
+        Raises
+        ------
+        GpuError
+            Where points are smaller than tiles, which OpenGL allows and no known driver does, or there is no memory.
+        """
+        tiles = -(-size[0] // TILE), -(-size[1] // TILE)
+        if self._made is None or self._made.classes.texture.size != tiles:
+            self._create(tiles)
+        assert self._made is not None
+        places, classes = self._made
+        pixel = 1 / size[0], 1 / size[1]
+        self._find.set(**search, pixel=pixel)
+        with self._gl.state(into=places.framebuffer):
+            self._find.fill()
+        places.texture.use(unit)
+        roughness.texture.use(unit + 1)
+        self._classify.set(**search, pixel=pixel, focal_pixels=focal_pixels, places=unit, roughness=unit + 1)
+        with self._gl.state(into=classes.framebuffer):
+            self._classify.fill()
+
+    def draw(
+        self, screen: moderngl.Framebuffer, programs: dict[TileClass, Program], *, picture: int, unit: int
+    ) -> None:
+        """Draw all tiles as `classify` has decided.
+
+        Parameters
+        ----------
+        screen : what is drawn into.
+        programs : those that draw the classes that are not smooth, with `VERTEX_SHADER` and their uniforms set.
+        picture : the unit that the colours of the picture are bound to.
+        unit : that which `classify` was called with.
+        """
+        assert self._made is not None
+        classes = self._made.classes.texture
+        classes.use(unit + 1)
+        columns, rows = classes.size
+        viewport = screen.viewport
+        screen.viewport = 0, 0, columns * TILE, rows * TILE
+        try:
+            with self._gl.state(into=screen, direct=(PROGRAM_POINT_SIZE,)):
+                self._smooth.set(picture=picture)
+                for tile_class, program in {TileClass.SMOOTH: self._smooth, **programs}.items():
+                    program.set(places=unit, class_texture=unit + 1, drawn_class=int(tile_class))
+                    program.points(columns * rows)
+        finally:
+            screen.viewport = viewport
+
+    def _create(self, tiles: tuple[int, int]) -> None:
+        """Create what is found for so many columns and rows of tiles, in the place of what there was."""
+        if (most := self._gl.device.context.info["GL_POINT_SIZE_RANGE"][1]) < TILE:
+            raise GpuError(
+                f"render.reprojection.mode: moving pictures needs points of {TILE} pixels; this driver has {most:g} at "
+                "most; set it to off"
+            )
+        if self._made is not None:
+            for image in self._made:
+                image.free(self._gl)
+            self._made = None
+        places = Image.make(self._gl, (2 * tiles[0] + 1, 2 * tiles[1] + 1), 4, "f4")
+        self._made = _Found(places, Image.make(self._gl, tiles, 1, "f4"))

@@ -1,0 +1,15 @@
+// Finds which places of a finished picture the corners of the screen's tiles, and the points midway between them, show.
+// Twin: reference/reprojection.py.
+#from depthwalk.render.smooth_tiles import TILE
+#include "reprojection/search.glsl"
+uniform vec2 pixel;     // of the screen, as a part of it
+
+layout(location = 0) out vec4 found_place;  // x, y; z: 0 where what should be seen there is hidden in the picture, else 1
+
+void main() {
+    vec2 uv = floor(gl_FragCoord.xy) * (0.5 * float(TILE)) * pixel;
+    vec3 ray = ray_at(uv);
+    Found found = search(ray, nearest_place(uv, ray));
+    bool hidden = is_hidden(found);
+    found_place = vec4(hidden ? found.behind : found.place, hidden ? 0.0 : 1.0, 0.0);
+}

@@ -1,0 +1,24 @@
+// Measures how far from plane each cell of a finished picture is: the most by which an inverse distance in it is off the plane
+// through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
+#from depthwalk.render.smooth_tiles import ROUGHNESS_CELL
+uniform sampler2D distances;
+
+layout(location = 0) out float roughness;
+
+float inverse_at(ivec2 texel) {
+    return 1.0 / abs(texelFetch(distances, min(texel, textureSize(distances, 0) - 1), 0).r);
+}
+
+void main() {
+    // A cell shares its edges with those beside it, so that a step between two is seen.
+    ivec2 first = ivec2(gl_FragCoord.xy) * ROUGHNESS_CELL, beyond = ivec2(ROUGHNESS_CELL, 0);
+    vec4 corners = vec4(inverse_at(first), inverse_at(first + beyond.xy), inverse_at(first + beyond.yx),
+                        inverse_at(first + beyond.xx));
+    vec2 slope = vec2(corners.y + corners.w - corners.x - corners.z, corners.z + corners.w - corners.x - corners.y) /
+                 float(2 * ROUGHNESS_CELL);
+    float middle = dot(corners, vec4(0.25)) - 0.5 * float(ROUGHNESS_CELL) * (slope.x + slope.y);
+    roughness = 0.0;
+    for (int y = 0; y <= ROUGHNESS_CELL; ++y)
+        for (int x = 0; x <= ROUGHNESS_CELL; ++x)
+            roughness = max(roughness, abs(inverse_at(first + ivec2(x, y)) - middle - dot(slope, vec2(x, y))));
+}

@@ -1,0 +1,47 @@
+// Finds where a finished picture shows what a camera that has moved since sees. Twin: reference/reprojection.py.
+//
+// Coordinates are those of the picture's camera: right, up and ahead of it, metres. The surface on a ray is found by
+// fixed-point steps: how far away the picture's surface is in one place tells in which place to look next (Bowles et al. 2012,
+// "Iterative Image Warping"). They begin with the nearest surface that has come there, since a thing may have moved by more
+// than its width: a ray that misses it meets what is behind it in the next step.
+#from depthwalk.render.reprojection import FIXED_POINT_STEPS, HIDDEN
+uniform sampler2D distances;    // metres ahead, negative beside what is nearer
+uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
+uniform vec2 cells_shown;       // part of these cells that the screen covers, to the right and up
+uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the new camera, one metre long along its axis
+uniform vec3 viewer;            // the new camera
+uniform vec3 axis;              // its view axis, unit
+uniform vec2 half_extent;       // tangents of half the picture's angles
+
+struct Found {
+    vec2 place;         // in the picture
+    float ahead;        // how far the picture's surface is there, as `distances` have it
+    float expected;     // how far it should be
+    vec2 behind;        // of all places looked at, that of the farthest surface
+};
+
+// Beyond the picture's edges, distances go on as they are at the edge.
+vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * half_extent); }
+
+vec3 ray_at(vec2 place) { return ray_from_screen * vec3(2.0 * place - 1.0, 1.0); }
+
+// Returns where in the picture the nearest surface that has come to a place of the screen would be, seen there.
+vec2 nearest_place(vec2 place, vec3 ray) { return place_of(viewer + texture(nearest, place * cells_shown).r * ray); }
+
+// Looks for the surface on a ray, from a place in the picture.
+Found search(vec3 ray, vec2 place) {
+    float ahead = texture(distances, place).r, expected = abs(ahead), farthest = expected;
+    vec2 behind = place;
+    for (int k = 0; k < FIXED_POINT_STEPS; ++k) {
+        vec3 surface = vec3((2.0 * place - 1.0) * half_extent, 1.0) * abs(ahead);
+        vec3 point = viewer + max(dot(axis, surface - viewer), 1e-2) * ray;
+        place = place_of(point);
+        ahead = texture(distances, place).r;
+        expected = point.z;
+        if (abs(ahead) > farthest) { farthest = abs(ahead); behind = place; }
+    }
+    return Found(place, ahead, expected, behind);
+}
+
+// Returns whether something nearer stands in the picture where a surface should be: what was behind it was never seen.
+bool is_hidden(Found found) { return abs(found.ahead) < HIDDEN * found.expected; }

@@ -1,0 +1,11 @@
+// Shows a tile of a finished picture in which the places of the corners tell those of all pixels.
+#from depthwalk.render.smooth_tiles import TILE
+uniform sampler2D picture;  // sRGB
+
+flat in vec2 corner, across, up, twist;
+layout(location = 0) out vec4 screen;
+
+void main() {
+    vec2 at = mod(gl_FragCoord.xy, float(TILE));
+    screen = texture(picture, corner + at.x * across + at.y * (up + at.x * twist));
+}
