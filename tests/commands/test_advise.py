@@ -26,14 +26,17 @@ def costs(**by: tuple[float, float]) -> dict[Representation, Cost]:
 
 
 def test_the_quickest_is_advised_of_what_is_good_enough() -> None:
-    found = judged("a", 100, costs(dpci=(1, 0.05), mesh=(4, 0.04), mesh_lod=(0.5, 0.3)), 0.1)
+    found = judged("a", 100, costs(dpci=(1, 0.05), mesh=(4, 0.04), mesh_lod=(0.5, 0.3)), 0.1, MESH)
     assert (found.quickest, found.mesh) == (DPCI, False)
-    found = judged("a", 100, costs(dpci=(1, 0.2), mesh=(4, 0.04), mesh_lod=(2, 0.05)), 0.1)
+    found = judged("a", 100, costs(dpci=(1, 0.2), mesh=(4, 0.04), mesh_lod=(2, 0.05)), 0.1, MESH)
     assert (found.quickest, found.mesh) == (LOD, True)  # the depth images are not good enough
-    found = judged("a", 10, costs(dpci=(1, 0.24), mesh=(4, 0.2), mesh_lod=(0.5, 0.3)), 0.1)
+    found = judged("a", 10, costs(dpci=(1, 0.24), mesh=(4, 0.2), mesh_lod=(0.5, 0.3)), 0.1, MESH)
     assert (found.quickest, found.mesh) == (DPCI, False)  # the mesh itself is hardly better
-    found = judged("a", 100, costs(dpci=(5, 0.05), mesh=(4, 0.04), mesh_lod=(4.5, 0.05)), 0.1)
+    found = judged("a", 100, costs(dpci=(5, 0.05), mesh=(4, 0.04), mesh_lod=(4.5, 0.05)), 0.1, MESH)
     assert (found.quickest, found.mesh) == (MESH, True)
+    light = costs(dpci=(3, 0.05), mesh=(4, 0.04), mesh_lod=(1, 0.06))
+    assert judged("a", 100, light, 0.1, LOD).mesh and not judged("a", 100, light, 0.1, MESH).mesh
+    assert not judged("a", 100, light, 0.055, LOD).mesh  # whose level is not good enough
 
 
 @pytest.mark.gl
@@ -50,7 +53,7 @@ def test_advice_is_measured_written_and_followed(tiny_scene: Path, monkeypatch: 
     assert all(set(size["measured"]) == {"dpci", "mesh", "mesh-lod", "mesh-clusters"} for size in sizes)
     for size in sizes:
         flips = {name: value["flip"] for name, value in size["measured"].items()}
-        assert flips["mesh"] == min(flips["mesh"], flips["mesh-lod"]) < 0.5
+        assert max(flips["mesh"], flips["mesh-lod"]) < 0.5  # either may be better: a level has less aliasing
     advice = load_scene(tiny_scene, overrides={"advice": file.name}).advice["ball"]
     assert advice.mesh == tuple(size["mesh"] for size in sizes)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from depthwalk.bake.cache import bake_key
 from depthwalk.bake.captured_views import CAPTURE_VERSION, CaptureParams
 from depthwalk.bake.meso import Meso
-from depthwalk.bake.params import FEWEST, RATIOS, ModelParams
+from depthwalk.bake.params import FEWEST, LOOKS, RATIOS, ModelParams
 from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
@@ -305,7 +305,7 @@ def levels_key(spec: MeshAsset, source: str) -> str:
         64 hex digits.
     """
     digest = source.removesuffix(_TEXTURED)
-    return bake_key(digest, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
+    return bake_key(digest, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST, looks=LOOKS)
 
 
 def clusters_key(spec: MeshAsset, source: str) -> str:

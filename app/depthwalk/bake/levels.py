@@ -1,7 +1,8 @@
 """Make coarser versions of a mesh, to be drawn from afar: what a polygon renderer has in place of depth images.
 
-Quadric decimation moves points and knows nothing else. So normals, colours and texture coordinates are those of the
-nearest vertex of the original, materials those of its nearest face; where a texture has a seam, coarse levels smear it.
+Quadric decimation moves points and knows nothing else. So texture coordinates are those of the nearest vertex of the
+original, materials those of its nearest face; where a texture has a seam, coarse levels smear it. Normals and colours
+are fitted to the original's (`level_looks`).
 """
 
 from typing import TYPE_CHECKING
@@ -9,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.level_looks import chart_places, fitted_looks, sample_looks
 from depthwalk.bake.params import FEWEST, RATIOS
 from depthwalk.bake.sampling import sample_surface
 from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
 from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
-from depthwalk.types import Array
+from depthwalk.types import Array, Ints
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 _HASTE = (3, 5, 7)
 _WORTH = 0.9  # of the finer level's triangles: with more than that it is no level of its own
 _PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
+# A level whose edges are a metre long and whose normals are off by 1 looks as wrong as one that is off by so many
+# metres: within a pixel of either, pictures of five models are as good as their depth images (docs/measurements.md).
+_TURNED = 8.0
 _INWARD = 0.1  # of the way from a corner to the middle of its face, which is on the corner's own side of a seam
 
 
@@ -38,7 +43,7 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
     -------
     tuple
         `mesh` itself with error 0, then a level for each of `RATIOS`, the finest first; fewer where there is little to
-        thin out. Errors are metres and never fall from level to level.
+        thin out. Errors, see `MeshLevel`, never fall from level to level.
     """
     import fast_simplification
 
@@ -55,8 +60,10 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
                 points, faces = fast_simplification.simplify(points, faces, target_count=wanted, agg=haste)
         if not 0 < len(faces) < _WORTH * len(levels[-1].mesh.faces):
             break
-        error = _distance(probes, points[faces])
-        levels.append(MeshLevel(wardrobe.dressed(points, faces), max(error, levels[-1].error)))
+        level, turned = wardrobe.dressed(points, faces)
+        area = face_normals(points[faces])[1].sum()
+        shading = _TURNED * turned * float(np.sqrt(2 * area / len(faces)))
+        levels.append(MeshLevel(level, max(_distance(probes, points[faces]), shading, levels[-1].error)))
     return tuple(levels)
 
 
@@ -96,10 +103,14 @@ class _Wardrobe:
         self._anchors = self._tree(anchor)
         places, _ = row_ids(np.column_stack([mesh.positions, self._chart]))
         self._on_seam = np.bincount(places)[places] > 1
+        self._samples = sample_looks(mesh, self._chart, self._apart)
         self._material = np.repeat([part.material for part in mesh.parts], [part.face_count for part in mesh.parts])
 
-    def dressed(self, points: Array, faces: NDArray[np.integer]) -> Mesh:
-        """Return points (v, 3) and faces (f, 3) as a mesh. All corners of a face take their looks from one chart."""
+    def dressed(self, points: Array, faces: NDArray[np.integer]) -> tuple[Mesh, float]:
+        """Return points (v, 3) and faces (f, 3) as a mesh, and how far its normals are off, see `fitted_looks`.
+
+        All corners of a face take their looks from one chart.
+        """
         mesh = self._mesh
         middle, corners = _inward(points[faces])
         face = self._faces.query(middle)[1]
@@ -111,7 +122,7 @@ class _Wardrobe:
         material = self._material[face]
         count = np.bincount(material)
         start = np.cumsum(count) - count
-        return Mesh(
+        level = Mesh(
             positions=points[pairs[:, 0]].astype(np.float32),
             normals=mesh.normals[pairs[:, 1]],
             colours=mesh.colours[pairs[:, 1]],
@@ -120,11 +131,12 @@ class _Wardrobe:
             parts=tuple(Part(int(start[m]), int(count[m]), int(m)) for m in np.flatnonzero(count)),
             materials=mesh.materials,
         )
+        return fitted_looks(level, self._samples, self._chart[pairs[:, 1]], self._apart)
 
     def _tree(self, points: Array) -> "cKDTree":
         from scipy.spatial import cKDTree
 
-        return cKDTree(np.column_stack([points, self._apart * self._chart]))
+        return cKDTree(chart_places(points, self._chart, self._apart))
 
 
 def _inward(corners: Array) -> tuple[Array, Array]:
@@ -133,7 +145,7 @@ def _inward(corners: Array) -> tuple[Array, Array]:
     return middle, corners + _INWARD * (middle[:, None] - corners)
 
 
-def _charts(mesh: Mesh) -> NDArray[np.int32]:
+def _charts(mesh: Mesh) -> Ints:
     """Return the number (V,) of the connected piece of surface that each vertex is of; seams separate pieces."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -141,4 +153,4 @@ def _charts(mesh: Mesh) -> NDArray[np.int32]:
     count = len(mesh.positions)
     start, end = mesh.faces[:, [0, 1]].ravel(), mesh.faces[:, [1, 2]].ravel()
     links = coo_array((np.ones(len(start), bool), (start, end)), (count, count))
-    return np.asarray(connected_components(links, directed=False)[1])
+    return np.asarray(connected_components(links, directed=False)[1], np.int64)

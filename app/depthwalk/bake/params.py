@@ -22,6 +22,7 @@ Axis = Literal["auto", "x", "y", "z"] | Direction
 # Of the simplified levels of meshes.
 RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over a level's
 FEWEST = 50  # triangles of a level, about
+LOOKS = 2  # version of how levels get their normals and colours, and of what their errors mean
 
 NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

@@ -11,6 +11,7 @@ from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.object_cost import COMPARED, Cost, ObjectCosts
 from depthwalk.bench.tables.table import Cell, Table
 from depthwalk.render import kernels
+from depthwalk.render.lod.mesh_lod import is_simplified
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import MeshAsset, Scene
 
@@ -106,8 +107,11 @@ def advise(
     left_out = dict(_left_out(scene, library))
     used = [asset for asset in _used(scene) if scene.assets[asset].name not in left_out]
     library.bake_missing(used)
-    costs = {}
+    costs, drawn = {}, {}
     for asset in used:
+        mesh = library.mesh(asset)
+        assert mesh is not None  # the others are left out
+        drawn[asset] = Representation.MESH_LOD if is_simplified(len(mesh.faces)) else Representation.MESH
         library.cooked(asset, cook_options(scene.render))
         library.mesh_levels(asset)
         library.mesh_clusters(asset)
@@ -121,15 +125,18 @@ def advise(
             name = scene.assets[asset].name
             report(name, f"{pixels} pixels")
             measured = costs[asset].measured(pixels, FRAMES).by
-            found.append(judged(name, pixels, measured, want_flip))
+            found.append(judged(name, pixels, measured, want_flip, drawn[asset]))
     found.sort(key=lambda advice: (advice.asset, advice.pixels))
     return Advised(sizes=tuple(found), left_out=left_out, unfinished=unfinished)
 
 
-def judged(asset: str, pixels: float, costs: Mapping[Representation, Cost], want_flip: float) -> SizeAdvice:
+def judged(
+    asset: str, pixels: float, costs: Mapping[Representation, Cost], want_flip: float, drawn: Representation
+) -> SizeAdvice:
     """Return what is advised where an asset costs this, by representation, at a size.
 
-    A FLIP is low enough that is at most `want_flip`, or at most a quarter above that of the mesh.
+    A FLIP is low enough that is at most `want_flip`, or at most a quarter above that of the mesh. `drawn` is the
+    representation by which `auto` draws the mesh of the asset.
     """
     mesh, images = Representation.MESH, Representation.DPCI
     most = max(want_flip, _AS_GOOD * _flip(costs[mesh]))
@@ -139,7 +146,8 @@ def judged(asset: str, pixels: float, costs: Mapping[Representation, Cost], want
         pixels=pixels,
         costs=costs,
         quickest=min(good, key=lambda kind: costs[kind].milliseconds),
-        mesh=images not in good or costs[mesh].milliseconds < _CLEARLY * costs[images].milliseconds,
+        mesh=images not in good
+        or (drawn in good and costs[drawn].milliseconds < _CLEARLY * costs[images].milliseconds),
     )
 
 

@@ -10,8 +10,8 @@ class MeshLodParams(Params):
 
     error: float = param(
         1.0,
-        "Largest geometric error of a simplified mesh on the screen, measured at the point of its bounds that is "
-        "nearest to the camera: those of the object (mesh-lod) or of each patch (mesh-clusters)",
+        "Largest error of a simplified mesh on the screen, of its surface or its light, at the point of its bounds "
+        "that is nearest to the camera: those of the object (mesh-lod) or of each patch (mesh-clusters)",
         unit="pixels",
         ge=0,
         le=1000,

@@ -35,7 +35,7 @@ from shapes import ShapeLibrary, bake, scene_of, sphere
 from stage import NEAR, SlowLibrary, Walk, draws_until
 
 SIZE = 96, 72
-AUTO, DPCI, MESH = Representation.AUTO, Representation.DPCI, Representation.MESH
+AUTO, DPCI, MESH_LOD = Representation.AUTO, Representation.DPCI, Representation.MESH_LOD
 
 
 def test_the_model_weighs_triangles_against_pixels() -> None:
@@ -91,12 +91,12 @@ def draw(
 @pytest.mark.gl
 @pytest.mark.parametrize("limit", (100_000.0, 0.0))
 def test_auto_draws_one_of_both_by_the_model(tiny_scene: Path, limit: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The picture is that of the mesh, or that of the depth images, and forced or written in the scene is the same."""
+    """The picture is that of the mesh's level, or of the depth images; forced or written in the scene is the same."""
     monkeypatch.setattr(mesh_choice, "FREE_TRIANGLES", limit)
     monkeypatch.setattr(mesh_choice, "TRIANGLES_PER_PIXEL", 1e-9)
     picture, counts = draw(tiny_scene, AUTO)
     assert (counts["mesh_fallbacks"], counts["dpci"]) == ((1, 0) if limit else (0, 1))
-    assert np.array_equal(picture, draw(tiny_scene, MESH if limit else DPCI)[0])
+    assert np.array_equal(picture, draw(tiny_scene, MESH_LOD if limit else DPCI)[0])
     written, _ = draw(tiny_scene, None, {"objects.0.representation": "auto"})
     assert np.array_equal(written, picture)
 
@@ -130,7 +130,7 @@ def test_other_objects_of_the_scene_do_not_choose(tiny_scene: Path, monkeypatch:
     assert (counts["mesh_fallbacks"], counts["dpci"]) == (1, 1)
     half = SIZE[0] // 2
     assert np.array_equal(picture[:, :half], draw(scene, DPCI)[0][:, :half])
-    assert np.array_equal(picture[:, half:], draw(scene, MESH)[0][:, half:])
+    assert np.array_equal(picture[:, half:], draw(scene, MESH_LOD)[0][:, half:])
 
 
 def chosen(gl_device: Device, told: int | None, budget: int = 2 << 30) -> tuple[bool, bool]:
@@ -161,11 +161,12 @@ def test_a_mesh_is_read_only_where_it_would_be_drawn(gl_device: Device) -> None:
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("triangles", (50, 1000, 30_000))
+@pytest.mark.parametrize("triangles", (40, 1000, 30_000))
 def test_no_object_is_left_out_by_the_distance_that_is_tested_first(
     gl_device: Device, triangles: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From near by to far away, the choice is the one of the model alone."""
+    """From near by to far away, the choice is the one of the model alone. No mesh counts as light."""
+    monkeypatch.setattr(mesh_choice, "MOST_LIGHT", 0)
     mesh = sphere(0.5, columns=16, rows=8)
     images = replace(bake(mesh, resolution=32, layers=1), mesh_triangles=triangles)
     distances = np.geomspace(0.8, 60.0, 24)
@@ -195,3 +196,21 @@ def test_no_object_is_left_out_by_the_distance_that_is_tested_first(
     assert drawn[0] == drawn[1] == list(range(len(drawn[0])))
     assert (len(drawn[0]) == len(objects)) == (triangles < FREE_TRIANGLES / HYSTERESIS)
     assert len(drawn[0]) > 0
+
+
+@pytest.mark.gl
+def test_light_meshes_are_weighed_by_the_level_that_would_be_drawn(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From 12 m a ball of 1,472 triangles has too many for its pixels, and a level of it has not."""
+    mesh = sphere(0.5, columns=32, rows=24)
+    images = replace(bake(mesh, resolution=32, layers=1), mesh_triangles=len(mesh.faces))
+    for light, expected in ((len(mesh.faces), 1), (len(mesh.faces) - 1, 0)):
+        monkeypatch.setattr(mesh_choice, "MOST_LIGHT", light)
+        library = ShapeLibrary([mesh], [BakedModel(parts=(images,))])
+        scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=AUTO)
+        scene.render.lod.magnification = 1000.0
+        with Walk(gl_device, scene, library, seconds=None) as walk:
+            walk.look(Camera((0, 0.5, 12), (0, 0.5, 0), 0.9))
+            assert walk.counts["mesh_fallbacks"] == expected
+            assert 0 < walk.counts["mesh_triangles"] < len(mesh.faces) / 3 or not expected

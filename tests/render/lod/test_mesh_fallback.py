@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import depthwalk.render.lod.mesh_fallback
-import depthwalk.render.resources.mesh_reader
+import depthwalk.render.lod.mesh_lod
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
 from depthwalk.bake.parts import bake_model
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
-from depthwalk.render.lod.mesh_choice import MOST_TRIANGLES_PER_PIXEL
+from depthwalk.render.lod.mesh_choice import TRIANGLES_PER_PIXEL
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.view.bounds import outside
@@ -185,8 +185,9 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(
 
 
 def test_large_meshes_stand_in_simplified(gl_device: Device, dense: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (depthwalk.render.resources.mesh_reader, depthwalk.render.lod.mesh_fallback):
+    for module in (depthwalk.render.lod.mesh_lod, depthwalk.render.lod.mesh_fallback):
         monkeypatch.setattr(module, "MOST_UNSIMPLIFIED", 1000)
+    monkeypatch.setattr(depthwalk.render.lod.mesh_lod, "MOST_LIGHT", 0)
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
@@ -216,8 +217,8 @@ def test_a_mesh_stands_in_for_as_many_triangles_as_are_quicker(dense: Mesh) -> N
     fallbacks = MeshFallbacks.empty(2)
     fallbacks.mesh[1], fallbacks.texel[1], fallbacks.triangles[0] = 0, 1.0, len(dense.faces)
     rule = MeshFallbackRule(magnification=1.0, is_resident=lambda rows: np.ones(len(rows), bool), error=1.0)
-    pixels = np.array([0.9, 1.1]) * len(dense.faces) / MOST_TRIANGLES_PER_PIXEL
-    found = fallbacks.allowed(np.array([1, 1]), np.full(2, 0.1), pixels, of, rule, MOST_TRIANGLES_PER_PIXEL)
+    pixels = np.array([0.9, 1.1]) * len(dense.faces) / TRIANGLES_PER_PIXEL
+    found = fallbacks.allowed(np.array([1, 1]), np.full(2, 0.1), pixels, of, rule, TRIANGLES_PER_PIXEL)
     assert found.tolist() == [False, True]
 
 

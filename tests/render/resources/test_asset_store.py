@@ -216,8 +216,8 @@ def test_a_small_budget_changes_no_picture(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32}}}}" for k in (1, 2))
     tiny_scene.write_text(
-        f"version: 1\nassets: {{{assets}}}\nobjects:\n  - {{asset: b1, position: [-9, 0, 0]}}\n"
-        "  - {asset: b2, position: [9, 0, 0]}\n"
+        f"version: 1\nassets: {{{assets}}}\nobjects:\n  - {{asset: b1, position: [-9, 0, 0], representation: dpci}}\n"
+        "  - {asset: b2, position: [9, 0, 0], representation: dpci}\n"
     )
     scene = load_scene(tiny_scene)
     views = [View(Camera((0, 1, 0), (x, 1, 0), 1.0), SIZE) for x in (-1, 1)]

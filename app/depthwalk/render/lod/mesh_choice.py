@@ -10,7 +10,8 @@ tables` show, so that the mesh is quicker where
 with the pixels of the rectangle about the object. The first number is what a pixel of an impostor costs more than a
 pixel of a mesh, the second what an object's impostor costs however small it is, both over what a triangle costs. Where
 `depthwalk advise` has measured an asset, its result takes the place of this model. The mesh that is drawn may be as
-coarse as a mesh fallback, `render.mesh.error`.
+coarse as `render.mesh.error` allows, and the triangles are those of that level. Whether it has few enough is not known
+before it is read; so the levels of light meshes are read as soon as their objects are in sight.
 """
 
 import math
@@ -21,20 +22,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
-from depthwalk.render.lod.mesh_lod import MeshLevels
+from depthwalk.render.lod.mesh_lod import MOST_LIGHT, MeshLevels
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
 # Measured on walks through crowds on Mesa llvmpipe, where most impostors are those of earlier frames, and what a draw
-# costs is shared by many. A lone object, warped in every frame, could have more triangles; but its frames are quick.
-TRIANGLES_PER_PIXEL = 0.4
-FREE_TRIANGLES = 100.0
-
-# A mesh near by may have so many triangles for each pixel of the rectangle about the object. With more it is slower
-# than depth images that are warped in every frame (docs/measurements.md, "When the mesh is slower").
-MOST_TRIANGLES_PER_PIXEL = 0.8
+# costs is shared by many; the first is also what magnified depth images of a lone object cost that are warped in every
+# frame (docs/measurements.md, "When the mesh is slower"), so that a mesh near by has no more triangles for its pixels.
+TRIANGLES_PER_PIXEL = 0.8
+FREE_TRIANGLES = 60.0
 
 HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels
@@ -143,9 +141,27 @@ def farthest_as_mesh(
         pixels = (triangles / HYSTERESIS - FREE_TRIANGLES) / TRIANGLES_PER_PIXEL  # from so many on
         quicker = view.detail_pixels * np.sqrt(area / pixels) - fallbacks.cylinder_radius
     quicker = np.where(pixels > math.prod(view.whole_size), 0.0, np.where(pixels > 0, quicker, np.inf))
+    quicker = np.where(triangles <= MOST_LIGHT, np.inf, quicker)  # by a simplified level, wherever it is
     has_advice = advised[:, 0] != UNKNOWN  # advice of an asset holds for all sizes
     quicker = np.where(has_advice, np.where((advised == AS_MESH).any(1), np.inf, 0.0), quicker)
     return np.asarray(np.maximum(reach, quicker))
+
+
+def _drawn_triangles(
+    number: Rows, nearest: Array, fallbacks: MeshFallbacks, levels: MeshLevels, rule: MeshFallbackRule, asked: Mask
+) -> Array:
+    """Return how many triangles (m,) would be drawn if meshes replaced the depth objects numbered `number` (m,).
+
+    Those of light meshes are of the level that is coarse enough, once it is read; reading it begins here, for those
+    `asked` (m,) about. Of others they are all, read or not, so that pictures do not depend on what was read before.
+    nearest: (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
+    """
+    mesh = fallbacks.mesh[number]
+    triangles = fallbacks.triangles[mesh]
+    light = np.flatnonzero(asked & (triangles <= MOST_LIGHT))
+    light = light[rule.is_resident(mesh[light])]
+    triangles[light] = levels.drawn(mesh[light], rule.error * nearest[light])
+    return triangles
 
 
 class MeshChooser:
@@ -190,7 +206,7 @@ class MeshChooser:
             return np.zeros(0, np.int64)
         if self._made_for is not choice or len(self._was_mesh) != len(objects):  # other objects, or other assets
             self._made_for, self._was_mesh = choice, np.zeros(len(objects), bool)
-        triangles = fallbacks.triangles[fallbacks.mesh]  # not as read, so that pictures do not depend on what was
+        triangles = fallbacks.triangles[fallbacks.mesh]
         reach = farthest_as_mesh(
             view, fallbacks, triangles, None if choice is None else choice.advised, rule.magnification
         )
@@ -204,10 +220,11 @@ class MeshChooser:
             size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
             before = self._was_mesh[first], HYSTERESIS if remembers else 1.0
             advised = advised_at(choice.advised[number], size, *before)
-            modelled = mesh_is_quicker(triangles[number], pixels, *before)
+            drawn = _drawn_triangles(number, nearest / view.detail_pixels, fallbacks, levels, rule, advised == UNKNOWN)
+            modelled = mesh_is_quicker(drawn, pixels, *before)
             quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
         found = fallbacks.allowed(
-            number, nearest / view.detail_pixels, pixels, levels, rule, MOST_TRIANGLES_PER_PIXEL, quicker
+            number, nearest / view.detail_pixels, pixels, levels, rule, TRIANGLES_PER_PIXEL, quicker
         )
         self._was_mesh[rows] = False
         self._was_mesh[first[found]] = True

@@ -14,7 +14,6 @@ from depthwalk.bake.images import BakedObject
 from depthwalk.geometry.quaternions import conjugate, multiply, rotate
 from depthwalk.render import kernels
 from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED, MeshLevels
-from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects, Representation
@@ -213,8 +212,7 @@ class MeshFallbacks:
         rows = np.flatnonzero(magnified | quicker)
         rows = rows[rule.is_resident(mesh[rows])]
         mesh = mesh[rows]
-        level = error_level(levels.error[mesh], rule.error * nearest[rows])
-        found[rows] = quicker[rows] | (levels.triangles[mesh, level] <= most[rows])
+        found[rows] = quicker[rows] | (levels.drawn(mesh, rule.error * nearest[rows]) <= most[rows])
         return found
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:

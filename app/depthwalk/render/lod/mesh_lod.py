@@ -9,11 +9,18 @@ from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
 from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
-from depthwalk.types import Array, Ints
+from depthwalk.types import Array, Ints, Rows
 
 # Triangles of a fallback mesh that is read without simplified levels: two cores draw so many in 30 ms, and simplifying
-# them takes 4 s.
+# them takes 4 s. A light one is read with them, as they may be quicker than depth images from afar; simplifying 20,000
+# triangles takes a second. One of more hardly has a level of as few as its pixels allow there.
 MOST_UNSIMPLIFIED = 200_000
+MOST_LIGHT = 20_000
+
+
+def is_simplified(triangles: int) -> bool:
+    """Return whether a mesh of so many triangles that replaces depth images is drawn by simplified levels, too."""
+    return not MOST_LIGHT < triangles <= MOST_UNSIMPLIFIED
 
 
 @dataclass(kw_only=True)
@@ -33,6 +40,10 @@ class MeshLevels:
     def empty(cls, count: int) -> "MeshLevels":
         """Return a table for `count` numbers of `CookedParts`, whose meshes are not loaded yet."""
         return cls(error=np.full((count, MOST_LEVELS), np.inf), triangles=np.zeros((count, MOST_LEVELS), np.int64))
+
+    def drawn(self, mesh: Rows, metres: Array) -> Ints:
+        """Return how many triangles (n,) the coarsest levels of the meshes (n,) have that are off by `metres` (n,)."""
+        return np.asarray(self.triangles[mesh, error_level(self.error[mesh], metres)])
 
     def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
         """Fill in the levels of a mesh that was loaded.

@@ -8,7 +8,7 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
-from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED
+from depthwalk.render.lod.mesh_lod import is_simplified
 from depthwalk.render.resources.meshlets import Meshlets, build_meshlets
 
 log = logging.getLogger(__name__)
@@ -233,7 +233,7 @@ class MeshReader:
         """Read the mesh of `asset`, and find out what takes too long for a frame."""
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
-        simplified = simplified or len(mesh.faces) > MOST_UNSIMPLIFIED
+        simplified = simplified or is_simplified(len(mesh.faces))
         levels = self._library.mesh_levels(asset) if simplified else (MeshLevel(mesh, 0.0),)
         meshlets = tuple(build_meshlets(level.mesh) for level in levels)
         if clustered:

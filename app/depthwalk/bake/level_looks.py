@@ -1,0 +1,163 @@
+"""Give simplified meshes the looks of their original: normals and colours that show it best between fewer vertices.
+
+The normal of the nearest vertex is one of many that a large triangle stands for. So normals and colours are fitted:
+those that differ least, by the square, from the original wherever shaders interpolate them. Far away, where a pixel
+shows many triangles of the original, such a level looks as the mean of them does, and so has less aliasing than they.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.geometry.soa import StructOfArrays
+from depthwalk.geometry.triangles import face_normals, sample_batches
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.types import Array, Ints
+
+_MOST_SAMPLES = 100_000  # of a mesh: a level of 25,000 triangles has eight for each vertex
+_SAMPLES_PER_TRIANGLE = 8
+_STAYS = 0.05  # weight of the looks a vertex has, where a sample has 1: few samples may leave a vertex undecided
+_SHORT = 0.1  # length of a fitted normal below which it says nothing, as where both sides of a leaf are one
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceSamples(StructOfArrays):
+    """Hold what a mesh looks like at n points that are spread evenly over it.
+
+    Attributes
+    ----------
+    place
+        (n, 4) positions, metres, and along the fourth axis the chart of each, as `chart_places` has them.
+    facing
+        (n, 3) unit normals of the triangles.
+    normal
+        (n, 3) unit normals as shaders interpolate them.
+    colour
+        (n, 3) sRGB, 0 to 255.
+    """
+
+    place: Array
+    facing: Array
+    normal: Array
+    colour: Array
+
+
+def sample_looks(mesh: Mesh, chart: Ints, apart: float) -> SurfaceSamples:
+    """Spread samples over a mesh.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    chart
+        (V,) the connected piece of surface that each vertex is of.
+    apart
+        How far apart charts are along the fourth axis of places, metres.
+    """
+    corners = mesh.positions[mesh.faces].astype(np.float64)
+    normals, areas = face_normals(corners)
+    count = min(_SAMPLES_PER_TRIANGLE * len(corners), _MOST_SAMPLES)
+    points, triangles = (np.concatenate(parts) for parts in zip(*sample_batches(corners, areas, count), strict=True))
+    weights, vertices = barycentric(points, corners[triangles]), mesh.faces[triangles]
+    normal = _interpolated(weights, mesh.normals[vertices])
+    return SurfaceSamples(
+        place=chart_places(points, chart[vertices[:, 0]], apart),
+        facing=normals[triangles],
+        normal=_unit(normal),
+        colour=_interpolated(weights, mesh.colours[vertices]),
+    )
+
+
+def chart_places(points: Array, chart: Ints, apart: float) -> NDArray[np.float64]:
+    """Return points (n, 3) with their charts (n,) along a fourth axis, `apart` metres from each other: (n, 4)."""
+    return np.column_stack([points, apart * chart])
+
+
+def fitted_looks(level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float) -> tuple[Mesh, float]:
+    """Return a simplified mesh with the normals and colours that fit samples of the original best, and what is left.
+
+    Least squares over the vertices, of the differences at the points of the level that are nearest to the samples. A
+    sample counts where it has its nearest point on the same chart and on the same side of the surface.
+
+    Parameters
+    ----------
+    level
+        The simplified mesh, with normals and colours of vertices nearby.
+    samples
+        What the original looks like.
+    chart
+        (v,) the chart of the original that each vertex of the level takes its looks from.
+    apart
+        How far apart charts are, as in `samples`.
+
+    Returns
+    -------
+    tuple
+        The mesh, and the root mean square of how unit normals still differ from those of the samples.
+    """
+    from scipy.sparse import coo_array, diags_array
+    from scipy.sparse.linalg import splu
+
+    triangle, weights, used = _nearest_points(level, samples, chart, apart)
+    vertices = level.faces[triangle]
+    count, total = len(vertices), len(level.positions)
+    rows = np.repeat(np.arange(count), 3)
+    at = coo_array((weights.ravel(), (rows, vertices.ravel())), (count, total)).tocsr()
+    before = np.column_stack([level.normals, level.colours]).astype(np.float64)
+    wanted = np.column_stack([samples.normal[used], samples.colour[used]])
+    normal_equations = (at.T @ at + diags_array(np.full(total, _STAYS))).tocsc()
+    fitted = splu(normal_equations, permc_spec="MMD_AT_PLUS_A").solve(at.T @ wanted + _STAYS * before)
+    length = np.linalg.norm(fitted[:, :3], axis=1, keepdims=True)
+    normals = np.where(length > _SHORT, fitted[:, :3] / np.maximum(length, _SHORT), level.normals)
+    colours = np.clip(np.round(fitted[:, 3:]), 0, 255).astype(np.uint8)
+    shown = _unit(_interpolated(weights, normals[vertices]))
+    left = np.sqrt(np.mean(np.sum((shown - samples.normal[used]) ** 2, 1))) if count else 2.0
+    return replace(level, normals=normals.astype(np.float32), colours=colours), float(left)
+
+
+def _nearest_points(
+    level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float
+) -> tuple[Ints, NDArray[np.float64], Ints]:
+    """Return the points of a level that are nearest to samples: triangles (k,), weights (k, 3), rows (k,) of samples.
+
+    The nearest of as many points that are spread over the level tells the triangle.
+    """
+    from scipy.spatial import cKDTree
+
+    corners = level.positions[level.faces].astype(np.float64)
+    normals, areas = face_normals(corners)
+    found = zip(*sample_batches(corners, areas, len(samples.place)), strict=True)
+    points, owner = (np.concatenate(parts) for parts in found)
+    away, nearest = cKDTree(chart_places(points, chart[level.faces[owner, 0]], apart)).query(samples.place)
+    triangle = owner[nearest]
+    same_side = np.einsum("ij,ij->i", normals[triangle], samples.facing) > 0
+    used = np.flatnonzero(same_side & (away < apart / 2))
+    triangle = triangle[used]
+    weights = np.maximum(barycentric(samples.place[used, :3], corners[triangle]), 0)
+    return triangle, weights / weights.sum(1, keepdims=True), used
+
+
+def barycentric(points: Array, corners: Array) -> NDArray[np.float64]:
+    """Return the barycentric coordinates (n, 3) of points (n, 3) over triangles (n, 3, 3), metres.
+
+    What lies beside a triangle has negative ones; a triangle without area gives its first corner.
+    """
+    a, b, c = corners.transpose(1, 0, 2)
+    u, v, w = b - a, c - a, points - a
+    uu, uv, vv = (np.einsum("ij,ij->i", *pair) for pair in ((u, u), (u, v), (v, v)))
+    uw, vw = np.einsum("ij,ij->i", u, w), np.einsum("ij,ij->i", v, w)
+    doubled = uu * vv - uv * uv
+    along = np.stack([vv * uw - uv * vw, uu * vw - uv * uw], -1)
+    along = np.divide(along, doubled[:, None], out=np.zeros_like(along), where=doubled[:, None] > 0)
+    return np.column_stack([1 - along.sum(1), along])
+
+
+def _unit(vectors: Array) -> Array:
+    """Return vectors (n, 3) at unit length; what has none stays 0."""
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-9))
+
+
+def _interpolated(weights: Array, values: NDArray[np.generic]) -> NDArray[np.float64]:
+    """Return values (n, 3, k) at the corners of n triangles, interpolated by `weights` (n, 3): (n, k)."""
+    return np.asarray(np.einsum("ij,ijk->ik", weights, values.astype(np.float64)))
