@@ -8,7 +8,7 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
-from depthwalk.render.lod.mesh_lod import is_simplified
+from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED, is_simplified
 from depthwalk.render.resources.meshlets import Meshlets, build_meshlets
 
 log = logging.getLogger(__name__)
@@ -82,7 +82,12 @@ class FallbackMesh(NamedTuple):
     meshlets: tuple[Meshlets | None, ...]
     solid: bool
     is_simplified: bool
-    is_clustered: bool = False
+    is_clustered: bool
+
+    @property
+    def is_better_simplified(self) -> bool:
+        """Return whether it needs the simplified levels where it replaces depth images."""
+        return is_simplified(len(self.levels[0].mesh.faces))
 
 
 class MeshReader:
@@ -112,7 +117,9 @@ class MeshReader:
         self._awaited: dict[int, tuple[bool, bool]] = {}
 
     def read(self, asset: int, wait: bool) -> bool:
-        """Have the mesh of an asset read, unless it was.
+        """Have the mesh of an asset read, unless it was, with its simplified levels where it is light or heavy.
+
+        One that was read to stand in for depth images lacks these levels, and is read once more.
 
         Parameters
         ----------
@@ -131,13 +138,15 @@ class MeshReader:
         InputError
             For files that cannot be used, if `wait`; otherwise `failures` tells it.
         """
-        if asset in self.meshes or asset in self._failed:
+        known = self.meshes.get(asset)
+        if asset in self._failed or (known is not None and known.is_simplified >= known.is_better_simplified):
             return True
+        clustered = known is not None and known.is_clustered
         if wait:
-            self.meshes[asset] = self._read(asset)
+            self.meshes[asset] = self._read(asset, None, clustered)
             return True
         if self._reading is None:
-            self._begin_reading(asset)
+            self._begin_reading(asset, None, clustered)
         return self._take_read() == asset
 
     def is_read(self, asset: int, simplified: bool = False, clustered: bool = False) -> bool:
@@ -211,7 +220,7 @@ class MeshReader:
         for known in self._awaited, self.meshes, self._failed:
             known.clear()
 
-    def _begin_reading(self, asset: int, simplified: bool = False, clustered: bool = False) -> None:
+    def _begin_reading(self, asset: int, simplified: bool | None, clustered: bool) -> None:
         if self._thread is None:
             self._thread = ThreadPoolExecutor(1, "meshes")
         self._reading = asset, self._thread.submit(self._read, asset, simplified, clustered)
@@ -229,11 +238,16 @@ class MeshReader:
             log.warning("a mesh cannot be shown: %s", error)
         return asset
 
-    def _read(self, asset: int, simplified: bool = False, clustered: bool = False) -> FallbackMesh:
-        """Read the mesh of `asset`, and find out what takes too long for a frame."""
+    def _read(self, asset: int, simplified: bool | None, clustered: bool) -> FallbackMesh:
+        """Read the mesh of `asset`, and find out what takes too long for a frame.
+
+        simplified: whether its simplified levels are needed, however few triangles it has; None: where it is light.
+        """
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
-        simplified = simplified or is_simplified(len(mesh.faces))
+        if simplified is None:
+            simplified = is_simplified(len(mesh.faces))
+        simplified = simplified or len(mesh.faces) > MOST_UNSIMPLIFIED
         levels = self._library.mesh_levels(asset) if simplified else (MeshLevel(mesh, 0.0),)
         meshlets = tuple(build_meshlets(level.mesh) for level in levels)
         if clustered:
