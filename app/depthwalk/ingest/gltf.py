@@ -78,11 +78,12 @@ def has_translucency(header: dict[str, Any]) -> bool:
 
 def is_all_translucent(header: dict[str, Any]) -> bool:
     """Return whether all materials that primitives of a glTF file have may let light through; `header`: its header."""
-    materials = header.get("materials", [])
-    primitives = [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
-    through = [
-        "material" in each and has_translucency({"materials": [materials[each["material"]]]}) for each in primitives
-    ]
+    try:
+        materials = header.get("materials", [])
+        used = [primitive.get("material") for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
+        through = [number is not None and has_translucency({"materials": [materials[number]]}) for number in used]
+    except (AttributeError, TypeError, LookupError):  # who reads the mesh complains
+        return False
     return bool(through) and all(through)
 
 
