@@ -88,20 +88,7 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
     """Read the mesh of an asset, and hash the same bytes, so that the hash is right though a file may be replaced.
 
-    Parameters
-    ----------
-    spec
-        The asset.
-
-    Returns
-    -------
-    tuple
-        The mesh, asset frame, metres, and what `mesh_source` returns for its files.
-
-    Raises
-    ------
-    InputError
-        For files that cannot be used.
+    Returns the mesh, asset frame, metres, and what `mesh_source` returns for its files. Raises InputError as `read_mesh`.
     """
     sources = Sources()
     mesh = read_mesh(spec, sources)
@@ -111,20 +98,7 @@ def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
 def read_translucent(spec: MeshAsset) -> Mesh | None:
     """Read the mesh of an asset if any of it may let light through or glow, which the head of its files tells.
 
-    Parameters
-    ----------
-    spec
-        The asset.
-
-    Returns
-    -------
-    Mesh | None
-        The mesh, asset frame, metres; None where all of it is opaque and sends out no light.
-
-    Raises
-    ------
-    InputError
-        For files that cannot be used.
+    Returns the mesh, asset frame, metres; None where all of it is opaque and dark. Raises InputError as `read_mesh`.
     """
     sources = Sources()
     head = read_head(spec.mesh, sources=sources)
@@ -133,24 +107,9 @@ def read_translucent(spec: MeshAsset) -> Mesh | None:
 
 
 def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
-    """Read the mesh of an asset that is to be baked.
+    """Read the mesh of an asset that is to be baked, as `read_mesh` does.
 
-    Parameters
-    ----------
-    spec
-        The asset.
-    sources
-        Reads files and keeps their bytes, to be hashed later; None reads them from the disk.
-
-    Returns
-    -------
-    Mesh
-        The mesh, asset frame, metres.
-
-    Raises
-    ------
-    InputError
-        For files that cannot be used, and for a mesh without height, which depth images could not show.
+    Raises InputError for a mesh without height, too, which depth images could not show.
     """
     mesh = read_mesh(spec, sources)
     check_height(mesh, spec.mesh)
@@ -276,53 +235,17 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
 
 
 def levels_key(spec: MeshAsset, source: str) -> str:
-    """Return the key in the cache of the simplified levels of a mesh asset.
-
-    Parameters
-    ----------
-    spec
-        The asset.
-    source
-        What `mesh_source` returns for the bytes that the mesh was read from.
-
-    Returns
-    -------
-    str
-        64 hex digits.
-    """
+    """Return the key, 64 hex digits, of the simplified levels of a mesh asset; `source` is as of `mesh_key`."""
     return _key(spec, source, ratios=RATIOS, fewest=FEWEST, looks=LOOKS)
 
 
 def clusters_key(spec: MeshAsset, source: str) -> str:
-    """Return the key in the cache of the clusters of a mesh asset.
-
-    Parameters
-    ----------
-    spec
-        The asset.
-    source
-        What `mesh_source` returns for the bytes that the mesh was read from.
-
-    Returns
-    -------
-    str
-        64 hex digits.
-    """
+    """Return the key, 64 hex digits, of the clusters of a mesh asset; `source` is as of `mesh_key`."""
     return _key(spec, source, clusters=CLUSTERS_VERSION)
 
 
 def views_key(spec: MeshAsset, source: str, params: CaptureParams) -> str:
-    """Return the key in the cache, 64 hex digits, of the captured views of a mesh asset.
-
-    Parameters
-    ----------
-    spec
-        The asset.
-    source
-        What `mesh_source` returns for the bytes that the mesh was read from.
-    params
-        How it is captured.
-    """
+    """Return the key, 64 hex digits, of views of a mesh asset captured by `params`; `source` is as of `mesh_key`."""
     return _key(spec, source, views=CAPTURE_VERSION, **asdict(params))
 
 

@@ -111,7 +111,9 @@ def _stage(sphere: Sphere) -> Scene:
     ground = {"colour": (1.0, 1.0, 1.0), "height": below, "half_size": 100 * sphere.radius}
     sun = {"colour": (1.0, 1.0, 1.0)}
     return one_asset_scene(
-        settings, Environment.model_validate({"ground": ground, "sun": sun, "ambient": {"intensity": 0.0}}), (FAR * sphere.radius, 0, 0)
+        settings,
+        Environment.model_validate({"ground": ground, "sun": sun, "ambient": {"intensity": 0.0}}),
+        (FAR * sphere.radius, 0, 0),
     )
 
 
