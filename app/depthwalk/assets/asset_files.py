@@ -88,7 +88,7 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
     """Read the mesh of an asset, and hash the same bytes, so that the hash is right though a file may be replaced.
 
-    Returns the mesh, asset frame, metres, and what `mesh_source` returns for its files. Raises InputError as `read_mesh`.
+    Returns the mesh, asset frame, metres, and the `mesh_source` of its files. Raises InputError as `read_mesh`.
     """
     sources = Sources()
     mesh = read_mesh(spec, sources)
