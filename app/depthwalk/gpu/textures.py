@@ -46,11 +46,11 @@ class TextureLimits(NamedTuple):
 class TextureMaker(ABC):
     """Create textures for an owner, which says how they are made and kept.
 
-    Every method that creates one raises GpuError where the driver refuses it, or where it would exceed the limits. Their
-    parameters mean the same everywhere: `size` is (width, height) or (width, height, layers or slices), texels;
-    `components` are the numbers per texel, 1 to 4; `dtype` is as moderngl names it, "f1" 8-bit from 0 to 1, "nu2" 16-bit
-    likewise, "f2" half, "f4" float, "i2", "u4" and so on; `data` are the texels, layer by layer, the lower row first,
-    and None leaves them undefined. All but those that repeat are clamped at their edges.
+    Every method that creates one raises GpuError where the driver refuses it, or where it would exceed the limits.
+    Their parameters mean the same everywhere: `size` is (width, height) or (width, height, layers or slices), texels;
+    `components` are the numbers per texel, 1 to 4; `dtype` is as moderngl names it, "f1" 8-bit from 0 to 1, "nu2"
+    16-bit likewise, "f2" half, "f4" float, "i2", "u4" and so on; `data` are the texels, layer by layer, the lower row
+    first, and None leaves them undefined. All but those that repeat are clamped at their edges.
 
     Attributes
     ----------

@@ -20,6 +20,7 @@ from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
+from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
 from depthwalk.walk.loading import LoadingScreen, StoppedError
@@ -40,11 +41,9 @@ from depthwalk.walk.window import (
     opened_again,
     take_events,
     title_of,
-    wait_for_event,
 )
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
-_ROUNDS = 3  # in which widgets are drawn after an event
 _STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
 _RESTING_SECONDS = 0.5  # at most without a look at what has changed, where nothing is drawn
@@ -101,11 +100,10 @@ class Walk:
         self._on_gpu = ExitStack()
         self._screenshot_due = False
         self.next_file: Path | None = None  # to be opened before the next frame
-        self._last_time = time.perf_counter()  # of the last frame's beginning
+        self._clock = WalkClock()
         self._camera_before: Camera | None = None  # of the last frame
-        self._shown: tuple[Any, ...] = ()  # of what the widgets tell, in the last round
+        self._widget_rounds = WidgetRounds()
         self._loads_kernels = False  # whether the compiled loops of `render.kernels` are loaded, or being loaded
-        self._unshown = 0  # rounds in which the widgets are still drawn: imgui answers to events a round later
 
     def start(
         self,
@@ -134,7 +132,7 @@ class Walk:
         self._overlay = Overlay(self.device)
         self._on_gpu.callback(self._overlay.release)
         self._loading = LoadingScreen(self.window, self._overlay, self._told)
-        self._loader = SceneLoader(self.device, self.window, self._loading)
+        self._loader = SceneLoader(self.device, self.window, self._loading, self._clock)
         self.window.key_event_func = self._close_by_escape  # until there is an `Input`
         on_files_dropped(self.window, self._drop)
 
@@ -190,7 +188,7 @@ class Walk:
 
     def loop(self) -> None:
         """Draw frames until the window closes; then save what is being recorded."""
-        self._last_time = time.perf_counter()
+        self._clock.tick()
         try:
             while not self.window.is_closing:
                 try:
@@ -223,7 +221,7 @@ class Walk:
             self._on_gpu.callback(lambda: self.renderer.release())
             self._model_turn.renderer, state.shares = self.renderer, LateShares()
             self._show_renderer()
-            self._shown = ()
+            self._widget_rounds.begin()
 
     def _drop_gpu(self) -> None:
         """Free everything on the GPU, whatever state it is in; a window whose context is lost gives way to another."""
@@ -241,16 +239,14 @@ class Walk:
         if self.next_file is not None:
             self.frames.finish()
             self._open(self.next_file)
-        now = time.perf_counter()
-        dt, self._last_time = now - self._last_time - self._loader.seconds, now
-        self._loader.seconds = 0.0
+        dt = self._clock.tick()
         self.state.advance(dt)
         self.state.record(dt)
         self.state.pull_focus(dt)
         self._take_news()
         if min(*self.window.size, *self.window.buffer_size) > 0:
-            if self._rests(dt):
-                self._rest(_RESTING_SECONDS)
+            if self._shows_all(dt):
+                self._clock.wait(_RESTING_SECONDS)
                 return
             self.state.times.add(dt)
             self._draw(dt)
@@ -262,7 +258,7 @@ class Walk:
         self._begin_what_waited()
         camera, self._camera_before = self._camera_before, self.state.camera
         if self.progress is not None and self._camera_before == camera and self.state.recorder is None:
-            self._rest(now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
+            self._clock.wait(self._clock.now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
 
     def _begin_what_waited(self) -> None:
         """Begin what would have held up the first picture, which is there."""
@@ -272,29 +268,13 @@ class Walk:
             self._loads_kernels = True
             kernels.load_behind()
 
-    def _rests(self, dt: float) -> bool:
+    def _shows_all(self, dt: float) -> bool:
         """Return whether the window shows already all that there is to show."""
-        state, renderer = self.state, self.state.renderer
-        world = renderer.world
-        self.frames.note(
-            state.camera,
-            dt,
-            self.window.buffer_size,
-            renderer.settings,
-            state.scene.environment,
-            world.representation,
-            world.generation,
-        )
-        shown = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.progress
-        changed, self._shown = shown != self._shown or self._input.take_news(), shown
-        self._unshown = _ROUNDS if changed else max(self._unshown - 1, 0)
-        return self.frames.is_current and not (self._unshown or self._screenshot_due or state.recorder is not None)
-
-    def _rest(self, seconds: float) -> None:
-        """Wait for the user, at most for `seconds`, of which the walk's clock knows nothing."""
-        start = time.perf_counter()
-        wait_for_event(seconds)
-        self._last_time += time.perf_counter() - start  # no frame took that long
+        state = self.state
+        self.frames.note(state.camera, dt, self.window.buffer_size)
+        told = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.progress
+        widgets_rest = self._widget_rounds.are_over(told, self._input.take_news())
+        return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
