@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.ingest.image import TextureDecoder
-from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
 if TYPE_CHECKING:  # most of a second to import; whoever has a material of trimesh has imported it
@@ -22,7 +22,6 @@ log = logging.getLogger(__name__)
 
 WHITE = (1.0, 1.0, 1.0)
 _CUTOFF = 0.5  # glTF's default
-_OPAQUE = 0.99  # alpha from which on nobody misses what is behind
 _CLEAR = 0.01  # alpha up to which a surface is as good as not there
 _BLACK = (0.0, 0.0, 0.0)
 
@@ -182,11 +181,11 @@ def _material(name: str, material: Material, *, cutoff: float | None, opacity: f
         cutoff = None  # nothing is cut out, so that what is quick for whole surfaces holds
     opacity = min(max(opacity, 0.0), 1.0)
     least = opacity * (texture[..., 3].min() / 255 if texture is not None and alpha else 1.0)
-    if cutoff is not None and opacity < _OPAQUE:
+    if cutoff is not None and opacity < OPAQUE:
         log.warning("%s is see-through (alpha %.2g) and cut out; what is not cut out is drawn opaque", name, opacity)
     elif opacity < _CLEAR:
         log.warning("%s is clear (alpha %.2g): nothing of it shows but highlights", name, opacity)
-    is_translucent = cutoff is None and least < _OPAQUE
+    is_translucent = cutoff is None and least < OPAQUE
     if is_translucent and texture is not None and not alpha:  # of MTL files, whose d is all that lets light through
         texture = texture.copy()
         texture[..., 3] = 255

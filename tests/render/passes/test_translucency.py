@@ -96,6 +96,14 @@ def test_what_glows_is_seen_in_the_dark(studio: Studio) -> None:
     assert middle(hidden).tolist() == [0, 0, 0]
 
 
+def test_what_is_cut_out_does_not_glow(studio: Studio) -> None:
+    stencil = np.array([[[255, 255, 255, 0], [255, 255, 255, 255]]], np.uint8)  # no left half
+    lamp = Material((0.0, 0.0, 0.0), texture=stencil, cutoff=0.5, emission=(0.0, 0.5, 0.0), specular=0.0)
+    pixels = linear_from_srgb(picture(studio, panes((0.0, lamp)), **DARK)[8, :, :3])
+    assert pixels[6] == pytest.approx(WALL[0, :3], abs=STEP)
+    assert pixels[10] == pytest.approx([0, 0.5, 0], abs=STEP)
+
+
 def test_glass_dims_what_glows_behind_it(studio: Studio) -> None:
     lamp = Material((0.0, 0.0, 0.0), emission=(0.8, 0.4, 0.0), specular=0.0)
     pixels = picture(studio, panes((0.0, lamp), (1.0, GREY)), **DARK)

@@ -78,6 +78,7 @@ class TranslucencyPass(Pass[Params]):
                 program.set(tolerance=_TOLERANCE * of_asset.mesh.radius)
                 array = self._array(defines, batch, of_asset, of_asset.indices)
                 for run in of_asset.mesh.glowing:
+                    program.set(cutoff=run.cutoff or 0.0)
                     of_asset.use(run)
                     array.render(vertices=3 * run.count, first=3 * run.first, instances=batch.count)
 
