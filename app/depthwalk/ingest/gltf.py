@@ -71,16 +71,13 @@ def has_cut_outs(header: dict[str, Any]) -> bool:
 
 def has_translucency(header: dict[str, Any]) -> bool:
     """Return whether a material of a glTF file, whose JSON header is `header`, may let light through."""
-    return any(
-        material.get("alphaMode") == "BLEND" or _TRANSMISSION in _extensions(material)
-        for material in _materials(header)
-    )
+    return any(each.get("alphaMode") == "BLEND" or _TRANSMISSION in _extensions(each) for each in _materials(header))
 
 
 def is_all_translucent(header: dict[str, Any]) -> bool:
     """Return whether nothing that a glTF file shows is opaque, as far as `header`, its JSON header, tells.
 
-    Many programs write `BLEND` for all materials, so that alone says nothing, nor does a texture whose alpha may cut out.
+    Many programs write `BLEND` for all materials, so that alone says nothing, nor does a texture, which may cut out.
     """
     try:
         used = {primitive.get("material") for mesh in header.get("meshes", []) for primitive in mesh["primitives"]}

@@ -18,6 +18,7 @@ from shapes import ShapeLibrary, panes, scene_of
 
 GLASS = Material(opacity=0.5)
 THREE = panes((0.0, GLASS), (1.0, GLASS), (2.0, GLASS))
+LAMP = panes((0.0, Material(emission=(1.0, 1.0, 1.0))))
 
 
 @pytest.mark.parametrize(("viewer", "expected"), [(5.0, [0, 1, 2]), (-5.0, [2, 1, 0]), (1.6, [0, 1, 2])])
@@ -33,12 +34,12 @@ class Planned:
     """Plans frames of panes that stand on a line, seen from z = `viewer`."""
 
     def __init__(self, device: Device, assets: Sequence[int], places: Sequence[float]) -> None:
-        library = ShapeLibrary([THREE, THREE], [None, None])
+        library = ShapeLibrary([THREE, THREE, LAMP], [None, None, None])
         scene = scene_of(
             *((asset, (0.0, 0.0, z), 0.0, 1.0) for asset, z in zip(assets, places, strict=True)),
             representation=Representation.MESH,
         )
-        self.assets = AssetStore(device, library)
+        self.library, self.assets = library, AssetStore(device, library)
         self.planner = TranslucencyPlanner(RenderWorld(scene, library, self.assets), self.assets)
 
     def plan(self, viewer: float) -> TranslucentDraws:
@@ -78,6 +79,27 @@ def test_far_objects_are_drawn_by_asset(planned, monkeypatch: pytest.MonkeyPatch
         (0, 1, False),
     ]
     assert drawn.records["origin"][:, 2].tolist() == [-40, -20, -30, -10]
+
+
+@pytest.mark.gl
+def test_what_only_glows_leaves_the_places_of_near_objects_to_glass(planned, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[no-untyped-def]
+    monkeypatch.setattr(translucency_planner, "_SORTED_OBJECTS", 1)
+    drawn = planned([0, 2, 1, 2, 2], [-20.0, -10.0, -5.0, 0.0, 5.0]).plan(10.0)
+    assert [(each.asset, each.count, each.sorted is None) for each in drawn.batches] == [
+        (0, 1, True),
+        (2, 3, True),
+        (1, 1, False),
+    ]
+
+
+@pytest.mark.gl
+def test_triangles_of_an_asset_that_was_read_again_are_sorted_again(planned) -> None:  # type: ignore[no-untyped-def]
+    """Its file may have become another."""
+    planner = planned([0], [0.0])
+    assert len(planner.plan(10.0).faces) == 6
+    planner.assets.release()
+    planner.library._meshes = [panes((0.0, GLASS))]
+    assert len(planner.plan(10.0).faces) == 2
 
 
 @pytest.mark.gl

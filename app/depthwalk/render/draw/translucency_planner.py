@@ -22,7 +22,7 @@ from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
-_SORTED_OBJECTS = 16  # the nearest of a frame, whose triangles are sorted
+_SORTED_OBJECTS = 16  # the nearest of a frame that are translucent, whose triangles are sorted
 _MOVED = 0.02  # of the distance, or of the object's radius: from here on triangles are sorted again
 
 
@@ -83,8 +83,9 @@ class TranslucentDraws:
 
 @dataclass(frozen=True, kw_only=True)
 class _Order:
-    """Hold triangles as they were sorted for a viewer (3,), metres, asset frame: (run, faces) from back to front."""
+    """Hold triangles of a mesh as they were sorted for a viewer (3,), metres, asset frame: (run, faces), rear first."""
 
+    mesh: TranslucentMesh
     viewer: Array
     runs: list[tuple[int, NDArray[np.uint32]]]
 
@@ -145,8 +146,7 @@ class TranslucencyPlanner:
 
     def _draws(self, view: View, objects: Objects, rows: Rows) -> TranslucentDraws:
         """Return the draws of the objects `rows` (n,), the farthest first."""
-        near = self._sorted_rows(objects, rows)
-        far = rows[: len(rows) - len(near)]
+        near, far = self._near_and_far(objects, rows)
         # Assets in the order of their farthest objects.
         _, first, of_asset = np.unique(objects.asset[far], return_index=True, return_inverse=True)
         far = far[np.argsort(first[of_asset], kind="stable")]
@@ -167,12 +167,18 @@ class TranslucencyPlanner:
         self._orders = orders
         return TranslucentDraws(records=records, batches=tuple(batches), faces=np.concatenate(faces))
 
-    def _sorted_rows(self, objects: Objects, rows: Rows) -> Rows:
-        """Return the last of the objects `rows`, the nearest, whose triangles may all be sorted in a frame."""
-        near = rows[max(len(rows) - _SORTED_OBJECTS, 0) :]
+    def _near_and_far(self, objects: Objects, rows: Rows) -> tuple[Rows, Rows]:
+        """Return the objects `rows`, the farthest first, whose triangles are sorted in a frame, and the others.
+
+        These are the nearest that are translucent, as far as there are not too many triangles: glow needs no order.
+        """
         store = self._assets.translucent.objects
-        triangles = np.array([len(store[asset].mesh.centroids) for asset in objects.asset[near].tolist()], np.int64)
-        return near[np.cumsum(triangles[::-1])[::-1] <= MAX_TRANSLUCENT_TRIANGLES]
+        triangles = np.zeros(max(store) + 1, np.int64)
+        triangles[list(store)] = [len(each.mesh.centroids) for each in store.values()]
+        count = triangles[objects.asset[rows]]
+        through = np.flatnonzero(count)[-_SORTED_OBJECTS:]
+        near = through[np.cumsum(count[through][::-1])[::-1] <= MAX_TRANSLUCENT_TRIANGLES]
+        return rows[near], np.delete(rows, near)
 
     def _order(self, row: int, mesh: TranslucentMesh, placed: np.void) -> _Order:
         """Return the triangles of an object from back to front: as they were, unless the viewer has moved."""
@@ -180,9 +186,9 @@ class TranslucencyPlanner:
         viewer = -rotate(conjugate(rotation), placed["origin"].astype(np.float64)) / float(placed["scale"])
         known = self._orders.get(row)
         away = max(float(np.linalg.norm(viewer - mesh.centre)), mesh.radius)
-        if known is not None and float(np.linalg.norm(viewer - known.viewer)) < _MOVED * away:
+        if known is not None and known.mesh is mesh and float(np.linalg.norm(viewer - known.viewer)) < _MOVED * away:
             return known
-        return _Order(viewer=viewer, runs=back_to_front(mesh, viewer))
+        return _Order(mesh=mesh, viewer=viewer, runs=back_to_front(mesh, viewer))
 
 
 def back_to_front(mesh: TranslucentMesh, viewer: Array) -> list[tuple[int, NDArray[np.uint32]]]:

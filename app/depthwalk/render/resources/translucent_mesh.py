@@ -269,7 +269,5 @@ class _LitCells:
         first = (np.clip(np.floor(low / self.edge), 0, most) for low, most in ((top, rows), (left, columns)))
         end = (np.clip(np.ceil(high / self.edge), 0, most) for high, most in ((bottom, rows), (right, columns)))
         (above, before), (below, beyond) = ((side.astype(np.int64) for side in sides) for sides in (first, end))
-        counts = self.counts
-        return np.asarray(
-            counts[below, beyond] - counts[above, beyond] - counts[below, before] > -counts[above, before]
-        )
+        table = self.counts
+        return np.asarray(table[below, beyond] + table[above, before] > table[above, beyond] + table[below, before])

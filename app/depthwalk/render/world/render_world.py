@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.assets.demand import cook_options
+from depthwalk.errors import InputError
 from depthwalk.geometry.extreme_points import extreme_points
+from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.render.lod.mesh_choice import MeshChoice, advised_table
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
@@ -165,8 +167,19 @@ class RenderWorld:
             mesh = self._library.mesh(number)
             points = np.zeros((1, 3)) if mesh is None else mesh.positions
         else:
-            points = self._assets.parts.load(number)[0].positions
+            points = np.concatenate([self._assets.parts.load(number)[0].positions, self._translucent_points(number)])
         return points if len(points) else np.zeros((1, 3))
+
+    def _translucent_points(self, number: int) -> Array:
+        """Return the corners (n, 3) of what lets light through, which depth images do not show, in the part's frame."""
+        try:
+            mesh = self._library.translucent_mesh(self._assets.parts.asset_of(number))
+        except InputError:  # whoever draws it tells
+            mesh = None
+        if mesh is None:
+            return np.zeros((0, 3))
+        part, corners = self._assets.parts.cooked(number).outline, np.unique(mesh.translucent_faces)
+        return rotate(conjugate(np.array(part.rotation)), mesh.positions[corners] - part.position)
 
     def extremes(self, number: int) -> Array:
         """Return those of `points` that reach farthest, (k, 3), see `geometry.extreme_points`."""
