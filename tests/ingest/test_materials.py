@@ -101,8 +101,8 @@ def test_the_alpha_of_a_texture_counts_where_the_format_says_so() -> None:
     assert material.texture is not None and (material.opacity, material.texture[0, 0, 3]) == (0.5, 255)
     assert phong_from_mtl({}, texture).texture is texture
     faint = Image.new("RGBA", (1, 1), (255, 255, 255, 60))
-    material = convert_material(PBRMaterial(alphaMode="OPAQUE", baseColorTexture=faint), "a")
-    assert material is not None and material.opacity is None
+    solid = convert_material(PBRMaterial(alphaMode="OPAQUE", baseColorTexture=faint), "a")
+    assert solid is not None and solid.opacity is None
 
 
 def test_what_glows() -> None:
