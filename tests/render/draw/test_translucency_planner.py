@@ -42,10 +42,9 @@ class Planned:
         self.library, self.assets = library, AssetStore(device, library)
         self.planner = TranslucencyPlanner(RenderWorld(scene, library, self.assets), self.assets)
 
-    def plan(self, viewer: float) -> TranslucentDraws:
+    def plan(self, viewer: float, min_pixels: float = 0.0) -> TranslucentDraws:
         view = View(Camera((0.0, 1.0, viewer), (0.0, 1.0, viewer - 1), 1.0), (8, 8))
-        count = len(self.planner._world.scene_objects)
-        return self.planner.plan(view, np.arange(count), wait=True)
+        return self.planner.plan(view, min_pixels, wait=True)
 
 
 @pytest.fixture
@@ -116,3 +115,9 @@ def test_triangles_are_sorted_again_when_the_viewer_has_moved_noticeably(planned
 @pytest.mark.gl
 def test_what_is_out_of_sight_is_not_drawn(planned) -> None:  # type: ignore[no-untyped-def]
     assert planned([0], [0.0]).plan(-10.0).batches == ()
+
+
+@pytest.mark.gl
+def test_what_is_smaller_than_objects_that_are_drawn_is_not_drawn(planned) -> None:  # type: ignore[no-untyped-def]
+    planner = planned([0, 0], [0.0, -1000.0])
+    assert [len(planner.plan(10.0, pixels).records) for pixels in (0.0, 0.1, 1.0, 8.0)] == [2, 1, 1, 0]

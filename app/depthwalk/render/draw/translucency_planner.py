@@ -19,6 +19,7 @@ from depthwalk.render.resources.translucent_mesh import TranslucentMesh
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import RenderWorld
+from depthwalk.render.world.spatial_cells import in_sight
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
@@ -103,13 +104,13 @@ class TranslucencyPlanner:
         self._world, self._assets = world, assets
         self._orders: dict[int, _Order] = {}  # by the row of the object
 
-    def plan(self, view: View, in_sight: Rows, *, wait: bool) -> TranslucentDraws:
+    def plan(self, view: View, min_pixels: float, *, wait: bool) -> TranslucentDraws:
         """Return what is drawn of the objects that a view sees.
 
         Parameters
         ----------
         view : the view of the picture.
-        in_sight : rows of `world.objects()` that the view may see, whose assets are asked for.
+        min_pixels : diameter, pixels, below which objects, and what is translucent of them, are left out.
         wait : whether to wait until their assets are read; otherwise a thread reads them meanwhile.
 
         Returns
@@ -123,14 +124,14 @@ class TranslucencyPlanner:
         """
         store = self._assets.translucent
         if store.is_unknown.any():
-            store.ask(self._world.assets_of(in_sight), wait)
+            store.ask(self._world.assets_in_sight(view, min_pixels, store.is_unknown), wait)
         if not store.objects:
             self._orders.clear()
             return TranslucentDraws.none()
         objects = self._world.scene_objects
         rows = np.flatnonzero(np.isin(objects.asset, list(store.objects)))
         bounds = self._bounds(objects.take(rows))
-        seen, _ = bounds.seen(view)
+        seen, _ = in_sight(view, bounds, min_pixels, np.arange(len(rows)))
         distance = np.linalg.norm(bounds.centre[seen] - view.position, axis=1)
         order = np.argsort(-distance, kind="stable")
         return self._draws(view, objects, rows[seen[order]])
