@@ -2,17 +2,12 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from depthwalk.limits import (
-    MAX_FRAMES,
-)
+from depthwalk.limits import MAX_FRAMES
 from depthwalk.resources import given_or_shipped
-
-if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
-    pass
 
 
 class Method(StrEnum):
