@@ -2,12 +2,17 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from depthwalk.limits import MAX_FRAMES
+from depthwalk.limits import (
+    MAX_FRAMES,
+)
 from depthwalk.resources import given_or_shipped
+
+if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
+    pass
 
 
 class Method(StrEnum):
