@@ -133,7 +133,7 @@ def test_heads_of_files_tell_what_is_not_opaque(tmp_path: Path, library: str, th
 
 def test_a_malformed_gltf_header_is_told_of(tmp_path: Path) -> None:
     """Whatever of it is asked first; one whose primitives make no sense is left to those who read the mesh."""
-    for header in ({"images": 3}, {"buffers": ["x"]}, {"materials": [{"extensions": 5}]}):
+    for header in ({"images": 3}, {"buffers": ["x"]}):
         (tmp_path / "a.gltf").write_text(json.dumps(header))
         with pytest.raises(InputError, match=r"a\.gltf: its glTF header is malformed$"):
             read_head(tmp_path / "a.gltf")
