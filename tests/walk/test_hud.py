@@ -142,10 +142,37 @@ def test_bar_and_messages_keep_clear_of_the_panel_and_of_each_other(overlay_io: 
     for _ in range(3):
         imgui.new_frame()
         top = draw_background(progress, 674)
-        draw_toast("Saved picture.png", top)
-        vertices = imgui.get_foreground_draw_list().vtx_buffer
-        lowest = max(vertices[k].pos.y for k in range(vertices.size()))
+        draw_toast("Saved picture.png", top, 289.0, 674.0)
+        message = toast_box()
         imgui.render()
     bar = imgui.internal.find_window_by_name("background")
     assert bar.pos.x >= 0 and bar.pos.x + bar.size.x <= 674
-    assert lowest <= top == bar.pos.y
+    assert message[3] <= top == bar.pos.y
+
+
+def toast_box() -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of what the frame has drawn over everything."""
+    vertices = imgui.get_foreground_draw_list().vtx_buffer
+    x, y = ([getattr(vertices[k].pos, axis) for k in range(vertices.size())] for axis in "xy")
+    return min(x), min(y), max(x), max(y)
+
+
+@pytest.mark.parametrize(("left", "right"), [(274.0, 800.0), (274.0, 640.0), (274.0, 450.0)])
+def test_a_message_lies_between_hud_and_panel_where_there_is_room(overlay_io: IO, left: float, right: float) -> None:
+    overlay_io.display_size = imgui.ImVec2(800, 600)
+    imgui.new_frame()
+    draw_toast("The file /home/somebody/scenes/garden.yaml has two mistakes\nof which each " * 3, 600, left, right)
+    x0, y0, x1, y1 = toast_box()
+    imgui.render()
+    assert y0 > 0 and y1 <= 600 and x0 >= 0 and x1 <= 800
+    assert (x0 >= left and x1 <= right) == (right - left > 300)
+
+
+def test_the_help_keeps_clear_of_the_panel(overlay_io: IO) -> None:
+    overlay_io.display_size = imgui.ImVec2(800, 600)
+    for _ in range(3):
+        imgui.new_frame()
+        draw_help(289.0, 450.0)
+        imgui.render()
+    window = imgui.internal.find_window_by_name("help")
+    assert window.pos.x >= 0 and window.pos.x + window.size.x <= 450

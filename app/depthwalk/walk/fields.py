@@ -3,6 +3,7 @@
 So a new setting appears in the panel without any code here.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
@@ -103,7 +104,7 @@ def _resolved(branch: dict[str, Any], definitions: dict[str, Any]) -> dict[str, 
     return definitions.get(reference.rsplit("/", 1)[-1], {}) if reference else branch
 
 
-def draw_group(group: Params, declared: type[Params] | None = None) -> str:
+def draw_group(group: Params, declared: type[Params] | None = None, only: Collection[str] = ()) -> str:
     """Draw the controls of a group of parameters, and set in the group what the user changes.
 
     Parameters
@@ -112,6 +113,8 @@ def draw_group(group: Params, declared: type[Params] | None = None) -> str:
         The parameters.
     declared
         A base class of the group's class; only parameters of the base class are drawn. None draws all.
+    only
+        The names of the parameters to draw; empty draws all.
 
     Returns
     -------
@@ -120,6 +123,8 @@ def draw_group(group: Params, declared: type[Params] | None = None) -> str:
     """
     refusal = ""
     for control in controls_of(declared or type(group)):
+        if only and control.name not in only:
+            continue
         before = getattr(group, control.name)
         after = _draw(control, before)
         if after != before:

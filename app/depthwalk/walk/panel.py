@@ -131,6 +131,8 @@ def _draw_environment(state: State) -> None:
         changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
         if changed:
             light.intensity = min(max(intensity, 0.0), 100.0)
+    if environment.sky is None:
+        draw_group(environment, only=("background",))
     for name, part in (("sky", environment.sky), ("fog", environment.fog)):
         if part is not None and imgui.tree_node(name):
             refusal = draw_group(part)
