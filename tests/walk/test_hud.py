@@ -1,6 +1,5 @@
 """Texts of the HUD and of the help."""
 
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +9,6 @@ from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.assets.progress import Progress
 from depthwalk.walk.hud import count_rows, draw_background, draw_help, draw_hud, draw_toast, pass_rows
-from depthwalk.walk.overlay import set_up_look
 from depthwalk.walk.times import FrameTimes
 from depthwalk.walk.viewer import Mode
 
@@ -56,18 +54,6 @@ def test_rows_without_anything_to_tell_are_left_out() -> None:
     counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
     rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
     assert rows["drawn as"] == "\u2013" and set(rows) == {"objects", "occluded", "drawn as", "on the GPU"}
-
-
-@pytest.fixture
-def overlay_io() -> Iterator[IO]:
-    """imgui with the walk's font and style, without anything that draws."""
-    context = imgui.create_context()
-    io = imgui.get_io()
-    io.set_ini_filename("")
-    io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
-    set_up_look(io)
-    yield io
-    imgui.destroy_context(context)
 
 
 @pytest.mark.parametrize(("width", "left"), [(640, 0.0), (640, 289.0), (1280, 289.0)])

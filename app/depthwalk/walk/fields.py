@@ -13,6 +13,8 @@ from pydantic import ValidationError
 from depthwalk.params import Params
 from depthwalk.walk.native_imgui import imgui
 
+LABEL_WIDTH = 132.0  # at the right of each widget, window coordinates
+_TOOLTIP_WIDTH = 420.0
 Kind = Literal["switch", "number", "integer", "choice", "colour", "vector", "other"]
 _KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "integer"}
 
@@ -142,11 +144,20 @@ def _draw(control: Control, value: Any) -> Any:
     if value is not None or not control.optional:
         value = _DRAW[control.kind](control, value)
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal):
-        imgui.set_tooltip(control.tooltip)
+        draw_tooltip(control.tooltip)
     if imgui.is_item_clicked(imgui.MouseButton_.right):
         value = control.default
     imgui.pop_id()
     return value
+
+
+def draw_tooltip(text: str) -> None:
+    """Draw a text under the mouse, in lines that fit the window; `imgui.set_tooltip` breaks none."""
+    if imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(min(_TOOLTIP_WIDTH, 0.8 * imgui.get_io().display_size.x))
+        imgui.text_unformatted(text)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
 
 
 def _draw_presence(control: Control, value: Any) -> Any:

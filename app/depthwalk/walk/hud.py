@@ -309,7 +309,7 @@ def _draw_viewer(state: State) -> None:
     _dim_wrapped(state.renderer.device.renderer)
     rows = [
         ("mode", _mode(state)),
-        ("position", f"{x:.2f}  {y:.2f}  {z:.2f} m"),
+        ("position", f"{x:z.2f}  {y:z.2f}  {z:z.2f} m"),
         ("direction", f"yaw {math.degrees(walker.yaw):z.0f}\u00b0, pitch {math.degrees(walker.pitch):z.0f}\u00b0"),
     ]
     playback = state.playback
