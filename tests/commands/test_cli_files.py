@@ -242,6 +242,7 @@ def test_bake_refuses(
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_bake_takes_files_that_ship(run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     result = run("bake", "teapot.ply", "-o", "a.dpci.exr", "--dpci-resolution", 16, "--layers", 1)
