@@ -150,7 +150,7 @@ class InspectionParams(Params):
     show: Literal["picture", "normals", "distance", "albedo"] = param(
         "picture",
         "What is shown: the lit picture; the normals in world axes, from −1 to 1, as red, green and blue; the distance "
-        "along the view axis, the brighter the nearer; or the colours before light (albedo). Where no surface is, black",
+        "along the view axis, the brighter the nearer; or the colours before light (albedo). Where nothing is, black",
     )
     half_distance: float = param(
         10.0, "Distance over which the grey of `show: distance` falls to the half", unit="m", ge=0.001, le=100_000
