@@ -22,6 +22,8 @@ from depthwalk.commands.options import (
     Up,
     UpAxis,
     Verbose,
+    named_files,
+    own_file,
 )
 from depthwalk.commands.program import BAD_INPUT, FAILURE, guarded
 from depthwalk.errors import InputError
@@ -77,13 +79,15 @@ def main(
     not baked again: after Ctrl-C, the same command continues where it stopped.
     """
     from depthwalk.bake.params import ModelParams
-    from depthwalk.commands.baking import bake_meshes, mesh_spec, output_files
+    from depthwalk.commands.baking import bake_meshes, check_inputs, mesh_spec, output_files
 
     where = parse_cluster(cluster)
     if where and jobs:
         raise InputError("--jobs: is for the pool of this process; --cluster local:N says how many processes to start")
-    files = output_files(meshes, out)
-    specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
+    found = named_files(meshes) if out is not None else [own_file(mesh, "-o") for mesh in meshes]
+    files = output_files(found, out)
+    specs = [mesh_spec(mesh, texture, up.value, height) for mesh in found]
+    check_inputs(specs)
     paths = [file for file in files if isinstance(file, Path)]
     if verify and len(paths) < len(files):
         raise InputError("--verify compares files of this machine; -o names a URL")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthwalk.errors import InputError
 from depthwalk.limits import (
     MAX_DPCI_RESOLUTION,
     MAX_FRAMES,
@@ -73,6 +74,16 @@ def named_file(path: Path | None) -> Path | None:
 def named_files(paths: list[Path]) -> list[Path]:
     """Return the files that the user names, some of which may ship."""
     return [given_or_shipped(path) for path in paths]
+
+
+def own_file(path: Path, option: str) -> Path:
+    """Return the file that the user names, beside which the command will write.
+
+    Raises InputError where it is found only among those that ship; `option` is what names another place.
+    """
+    if (found := given_or_shipped(path)) != path:
+        raise InputError(f"{path}: ships with the program; {option} says where to write")
+    return found
 
 
 ShownScene = Annotated[

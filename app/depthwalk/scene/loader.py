@@ -139,7 +139,9 @@ class FileFinder:
         found = self._searched(name)
         if isinstance(found, Path):
             return found
-        suggestions = (suggest_file(root / name) for root in self.roots) if found == _NOT_FOUND else iter(())
+        suggestions = (
+            (suggest_file(root / name) for root in (*self.roots, asset_root())) if found == _NOT_FOUND else iter(())
+        )
         return self._complain(loc, name, found + next(filter(None, suggestions), ""))
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:

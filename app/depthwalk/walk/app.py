@@ -18,10 +18,12 @@ from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.beside import BesideFrames
+from depthwalk.walk.camera_text import camera_yaml
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
 from depthwalk.walk.loading import LoadingScreen, StoppedError
+from depthwalk.walk.orbit import Side
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recovery import GpuRecovery
@@ -33,6 +35,7 @@ from depthwalk.walk.state import State
 from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
+    copy_text,
     gl_address,
     on_files_dropped,
     on_refresh,
@@ -300,6 +303,8 @@ class Walk:
             "C": lambda: self._input.capture(not self._input.captured),
             "F": lambda: state.frame_all(self._aspect),
             "F12": self.want_screenshot,
+            "V": self._copy_camera,
+            "N": state.toggle_turntable,
             "G": state.toggle_walking,
             "H": toggle("help"),
             "HOME": state.go_home,
@@ -315,6 +320,9 @@ class Walk:
             "NUMBER_1": lambda: state.represent(None),
             "NUMBER_2": lambda: state.represent(Representation.DPCI),
             "NUMBER_3": lambda: state.represent(Representation.MESH),
+            "NUMBER_4": lambda: state.frame_all(self._aspect, Side.FRONT),
+            "NUMBER_5": lambda: state.frame_all(self._aspect, Side.RIGHT),
+            "NUMBER_6": lambda: state.frame_all(self._aspect, Side.ABOVE),
         }
 
     def _escape(self) -> None:
@@ -324,6 +332,11 @@ class Walk:
             self._input.capture(False)
         else:
             self.window.close()
+
+    def _copy_camera(self) -> None:
+        """Copy the camera to the clipboard, as a scene file says it."""
+        copy_text(self.window, text := camera_yaml(self.state.camera))
+        self.state.tell(f"Copied {text}")
 
     def _close_by_escape(self, key: Any, action: Any, modifiers: Any) -> None:
         if key == self.window.keys.ESCAPE and action == self.window.keys.ACTION_PRESS:
