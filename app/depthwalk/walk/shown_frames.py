@@ -315,7 +315,7 @@ class ShownFrames:
         self._source = widened(View(camera, view.size), settings.margin)
         if self._interactive:
             self._source = reduced(self._source, settings.scale * self._scale.factor)
-        limit = _FIRST_WARP_LIMIT if self._is_new else round(_WARP_LIMIT * self._scale.factor**2)
+        limit = _FIRST_WARP_LIMIT if self._is_new else round(_WARP_LIMIT * self._scale.factor)
         self._renderer.warp_limit = limit if self._interactive else None
         self._frame.begin(self._renderer.steps(self._source, self._reprojection.canvas(self._source.size)))
 
