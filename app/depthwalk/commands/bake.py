@@ -11,24 +11,27 @@ from depthwalk.commands.options import (
     Axis,
     ClusterOption,
     Coordinates,
+    DpciResolution,
     Height,
     Layers,
+    Meshes,
     Method,
     Parts,
     Quiet,
     Texture,
+    Up,
     UpAxis,
     Verbose,
 )
 from depthwalk.commands.program import BAD_INPUT, FAILURE, guarded
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
-from depthwalk.limits import MAX_DPCI_RESOLUTION, MAX_JOBS, MIN_DPCI_RESOLUTION
+from depthwalk.limits import MAX_JOBS
 
 
 @guarded
 def main(
-    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    meshes: Meshes,
     out: Annotated[
         str | None,
         typer.Option(
@@ -40,15 +43,7 @@ def main(
             show_default="beside each mesh",
         ),
     ] = None,
-    dpci_resolution: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            min=MIN_DPCI_RESOLUTION,
-            max=MAX_DPCI_RESOLUTION,
-            help="Width and height of a depth image, texels.",
-        ),
-    ] = 512,
+    dpci_resolution: DpciResolution = 512,
     layers: Layers = None,
     method: Annotated[
         Method,
@@ -60,7 +55,7 @@ def main(
     parts: Parts = None,
     axis: Axis = None,
     coordinates: Coordinates = None,
-    up: Annotated[UpAxis, typer.Option(help="The axis that points upward in the files.")] = UpAxis.Y,
+    up: Up = UpAxis.Y,
     height: Height = None,
     texture: Texture = None,
     jobs: Annotated[

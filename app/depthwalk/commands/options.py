@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from depthwalk.limits import (
+    MAX_DPCI_RESOLUTION,
     MAX_FRAMES,
+    MIN_DPCI_RESOLUTION,
 )
 from depthwalk.resources import given_or_shipped
 
@@ -118,6 +120,18 @@ Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set", metavar="KEY=VALUE", help="Replace a value of the scene file, as in render.lod.bias=1; repeatable."
+    ),
+]
+Meshes = Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")]
+Up = Annotated[UpAxis, typer.Option("--up", help="The axis that points upward in the files.")]
+DpciResolution = Annotated[
+    int,
+    typer.Option(
+        "--dpci-resolution",
+        metavar="N",
+        min=MIN_DPCI_RESOLUTION,
+        max=MAX_DPCI_RESOLUTION,
+        help="Width and height of a depth image, texels.",
     ),
 ]
 Layers = Annotated[

@@ -195,7 +195,7 @@ def _model_document(path: Path) -> Document:
     """
     if not path.is_file():
         raise missing_file(path)
-    from depthwalk.ingest.sources import is_all_translucent  # here: scenes need none of it
+    from depthwalk.ingest.mesh_head import is_all_translucent  # here: scenes need none of it
 
     name = json.dumps(path.resolve().name, ensure_ascii=False)
     images = "" if is_all_translucent(path) else ", dpci: {}"  # which would show nothing
