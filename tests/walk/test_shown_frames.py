@@ -125,6 +125,36 @@ def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
             assert window.frames.in_slices == (slow == 0)
 
 
+def test_the_first_frame_is_moved_while_the_second_is_drawn_if_it_took_long(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 0.0)
+    monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", 0.0)
+    with Window(gl_device, "auto") as window:
+        assert window.round()
+        first = window.pixels()
+        monkeypatch.setattr(window.frames, "_catch_up", lambda view: pytest.fail("waited"))
+        monkeypatch.setattr(window.frames, "_draw_whole", lambda view, screen: pytest.fail("drew a whole frame"))
+        assert not window.round() and window.frames.in_slices
+        assert np.array_equal(window.pixels(), first)
+        right, rounds = 0.0, 0
+        while not window.finished > 1:  # the second frame, which has a margin
+            before, right, rounds = window.pixels(), right + 0.01, rounds + 1
+            window.round(right)
+            assert np.abs(window.pixels() - before).mean() > 0
+        assert rounds > 2
+        window.draw(View(Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8), SIZE))
+        assert np.abs(before - window.pixels()).mean() < 8
+
+
+def test_the_second_frame_is_drawn_whole_if_the_first_was_quick(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 1e9)
+    with Window(gl_device, "auto") as window:
+        assert window.round() and window.round(0.01) and not window.frames.in_slices
+
+
 def test_slices_after_whole_frames_show_no_picture_of_before(sliced: Window) -> None:
     sliced.rest()
     settings = sliced.renderer.settings.reprojection
