@@ -2,7 +2,7 @@
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
 // MESO: the object has meso-structure. COORDINATES: it has a texture, see texture_coordinates.glsl.
 #from depthwalk.cook.lod_geometry import EDGE, BORDER
-#from depthwalk.cook.texel_encoding import DEPTH_PERIOD
+#from depthwalk.cook.texel_encoding import DEPTH_PERIOD, SAME_SURFACE
 #include "common/meso.glsl"
 #include "common/virtual_texture.glsl"
 #ifdef COORDINATES
@@ -27,7 +27,6 @@ float depth_off(float stored, float depth) {
 // uv: within the image; texel: the four around it, see `page_normal`; depth: of the point, texels; around: the four texels, which
 // are replaced by those that show the surface. Returns its normal.
 vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
-    const float SAME_SURFACE = 1.5;     // texels of depth
     // Another layer shows this surface only so far off, texels. Where nobody has it, as beyond what a face owns, what is stored is
     // its nearest texel, half a period off by its depth: any other surface would be nearer than that.
     const float FARTHEST = 4.0;
