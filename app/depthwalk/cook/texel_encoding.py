@@ -10,6 +10,7 @@ from depthwalk.types import Array, Ints, Mask
 
 DEPTH_PERIOD = 128.0  # texels, after which depths repeat
 SAME_SURFACE = 1.5  # texels of depth by which samples side by side on one surface differ at most, unless it is steep
+SAME_SURFACE_BESIDE = 4.0  # by which samples of another layer do, which serve where a layer does not show a surface
 _LENGTHS = 8  # of normals that are tried
 _BATCH = 1 << 13  # normals at a time: their arrays stay in the cache
 
