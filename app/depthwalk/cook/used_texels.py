@@ -123,7 +123,8 @@ class _DepthRanges(NamedTuple):
 
 def _depth_ranges(baked: BakedObject, shape: tuple[int, int]) -> _DepthRanges:
     """Return the depths in each sub-tile of all images; shape: rows and columns of sub-tiles."""
-    least, most = [], []
+    least: list[NDArray[np.float32]] = []
+    most: list[NDArray[np.float32]] = []
     for image in baked.images:
         height, width = image.depth.shape
         beyond = (0, SUB_TILE * shape[0] - height), (0, SUB_TILE * shape[1] - width)

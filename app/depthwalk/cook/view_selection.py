@@ -291,4 +291,4 @@ def _beside_edges(cylinder: Cylinder, image: DepthImage) -> Mask:
     broken = ~whole_cells(image, 0).reshape(several.shape) & several
     broken = np.pad(broken, ((1, 1), (1, 0)), mode="wrap") if image.face is Face.SIDE else np.pad(broken, 1)
     broken[[0, -1]] = False
-    return broken[1:, 1:] | broken[:-1, 1:] | broken[1:, :-1] | broken[:-1, :-1]
+    return np.asarray(broken[1:, 1:] | broken[:-1, 1:] | broken[1:, :-1] | broken[:-1, :-1])
