@@ -270,12 +270,13 @@ def test_info_describes_files(
     mesh = rows(run("info", meshes[0]).stdout)
     assert (mesh["kind"], mesh["triangles"], mesh["size"]) == ("mesh", "960", "2 × 2 × 2 m")
     scene = rows(run("info", tiny_scene).stdout)
-    assert (scene["objects"], scene["drawn as"], scene["asset ball"]) == ("1", "auto 1", "ball.ply, 1 objects")
+    assert (scene["objects"], scene["drawn as"], scene["made of"]) == ("1", "auto 1", "3,968 triangles")
+    assert scene["asset ball"] == "ball.ply, 1 object of 3,968 triangles"
     walk = rows(run("info", tiny_scene.with_name("walk.yaml")).stdout)
     assert (walk["keyframes"], walk["frames"], walk["duration"]) == ("3", "3 at 1 a second, step", "2 s")
     run("bake", meshes[0], "--dpci-resolution", 64, "--layers", 1)
     baked = rows(run("info", tmp_path / "ball.dpci.exr").stdout)
-    assert baked["kind"] == "depth images"
+    assert (baked["kind"], baked["made of"]) == ("depth images", "960 triangles")
     assert re.fullmatch(r"0\.\d\d % of the visible surface", baked["left out"])
     assert re.fullmatch(
         r"radius 1\.000\d* m, y from -0\.032\d* to 2\.032\d* m; about \(.*\) along \(0, 1, 0\)", baked["cylinder"]

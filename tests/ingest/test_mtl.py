@@ -38,6 +38,15 @@ def test_materials_are_converted_by_name(tmp_path: Path) -> None:
     assert materials.material("gone") is None and materials.material(None) is None
 
 
+def test_materials_that_let_light_through_share_a_texture(tmp_path: Path) -> None:
+    """Each copy would take as much memory as the picture, and be a texture and a draw of its own."""
+    Image.new("RGBA", (1, 1), (1, 2, 3, 9)).save(tmp_path / "p.png")
+    materials = library(tmp_path, "".join(f"newmtl {name}\nd 0.5\nmap_Kd p.png\n" for name in "abc"))
+    textures = [material.texture for material in map(materials.material, "abc") if material is not None]
+    assert len(textures) == 3 and len({id(each) for each in textures}) == 1
+    assert textures[0] is not None and textures[0].tolist() == [[[1, 2, 3, 255]]]
+
+
 def test_a_texture_that_is_no_picture_is_refused_even_if_unused(tmp_path: Path) -> None:
     (tmp_path / "p.png").write_bytes(b"no picture")
     with pytest.raises(InputError, match=r"p\.png: cannot be read as an image$"):

@@ -34,12 +34,14 @@ def test_none_is_left_out_where_all_do_something() -> None:
 
 def test_counts_are_told_in_the_fields_words() -> None:
     counts = {
+        "full_triangles": 886555518,
         "objects": 12345, "occluded": 300, "dpci": 40, "dmesh": 0, "mesh": 7, "warped": 3, "warped_triangles": 98765,
         "assets": 5, "gpu_mb": 1234.5, "atlas_used": 0.25, "tile_resolution": 1.0,
         "case_side": 9, "case_side_and_top": 30, "case_all": 1, "step_16": 1, "step_2": 39, "level_0": 4, "level_10": 2,
     }  # fmt: skip
     assert count_rows(counts) == [
         ("objects", "12,345"),
+        ("made of", "886,555,518 triangles"),
         ("occluded", "300"),
         ("drawn as", "dpci 40, mesh 7"),
         ("case", "side 9, side + top 30\nall 1"),
@@ -53,7 +55,7 @@ def test_counts_are_told_in_the_fields_words() -> None:
 
 
 def test_rows_without_anything_to_tell_are_left_out() -> None:
-    counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
+    counts = dict.fromkeys(("objects", "full_triangles", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
     rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
     assert rows["drawn as"] == "\u2013" and set(rows) == {"objects", "occluded", "drawn as", "on the GPU"}
 
@@ -95,7 +97,7 @@ def slow_walk() -> Any:
     counts = dict.fromkeys(["objects", "occluded", "dpci", "mesh", "warped", "warped_triangles"], 12345)
     counts |= {f"case_{name}": 1234 for name in ("side", "side_and_top", "side_and_bottom", "all")}
     counts |= {f"step_{2**k}": 123 for k in range(6)} | {f"level_{k}": 123 for k in range(12)}
-    counts |= {"assets": 123, "gpu_mb": 1234, "atlas_used": 1, "tile_resolution": 1}
+    counts |= {"full_triangles": 123456789012, "assets": 123, "gpu_mb": 1234, "atlas_used": 1, "tile_resolution": 1}
     return SimpleNamespace(
         times=times,
         scene_times=scene_times,

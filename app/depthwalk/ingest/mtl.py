@@ -131,7 +131,9 @@ class MaterialLibrary:
         cut_out = found.mask is not None and found.mask == found.image
         called = f"{self._mesh}: material {name!r}"
         texture, glow = self._decoded(found.image), self._decoded(found.glow)
-        return phong_from_mtl(found.terms, texture, called, cut_out=cut_out, emission_texture=glow)
+        return phong_from_mtl(
+            found.terms, texture, called, cut_out=cut_out, emission_texture=glow, textures=self._textures
+        )
 
     def _decoded(self, name: str | None) -> NDArray[np.uint8] | None:
         """Return the texels of the picture that a library calls `name`; None where there is none."""

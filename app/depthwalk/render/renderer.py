@@ -231,10 +231,12 @@ class Renderer:
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=materials_of(whole))
         with self.timers.measure_cpu("plan"):
-            translucent = self._translucency.plan(view, in_sight.rows, wait=self.assets.background is None)
+            smallest, wait = self.settings.culling.min_pixels, self.assets.background is None
+            translucent = self._translucency.plan(view, smallest, wait=wait)
         frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency), translucent=translucent)
         yield from self._sequence.finish(frame, self.keeps)
 
+        whole.noted["full_triangles"] = self.world.full_triangles
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
         if kind.is_frame:

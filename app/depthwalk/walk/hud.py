@@ -265,6 +265,7 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
     cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
     rows = [
         ("objects", f"{counts['objects']:,}"),
+        ("made of", f"{counts['full_triangles']:,} triangles" if counts["full_triangles"] else _NONE),
         ("occluded", f"{counts['occluded']:,}"),
         ("drawn as", _lines(kinds)),
         ("of pixels", _lines(pixels)),
