@@ -2,7 +2,7 @@
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
 // MESO: the object has meso-structure. COORDINATES: it has a texture, see texture_coordinates.glsl.
 #from depthwalk.cook.lod_geometry import EDGE, BORDER
-#from depthwalk.cook.texel_encoding import DEPTH_PERIOD, SAME_SURFACE, SAME_SURFACE_BESIDE
+#from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 #include "common/meso.glsl"
 #include "common/virtual_texture.glsl"
 #ifdef COORDINATES
@@ -10,6 +10,8 @@
 #endif
 uniform float texels[FACE_COUNT];                // per metre, on each face
 uniform float shininess;
+
+const float SAME_SURFACE = 1.5;     // texels of depth
 
 struct Surface {
     vec3 albedo;
@@ -34,8 +36,9 @@ bool shows_another(Around around, float depth) {
 // uv: within the image; texel: the four around it, see `page_normal`; depth: of the point, texels; around: the four texels, which
 // are replaced by those that show the surface. Returns its normal.
 vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
-    // Another layer shows this surface only up to SAME_SURFACE_BESIDE texels off. Where nobody has it, as beyond what a face
-    // owns, what is stored is its nearest texel, half a period off by its depth: any other surface would be nearer than that.
+    // Another layer shows this surface only so far off, texels. Where nobody has it, as beyond what a face owns, what is stored is
+    // its nearest texel, half a period off by its depth: any other surface would be nearer than that.
+    const float FARTHEST = 4.0;
     vec4 off;
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
     if (any(greaterThan(off, vec4(SAME_SURFACE)))) {
@@ -49,7 +52,7 @@ vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around 
                 ivec2 place = low + ivec2(k & 1, k >> 1);
                 vec4 found = texelFetch(page_normals, place, 0);
                 float found_off = depth_off(found.a, depth);
-                if (found_off < min(off[k], SAME_SURFACE_BESIDE)) {
+                if (found_off < min(off[k], FARTHEST)) {
                     off[k] = found_off;
                     around.at[k] = place;
                     texel[k] = found;

@@ -7,8 +7,7 @@ import pytest
 
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.grid_lods import build_grid_lods
-from depthwalk.cook.indexed_lods import index_levels
-from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT, PAST_AXIS, LodGeometry
+from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS, LodGeometry
 from depthwalk.cook.used_texels import SUB_TILE, TILE, tile_counts, used_sub_tiles
 from shapes import bake, box, joined, sphere
 
@@ -86,17 +85,3 @@ def test_triangles_are_looked_up_in_their_own_image_whatever_their_vertices_carr
         vertices[first[:2], 3] = others
         found.append(used_sub_tiles(baked, replace(one, vertices=vertices.copy()), [1])[0])
     assert found[0].any() and (found[0] == found[1]).all() and (found[0] == found[2]).all()
-
-
-@pytest.mark.parametrize("edge", [0, EDGE])
-def test_beside_an_edge_the_next_layer_is_used_where_it_holds_the_surface(edge: int) -> None:
-    """Of a floor below a box: the layer behind holds it below the box, and nothing beside that."""
-    hall = bake(joined(box(1.1, 0.1, 1.1), box(0.36, 0.1, 0.36, (0, 0.5, 0))), resolution=64)
-    corners = np.array([(-0.25, 0.05, 0), (0.5, 0.05, 0.1), (0.5, 0.05, -0.1)]) - np.asarray(hall.position)
-    lookup = np.array([Face.TOP << FACE_SHIFT | edge])
-    levels = index_levels(build_grid_lods(hall), [corners[None]], lookup, np.zeros(1))
-    (used,) = used_sub_tiles(hall, levels, [1])
-    first, second = used[:2]
-    assert first[8, 8] and first[8, 13]
-    assert second.any() == (edge > 0)
-    assert second[8, 8] == (edge > 0) and not second[:, 12:].any()

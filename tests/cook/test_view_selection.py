@@ -31,17 +31,3 @@ def test_a_triangle_that_reaches_into_another_layer_is_looked_up_in_both() -> No
     assert image & EDGE and (image % EDGE) >> FACE_SHIFT == Face.TOP
     beside = np.array([(0.3, 0.05, -0.1), (0.3, 0.05, 0.1), (0.45, 0.05, 0)]) - np.asarray(hall.position)
     assert select_views(hall, beside[None])[0] == Face.TOP << FACE_SHIFT
-
-
-@pytest.mark.parametrize(("tip", "edge"), [(0.15, EDGE), (0.3, 0)])
-def test_a_triangle_of_which_only_a_tip_reaches_into_another_layer_is_beside_an_edge(tip: float, edge: int) -> None:
-    hall = bake(joined(box(1.1, 0.1, 1.1), box(0.36, 0.1, 0.36, (0, 0.5, 0))), resolution=64)
-    corners = np.array([(tip, 0.05, 0), (0.5, 0.05, 0.1), (0.5, 0.05, -0.1)]) - np.asarray(hall.position)
-    assert select_views(hall, corners[None])[0] == Face.TOP << FACE_SHIFT | edge
-
-
-def test_where_a_surface_ends_and_nothing_else_is_near_is_no_edge() -> None:
-    """What empty texels hold is the surface itself."""
-    pillars = bake(joined(box(0.4, 0.4, 0.4, (-0.4, 0, -0.4)), box(0.4, 0.4, 0.4, (0.4, 0, 0.4))), resolution=64)
-    corners = np.array([(-0.215, 0.2, -0.5), (-0.25, 0.2, -0.45), (-0.215, 0.2, -0.4)]) - np.asarray(pillars.position)
-    assert select_views(pillars, corners[None])[0] == Face.TOP << FACE_SHIFT

@@ -6,11 +6,9 @@ from numpy.typing import NDArray
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Cylinder, DepthImage
 from depthwalk.parallel import batches
-from depthwalk.types import Array, Ints, Mask
+from depthwalk.types import Array
 
 DEPTH_PERIOD = 128.0  # texels, after which depths repeat
-SAME_SURFACE = 1.5  # texels of depth by which samples side by side on one surface differ at most, unless it is steep
-SAME_SURFACE_BESIDE = 4.0  # by which samples of another layer do, which serve where a layer does not show a surface
 _LENGTHS = 8  # of normals that are tried
 _BATCH = 1 << 13  # normals at a time: their arrays stay in the cache
 
@@ -46,18 +44,12 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     texels[solid, 4:] = np.round(colour * 65535)
     if solid.all():
         return texels
-    row, column = nearest_samples(solid)
-    texels = texels.reshape(-1, 8).take(row * solid.shape[1] + column, 0)
-    texels[~solid, 3] ^= 128  # half the period farther
-    return texels
-
-
-def nearest_samples(solid: Mask) -> tuple[Ints, Ints]:
-    """Return row and column, (H, W) each, of the nearest texel with a sample; solid: (H, W), texels with one."""
     from scipy.ndimage import distance_transform_edt
 
     row, column = distance_transform_edt(~solid, return_distances=False, return_indices=True)
-    return row, column
+    texels = texels.reshape(-1, 8).take(row * solid.shape[1] + column, 0)
+    texels[~solid, 3] ^= 128  # half the period farther
+    return texels
 
 
 def depth_code(depth: Array) -> NDArray[np.uint8]:

@@ -1,23 +1,19 @@
 """Find the texels of its depth images that an object looks up: only these are stored in its virtual texture.
 
 An image is divided into sub-tiles of 4 × 4 texels. A sub-tile is used where a triangle that looks into the image falls
-on it. Where a triangle is beside an edge, shaders look into the layers before and behind too; of these a sub-tile is
-used if it holds samples at the triangle's depth. Most texels of most images are not: they are empty, or another image
-shows the surface better.
+on it. Most texels of most images are not: they are empty, or another image shows the surface better.
 """
 
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
-from itertools import chain, product
-from typing import NamedTuple
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BakedObject, Face
-from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT, PAST_AXIS, LodGeometry
-from depthwalk.cook.texel_encoding import SAME_SURFACE_BESIDE
+from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS, LodGeometry
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints, Mask
 
@@ -49,14 +45,13 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int], pa
     """
     rows, columns = (2 * size for size in tile_counts(baked.images[0].depth.shape))
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)
-    depths = _depth_ranges(baked, (rows, columns))
     vertices = _project_vertices(baked, grids, parallel)
     covered, done = [], 0
     for ends in [int((grids.first + grids.count)[:count].max()) for count in levels]:
         corners = grids.triangles(done, ends - done)
 
         def boxes(batch: slice, corners: Ints = corners) -> list[tuple[Ints, Ints, Ints]]:
-            return list(_boxes(baked, depths, vertices, corners[batch]))
+            return list(_boxes(baked, vertices, corners[batch]))
 
         found = chain.from_iterable(parallel(boxes, batches(len(corners), _BATCH)))
         _count(counts, *map(np.concatenate, zip(*found, strict=True)))
@@ -75,7 +70,7 @@ def tile_counts(shape: tuple[int, ...]) -> tuple[int, int]:
 class _Vertices:
     """Hold the V vertices of all levels, and where the faces of their own images show them.
 
-    code: (V,) image with flags; point: (V, 3), metres; texel: (V, 3), column and row, texels, and depth, metres.
+    code: (V,) image with flags; point: (V, 3), metres; texel: (V, 2), column and row, texels.
     """
 
     code: Ints
@@ -83,7 +78,7 @@ class _Vertices:
     texel: Array
 
     def looked_up(self, baked: BakedObject, corners: Ints) -> Array:
-        """Return column, row and depth (t, 3, 3) at the corners (t, 3) of triangles, in the triangles' images.
+        """Return column and row (t, 3, 2), texels, at the corners (t, 3) of triangles, in the triangles' images.
 
         Nearly all of a triangle's vertices carry its image; the others are looked up anew.
         """
@@ -92,49 +87,6 @@ class _Vertices:
         triangle, corner = (faces != faces[:, 2:]).nonzero()
         texel[triangle, corner] = _texels_at(baked, faces[triangle, 2], self.point.take(corners[triangle, corner], 0))
         return texel
-
-
-class _DepthRanges(NamedTuple):
-    """Hold the depths of samples on and beside each sub-tile: (images, rows, columns), metres.
-
-    Where there are none, least is +inf and most −inf.
-    """
-
-    least: NDArray[np.float32]
-    most: NDArray[np.float32]
-
-    def meet(self, baked: BakedObject, image: Ints, low: Ints, high: Ints, depth: Array) -> Mask:
-        """Return which boxes (n,) of sub-tiles hold samples at about the depths that triangles have there.
-
-        image: (n,), numbers; low, high: (n, 2), lowest and highest column and row; depth: (n, 2), least and most,
-        metres.
-        """
-        rows, columns = self.least.shape[1:]
-        least, most = np.full(len(image), np.inf), np.full(len(image), -np.inf)
-        for right, up in product((0, 1), repeat=2):  # of what is not small enough no more than the corners
-            column = (high if right else low)[:, 0] % columns
-            row = (high if up else low)[:, 1].clip(0, rows - 1)
-            least = np.minimum(least, self.least[image, row, column])
-            most = np.maximum(most, self.most[image, row, column])
-        slack = np.array([FaceGrid.of(baked.cylinder, other).longest_texel for other in baked.images])[image]
-        slack *= SAME_SURFACE_BESIDE
-        return np.asarray((least - slack <= depth[:, 1]) & (most + slack >= depth[:, 0]))
-
-
-def _depth_ranges(baked: BakedObject, shape: tuple[int, int]) -> _DepthRanges:
-    """Return the depths in each sub-tile of all images; shape: rows and columns of sub-tiles."""
-    least: list[NDArray[np.float32]] = []
-    most: list[NDArray[np.float32]] = []
-    for image in baked.images:
-        height, width = image.depth.shape
-        beyond = (0, SUB_TILE * shape[0] - height), (0, SUB_TILE * shape[1] - width)
-        for ranges, depth in (least, image.depth), (most, np.where(np.isinf(image.depth), np.inf, -image.depth)):
-            around = np.pad(depth, 1, constant_values=np.inf)
-            around = np.minimum.reduce([around[1:-1], around[:-2], around[2:]])
-            around = np.minimum.reduce([around[:, 1:-1], around[:, :-2], around[:, 2:]])
-            cells = np.pad(around, beyond, constant_values=np.inf).reshape(shape[0], SUB_TILE, shape[1], SUB_TILE)
-            ranges.append(cells.min((1, 3)))
-    return _DepthRanges(np.stack(least), -np.stack(most))
 
 
 def _project_vertices(baked: BakedObject, grids: LodGeometry, parallel: Map) -> _Vertices:
@@ -148,17 +100,15 @@ def _project_vertices(baked: BakedObject, grids: LodGeometry, parallel: Map) -> 
     return _Vertices(code=code, point=point, texel=np.concatenate(list(found)))
 
 
-def _boxes(
-    baked: BakedObject, depths: _DepthRanges, vertices: _Vertices, corners: Ints
-) -> Iterator[tuple[Ints, Ints, Ints]]:
+def _boxes(baked: BakedObject, vertices: _Vertices, corners: Ints) -> Iterator[tuple[Ints, Ints, Ints]]:
     """Yield boxes of at most 2 × 2 sub-tiles around all parts of triangles.
 
     Larger triangles are halved until their parts fit. Across the seam of the side, columns go on counting.
 
     Parameters
     ----------
-    baked, depths
-        The object, and the depths of its samples.
+    baked
+        The object.
     vertices
         Its vertices.
     corners
@@ -170,23 +120,21 @@ def _boxes(
         Number of the image (n,), lowest and highest column and row (n, 2) of sub-tiles.
     """
     code, texel = vertices.code.take(corners[:, 2]), vertices.looked_up(baked, corners)
-    large = yield from _small_boxes(baked, depths, code, texel, _HALVINGS > 0)
+    large = yield from _small_boxes(baked, code, texel, _HALVINGS > 0)
     code, points = np.repeat(code[large], 4), _quarters(vertices.point.take(corners[large], 0))
     for halving in range(1, _HALVINGS + 1):
-        texel = _texels_at(baked, np.repeat(code, 3), points.reshape(-1, 3)).reshape(-1, 3, 3)
-        large = yield from _small_boxes(baked, depths, code, texel, halving < _HALVINGS)
+        texel = _texels_at(baked, np.repeat(code, 3), points.reshape(-1, 3)).reshape(-1, 3, 2)
+        large = yield from _small_boxes(baked, code, texel, halving < _HALVINGS)
         code, points = np.repeat(code[large], 4), _quarters(points[large])
 
 
 def _small_boxes(
-    baked: BakedObject, depths: _DepthRanges, code: Ints, texel: Array, may_be_halved: bool
+    baked: BakedObject, code: Ints, texel: Array, may_be_halved: bool
 ) -> Generator[tuple[Ints, Ints, Ints], None, Mask]:
     """Yield the boxes of triangles that fit into 2 × 2 sub-tiles; return which (t,) are larger and `may_be_halved`.
 
-    Those beside an edge are yielded for the layers before and behind too, where these may show their surface.
-
-    code: (t,) the image that each triangle looks into, with flags; texel: (t, 3, 3) column, row and depth at its
-    corners, which are changed where it lies across the seam.
+    code: (t,) the image that each triangle looks into, with flags; texel: (t, 3, 2) column and row at its corners,
+    which are changed where it lies across the seam.
     """
     face, width = code >> FACE_SHIFT & 7, baked.images[0].depth.shape[1]
     # Some corners are at one end of the image, some at the other: those go a turn further.
@@ -195,22 +143,12 @@ def _small_boxes(
     texel[..., 0] += width * (across & (u < width / 2)).T
     a, b, c = texel.swapaxes(0, 1)  # `min` along so short an axis takes several times as long
     lowest, highest = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    low = np.floor((lowest[:, :2] - _SLACK) / SUB_TILE).astype(np.int64)
-    high = np.floor((highest[:, :2] + _SLACK) / SUB_TILE).astype(np.int64)
+    low = np.floor((lowest - _SLACK) / SUB_TILE).astype(np.int64)
+    high = np.floor((highest + _SLACK) / SUB_TILE).astype(np.int64)
     large = ((high[:, 0] - low[:, 0] > 1) | (high[:, 1] - low[:, 1] > 1)) & may_be_halved
     small = np.flatnonzero(~large)
-    faces = np.array([image.face for image in baked.images])
-    number = np.searchsorted(faces, face.take(small)) + (code.take(small) & 7)
-    yield number, low.take(small, 0), high.take(small, 0)
-    beside = np.flatnonzero(code.take(small) & EDGE)
-    edge, number = small.take(beside), number.take(beside)
-    depth = np.stack([lowest[edge, 2], highest[edge, 2]], -1)
-    for step in -1, 1:
-        other = (number + step).clip(0, len(faces) - 1)
-        there = np.flatnonzero((other != number) & (faces[other] == face.take(edge)))
-        box = other.take(there), low.take(edge.take(there), 0), high.take(edge.take(there), 0)
-        meets = depths.meet(baked, *box, depth.take(there, 0))
-        yield box[0][meets], box[1][meets], box[2][meets]
+    first = np.searchsorted([image.face for image in baked.images], face.take(small))
+    yield first + (code.take(small) & 7), low.take(small, 0), high.take(small, 0)
     return np.asarray(large)
 
 
@@ -236,13 +174,13 @@ def _count(counts: NDArray[np.int32], image: Ints, low: Ints, high: Ints) -> Non
 
 
 def _texels_at(baked: BakedObject, code: Ints, point: Array) -> Array:
-    """Return where points find their colours (n, 3): column and row, texels, and their depth in the image, metres.
+    """Return where points find their colours: column and row (n, 2), texels.
 
     code: (n,) the images that they look into, with flags; point: (n, 3), metres.
     """
     height, width = baked.images[0].depth.shape
     face, past = code >> FACE_SHIFT & 7, code & PAST_AXIS > 0
-    texel = np.empty((len(point), 3))
+    texel = np.empty((len(point), 2))
     for looked_into in Face:
         chosen = np.flatnonzero(face == looked_into)
         if not len(chosen):
@@ -252,11 +190,5 @@ def _texels_at(baked: BakedObject, code: Ints, point: Array) -> Array:
             there[past.take(chosen)] *= (-1, 1, -1)
         grid = FaceGrid(cylinder=baked.cylinder, face=looked_into, height=height, width=width)
         u, v = grid.position_of(there)
-        if looked_into is Face.SIDE:
-            radial = np.hypot(there[:, 0], there[:, 2])
-            depth = baked.cylinder.radius - np.where(past.take(chosen), -radial, radial)
-        else:
-            origin, inward = grid.rays_at(u, v)
-            depth = np.einsum("ij,ij->i", there - origin, inward)
-        texel[chosen] = np.stack([u * width, v * height, depth], -1)
+        texel[chosen] = np.stack([u * width, v * height], -1)
     return texel

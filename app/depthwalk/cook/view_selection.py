@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.grid import whole_cells
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, face_outward
+from depthwalk.bake.images import BakedObject, DepthImage, Face, face_outward
 from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT, PAST_AXIS
-from depthwalk.cook.texel_encoding import SAME_SURFACE, nearest_samples
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
@@ -28,13 +27,6 @@ _EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals poin
 _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
 _ROUNDING = 1e-3  # by which lower bounds may be too high: all is in single precision
 _BATCH = 1 << 15  # triangles at a time: with fewer, threads wait for each other more than for memory
-# Probes of a triangle, weights of its corners: its middle, halfway from there to the corners, and almost at the corners
-# and at the middles of its sides. With the first four alone, a long triangle of a flat wall was taken for one that lies
-# within an image, though its ends were beside an edge, and showed specks of what else is there.
-_ALMOST = 0.9
-_MIDDLE, _CORNERS, _SIDES = np.full((1, 3), 1 / 3), np.eye(3), (1 - np.eye(3)) / 2
-_TOWARDS = (0.5, _CORNERS), (_ALMOST, _CORNERS), (_ALMOST, _SIDES)
-_PROBES = np.concatenate([_MIDDLE, *(_MIDDLE + part * (ends - _MIDDLE) for part, ends in _TOWARDS)])
 
 
 class _Look(NamedTuple):
@@ -42,7 +34,7 @@ class _Look(NamedTuple):
 
     code: (layers,) their numbers, as in `select_views`, without EDGE. The rest is (H · W, layers, …), so that the
     layers of one texel are side by side in memory. depth: metres; normal: unit; foreign: what it costs that another
-    face owns the surface; beside_edge: whether filtering mixes the texel with those of another surface.
+    face owns the surface; beside_edge: whether the texel is next to a discontinuity.
     """
 
     grid: FaceGrid
@@ -91,8 +83,8 @@ class _Triangles(NamedTuple):
 def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Ints:
     """Return the depth image that shows each triangle best.
 
-    In that image the samples at the triangle's middle, near its corners and its sides lie on the triangle's plane, face
-    as it does, are owned by the image's face, and are seen squarely.
+    In that image the samples at the triangle's middle and near its corners lie on the triangle's plane, face as it
+    does, are owned by the image's face, and are seen squarely.
 
     Parameters
     ----------
@@ -130,12 +122,7 @@ def _looks(baked: BakedObject) -> list[_Look]:
             np.stack([layer.reshape(-1, *layer.shape[2:]) for layer in layers], 1)
             for layers in zip(
                 *(
-                    (
-                        image.depth,
-                        image.normal,
-                        elsewhere[(image.owner != face).astype(np.int64)],
-                        _beside_edges(baked.cylinder, image),
-                    )
+                    (image.depth, image.normal, elsewhere[(image.owner != face).astype(np.int64)], _beside_edges(image))
                     for image in images
                 ),
                 strict=True,
@@ -179,8 +166,9 @@ def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints
 
 
 def _probed(baked: BakedObject, corners: Array) -> _Triangles:
-    """Return triangles (t, 3, 3) with their probes."""
-    probes = np.einsum("pc,tci->tpi", _PROBES, corners)
+    """Return triangles (t, 3, 3) with their probes: the middle, and points halfway from there to the corners."""
+    middle = corners.mean(1, keepdims=True)
+    probes = np.concatenate([middle, (middle + corners) / 2], 1)
     size, texel = lengths(corners - np.roll(corners, 1, axis=1)).max(1), square_texel(baked)
     values = probes, face_normals(corners)[0], _NEAR * (size + texel), np.maximum(size, texel)
     return _Triangles(*(value.astype(np.float32) for value in values))
@@ -272,23 +260,9 @@ def _look_up(look: _Look, triangles: _Triangles) -> _View:
     return _View(texel, facing, askew, before)
 
 
-def _beside_edges(cylinder: Cylinder, image: DepthImage) -> Mask:
-    """Return the texels (H, W) of which filtering shows another surface too.
-
-    They are corners of a cell that is not whole, and whose texels differ in depth, as they are stored: an empty one as
-    the nearest sample. Where a surface just ends, these are samples of its own, and nothing else is mixed in.
-    """
-    depth = image.depth
-    solid = np.isfinite(depth)
-    if not solid.any():
-        return np.zeros_like(solid)
-    depth = depth[nearest_samples(solid)]
-    if image.face is Face.SIDE:
-        depth = np.concatenate([depth, depth[:, :1]], 1)
-    corners = depth[:-1, :-1], depth[1:, :-1], depth[:-1, 1:], depth[1:, 1:]
-    step = np.maximum.reduce(corners) - np.minimum.reduce(corners)
-    several = step > SAME_SURFACE * FaceGrid.of(cylinder, image).longest_texel
-    broken = ~whole_cells(image, 0).reshape(several.shape) & several
+def _beside_edges(image: DepthImage) -> Mask:
+    """Return the texels (H, W) that are a corner of a cell that is not whole: filtered, they show another surface."""
+    broken = ~whole_cells(image, 0).reshape(len(image.depth) - 1, -1)
     broken = np.pad(broken, ((1, 1), (1, 0)), mode="wrap") if image.face is Face.SIDE else np.pad(broken, 1)
     broken[[0, -1]] = False
-    return np.asarray(broken[1:, 1:] | broken[:-1, 1:] | broken[1:, :-1] | broken[:-1, :-1])
+    return broken[1:, 1:] | broken[:-1, 1:] | broken[1:, :-1] | broken[:-1, :-1]
