@@ -225,6 +225,12 @@ def test_bake_writes_to_urls(run: Callable[..., Any], meshes: tuple[Path, Path])
         ),
         (["{d}/none.ply"], "{d}/none.ply: no such file"),
         (["{d}/no/none.ply"], "{d}/no/none.ply: no such file"),
+        (
+            ["{d}/ball.ply", "{d}/none.ply", "{d}", "{d}/court.yaml"],
+            "{d}/none.ply: no such file\n{d}: is a folder\n{d}/court.yaml: no such file",
+        ),
+        (["{d}/ball.ply", "--texture", "{d}/none.png"], "{d}/none.png: no such file"),
+        (["teapot.ply"], "teapot.ply: ships with the program; -o says where to write"),
     ],
 )
 def test_bake_refuses(
@@ -234,6 +240,13 @@ def test_bake_refuses(
     result = run("bake", *(argument.format(d=tmp_path) for argument in arguments))
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message.format(d=tmp_path) + "\n")
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.slow
+def test_bake_takes_files_that_ship(run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = run("bake", "teapot.ply", "-o", "a.dpci.exr", "--dpci-resolution", 16, "--layers", 1)
+    assert result.exit_code == 0 and result.stdout.startswith("a.dpci.exr: 5776 triangles"), result.stderr
 
 
 def rows(text: str) -> dict[str, str]:

@@ -7,7 +7,8 @@ import pytest
 from PIL import Image
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.mtl import MaterialLibrary, parse_mtl
+from depthwalk.ingest.material_library import MaterialLibrary
+from depthwalk.ingest.mtl import parse_mtl
 from depthwalk.ingest.sources import Sources
 
 

@@ -42,7 +42,7 @@ class Window(OnScreen):
     def round(self, right: float = 0.0) -> bool:
         """Return whether a frame was finished, with the camera so far to the right."""
         camera = Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8)
-        self.frames.note(camera, 0.02, self.renderer.settings)
+        self.frames.note(camera, 0.02, SIZE)
         finished = self.frames.draw(View(camera, SIZE), self.screen)
         self.frames.work()
         self.finished += finished
@@ -161,7 +161,7 @@ def test_who_turns_quickly_waits_for_no_frame_and_sees_what_is_there(
     monkeypatch.setattr(sliced.frames, "_catch_up", lambda view: pytest.fail("waited"))
     for degrees in (100, 190, 250, 350):  # in one round each: none shows what the one before did
         camera = turned(degrees)
-        sliced.frames.note(camera, 0.02, sliced.renderer.settings)
+        sliced.frames.note(camera, 0.02, SIZE)
         sliced.frames.draw(View(camera, SIZE), sliced.screen)
         shown = sliced.pixels()
         assert sliced.frames.unseen < 0.05
@@ -174,7 +174,7 @@ def test_who_turns_quickly_waits_for_no_frame_and_sees_what_is_there(
 def test_who_jumps_and_turns_waits_for_a_frame(sliced: Window) -> None:
     sliced.rest()
     camera = turned(180, right=9.0)
-    sliced.frames.note(camera, 0.02, sliced.renderer.settings)
+    sliced.frames.note(camera, 0.02, SIZE)
     assert sliced.frames.draw(View(camera, SIZE), sliced.screen) and sliced.frames.unseen == 0
 
 

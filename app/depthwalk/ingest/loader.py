@@ -53,7 +53,7 @@ def load_mesh(
     height
         Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
     sources
-        Reads files and keeps their bytes; None reads them from the disk. Pass the object that `source_hash` used where
+        Reads files and keeps their bytes; None reads them from the disk. Pass the object that `hash_files` used where
         the mesh must be made of the same bytes as the hash.
 
     Returns

@@ -131,7 +131,7 @@ class ShownFrames:
         settings = self._renderer.settings
         return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
 
-    def note(self, camera: Camera, dt: float, *state: Any) -> None:
+    def note(self, camera: Camera, dt: float, size: tuple[int, int]) -> None:
         """Note what is to be shown; call this once in every round of the window.
 
         Parameters
@@ -140,9 +140,11 @@ class ShownFrames:
             The camera of the viewer.
         dt
             Seconds since the last call.
-        *state
-            Everything else that the picture depends on, of types that can be compared and copied.
+        size
+            (width, height) of the window, pixels.
         """
+        renderer, world = self._renderer, self._renderer.world
+        state = size, renderer.settings, renderer.scene.environment, world.representation, world.generation
         self._motion.follow(camera, dt)
         if state != self._known:
             self._known, self._settled = deepcopy(state), 0
