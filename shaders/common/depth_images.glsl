@@ -90,6 +90,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     vec3 place = page_at(number_of(image), position.xy, lod);
     vec4 albedo;
     Around around = texels_around(place.xy);
+    border = border && lod < float(MIP_TIER_LEVELS);    // where the finest tier serves
     if (border && lod > 0.0) {      // means of depths tell nothing, but the texels do that they are means of
         vec2 finest;
         border = page_stored(number_of(image), position.xy, finest);
