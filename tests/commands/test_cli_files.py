@@ -163,6 +163,16 @@ def test_bake_goes_on_after_a_bad_mesh(run: Callable[..., Any], meshes: tuple[Pa
     assert read_baked(tmp_path / "ball.dpci.exr").parts[0].images[0].depth.shape == (64, 64)
 
 
+def test_bake_says_what_helps_where_much_is_left_out(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Thin plates one behind the other, each seen past the others: one layer holds the outer ones."""
+    plates = shapes.joined(*(shapes.box(1.0, 1.0, 0.02, (0, 0, 0.2 * number)) for number in range(6)))
+    mesh = write_ply(tmp_path / "plates.ply", plates)
+    poor = run("bake", mesh, "--dpci-resolution", 32, "--layers", 1)
+    assert poor.exit_code == 0
+    assert re.search(r"plates\.dpci\.exr: \d+\.\d % of the visible surface will be missing; --layers auto", poor.stderr)
+    assert "missing" not in run("bake", mesh, "--dpci-resolution", 32, "--layers", "auto", "--force").stderr
+
+
 @pytest.mark.gl
 def test_a_scene_uses_what_bake_wrote_beside_the_mesh(
     run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -25,6 +25,10 @@ from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 
+_SEEN_LOSS = (
+    0.02  # part of the visible surface without which holes are seen at first sight; most models lose a thousandth
+)
+
 
 def output_files(meshes: Sequence[Path], out: str | None) -> list[Path | str]:
     """Return where the depth images of each mesh are stored.
@@ -186,7 +190,16 @@ def bake_meshes(
                 log.error("%s", outcome)
             else:
                 print(printable(describe(outcome, params.resolution)), flush=True)
+                _tell_of_loss(outcome, params)
     return failures
+
+
+def _tell_of_loss(outcome: Baked | Kept, params: ModelParams) -> None:
+    """Warn where so much of a surface is hidden from all depth images that holes will be seen, and say what helps."""
+    if isinstance(outcome, Baked) and outcome.left_out > _SEEN_LOSS and params.layers != "auto":
+        remedy = "raycast with --layers auto" if params.by_six_views else "--layers auto"
+        missing = f"{100 * outcome.left_out:.1f} % of the visible surface will be missing; {remedy} holds more of it"
+        log.warning("%s: %s", outcome.out, missing)
 
 
 def _job(spec: MeshAsset, params: ModelParams, file: Path | str, force: bool) -> Job:
