@@ -39,6 +39,8 @@ from depthwalk.resources import shader_root
 
 T = TypeVar("T")
 
+_NEVER_SET = object()
+
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _ITEM = r"\w+(?:\s+as\s+\w+)?"
 _FROM = re.compile(r"^\s*#from\b(?P<rest>.*)$")
@@ -303,7 +305,7 @@ class Program:
         """
         held, uniforms = self._held, self._uniforms
         for name, value in values.items():
-            if name in held and held[name] == value:
+            if held.get(name, _NEVER_SET) == value:
                 continue
             uniform = uniforms.get(name)
             if uniform is not None:

@@ -78,7 +78,8 @@ class DrawList:
             drawn = 0
             while drawn < batch.count:
                 count = min(batch.count - drawn, max(room // each, 1))
-                part.append(replace(batch, first=batch.first + drawn, count=count))
+                whole = count == batch.count
+                part.append(batch if whole else replace(batch, first=batch.first + drawn, count=count))
                 drawn, room = drawn + count, room - count * each
                 if room < each:
                     yield replace(self, batches=part)
@@ -89,6 +90,9 @@ class DrawList:
     @classmethod
     def joined(cls, lists: Sequence["DrawList"]) -> "DrawList":
         """Return one list that draws what all of the `lists` draw, one list after the other."""
+        drawn = [part for part in lists if len(part.records)]
+        if len(drawn) < 2:  # as most lists of most phases; joining records of many fields takes long
+            return drawn[0] if drawn else lists[0]
         starts = np.cumsum([0] + [len(part.records) for part in lists]).tolist()
         parts = zip(starts, lists, strict=False)
         batches = [

@@ -94,12 +94,13 @@ class MaterialResolvePass(Pass[Params]):
             defines += ("SHOW_TILES",)
         uniforms = {"objects": 0, "visibility_texture": 1, **light}
         columns = materials.assets.tolist(), depths.tolist(), materials.low.tolist(), materials.high.tolist()
+        self._bind(frame)
         for number, asset_depths, low, high in zip(*columns, strict=True):
             if filled > _PART:
                 filled = 0.0
                 yield
+                self._bind(frame)
             filled += (high[0] - low[0]) * (high[1] - low[1]) / 4
-            self._bind(frame)
             asset = frame.assets.depth_object(number)
             program = self._programs[*asset.surface_defines, *defines]
             asset.use_surface(program, _SURFACE, frame.common.lod)

@@ -154,12 +154,23 @@ class DepthObject:
             How many instances are drawn.
         """
         layout, name = GRID_LAYOUT
+        if len(self.chunks) == 1:  # all indices count from the first vertex
+            for first, count in runs:
+                array.render(vertices=count, first=first, instances=instances)
+            return
         attribute: Any = array.program[name]
         for run in runs:
-            for first, count, base in chunk_runs(self.chunks, *run):
+            if run not in self._divided:
+                self._divided[run] = chunk_runs(self.chunks, *run)
+            for first, count, base in self._divided[run]:
                 # In place of a base vertex, which moderngl does not offer.
                 array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
                 array.render(vertices=count, first=first, instances=instances)
+
+    @cached_property
+    def _divided(self) -> dict[tuple[int, int], list[tuple[int, int, int]]]:
+        """Return the draw calls of each run of indices that was drawn: there are few, of levels and their pieces."""
+        return {}
 
     def use_geometry(self, program: Program, lod: LodParams) -> None:
         """Bind the meso-structure to the first texture unit, and set the uniforms that the vertex stage reads.
@@ -196,10 +207,10 @@ class DepthObject:
         }
         if texture.coordinates is not None and texture.base is not None:
             images |= {"page_coordinates": texture.coordinates, "base_texture": texture.base}
-        for unit, (name, image) in enumerate(images.items(), first_unit):
-            image.use(unit)
-            program.set(**{name: unit})
-        program.set(meso_fade=lod.meso_fade, **texture.uniforms, **self.surface, **self.relief)
+        units = dict(zip(images, range(first_unit, first_unit + len(images)), strict=True))
+        for name, image in images.items():
+            image.use(units[name])
+        program.set(meso_fade=lod.meso_fade, **units, **texture.uniforms, **self.surface, **self.relief)
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObject:
