@@ -36,9 +36,8 @@ class InstanceStream:
             components = int(np.prod(field.shape)) if field.shape else 1
             self._fields.append((f"in_{name}", f"{components}f", int(offset)))
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
-        self._attributes: dict[
-            moderngl.Program, list[tuple[int, str, int]]
-        ] = {}  # of each program: location, layout, offset
+        # Of each program: location, layout and offset of the fields that it reads.
+        self._attributes: dict[moderngl.Program, list[tuple[int, str, int]]] = {}
 
     def upload(self, records: NDArray[np.void]) -> None:
         """Replace the buffer's contents by `records` (n,) of the stream's dtype."""
@@ -53,7 +52,7 @@ class InstanceStream:
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
         """Let the next draws of `array` read the records from the one numbered `first` on, one for each instance."""
         bound = self._buffer, first
-        if array.extra == bound:  # of each vertex array, what it reads already: most draw the same records every frame
+        if array.extra == bound:  # it reads them already, as many do frame after frame
             return
         array.extra = bound
         if array.program not in self._attributes:

@@ -20,7 +20,7 @@ from depthwalk.cook.lod_geometry import GRID_LAYOUT, VERTEX_BYTES, LodGeometry, 
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Packed, Program
 from depthwalk.render.resources.surface_texture import SurfaceTexture
 from depthwalk.scene.object_settings import LodParams
 
@@ -183,7 +183,11 @@ class DepthObject:
             The settings of detail.
         """
         self.meso.use(0)
-        program.set(meso_relief=0, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
+        key = program, None
+        if key not in self._uniforms:
+            self._uniforms[key] = program.packed(meso_relief=0, **self.geometry, **self.relief)
+        program.use(self._uniforms[key])
+        program.set(meso_fade=lod.meso_fade)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
         """Bind textures to at most `SURFACE_UNITS` texture units, and set the uniforms that looking up a surface needs.
@@ -207,10 +211,19 @@ class DepthObject:
         }
         if texture.coordinates is not None and texture.base is not None:
             images |= {"page_coordinates": texture.coordinates, "base_texture": texture.base}
-        units = dict(zip(images, range(first_unit, first_unit + len(images)), strict=True))
-        for name, image in images.items():
-            image.use(units[name])
-        program.set(meso_fade=lod.meso_fade, **units, **texture.uniforms, **self.surface, **self.relief)
+        for unit, image in enumerate(images.values(), first_unit):
+            image.use(unit)
+        key = program, (texture.detail, first_unit)
+        if key not in self._uniforms:
+            units = {name: unit for unit, name in enumerate(images, first_unit)}
+            self._uniforms[key] = program.packed(**units, **texture.uniforms, **self.surface, **self.relief)
+        program.use(self._uniforms[key])
+        program.set(meso_fade=lod.meso_fade)
+
+    @cached_property
+    def _uniforms(self) -> dict[tuple[Program, tuple[int, int] | None], Packed]:
+        """Return the uniforms of each program that has drawn this object: of geometry, or of a surface's detail."""
+        return {}
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObject:
