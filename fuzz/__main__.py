@@ -49,6 +49,7 @@ def main() -> int:
     """Fuzz, print what was done and found; returns 1 where something was found, else 0."""
     options = _options()
     started = time.monotonic()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever ends it gets the report of what was done
     names = options.targets or [target.name for target in TARGETS]
     chosen = [target for target in TARGETS if target.name in names]
     for target in chosen:
@@ -141,6 +142,7 @@ def _run(tasks: list[Task], end: float, jobs: int, findings: Path) -> tuple[list
 
 def _session(task: Task, until: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGXCPU, signal.SIG_DFL)
     errors = os.open(task.folder / "errors", os.O_CREAT | os.O_WRONLY | os.O_APPEND)
     for output in (1, 2):  # libraries print

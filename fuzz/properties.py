@@ -190,7 +190,7 @@ def check_cooked(geometry: LodGeometry, texture: VirtualTexture) -> None:
 
 
 def check_clusters(clusters: MeshClusters, parts: int) -> None:
-    """Check what `find_clusters` returns for a mesh of so many `parts`."""
+    """Check what `CLUSTERS` returns for a mesh of so many `parts`."""
     holds(clusters.faces < len(clusters.positions), "faces refer to vertices")
     holds((clusters.part >= 0) & (clusters.part < parts), "clusters are of parts that exist")
     for name in ("positions", "normals", "uv", "centre", "radius", "axis", "sine", "error", "group_radius"):

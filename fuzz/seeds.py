@@ -283,14 +283,14 @@ def cooked() -> list[Files]:
 
 
 def caches() -> list[Files]:
-    from depthwalk.bake.level_file import keep_levels
+    from depthwalk.bake.level_file import LEVELS
     from depthwalk.bake.levels import mesh_levels
     from depthwalk.cook.cluster_builder import build_clusters
-    from depthwalk.cook.cluster_file import keep_clusters
+    from depthwalk.cook.cluster_file import CLUSTERS
 
     mesh = dense()
-    made = [{"levels.npz": _cached(lambda: keep_levels(mesh_levels(mesh), "ab"))}]
-    return [*made, {"clusters.npz": _cached(lambda: keep_clusters(build_clusters(mesh), "ab"))}]
+    made = [{"levels.npz": _cached(lambda: LEVELS.keep_value(mesh_levels(mesh), "ab"))}]
+    return [*made, {"clusters.npz": _cached(lambda: CLUSTERS.keep_value(build_clusters(mesh), "ab"))}]
 
 
 @cache

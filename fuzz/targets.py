@@ -8,11 +8,11 @@ from typing import Literal, TypedDict
 from depthwalk.assets.asset_files import complaints_about, mesh_source
 from depthwalk.bake.cache import find_cached
 from depthwalk.bake.file import read_baked
-from depthwalk.bake.level_file import find_levels
+from depthwalk.bake.level_file import LEVELS
 from depthwalk.bake.meso_file import load_meso
 from depthwalk.bake.planar import range_mesh
 from depthwalk.cache import DamagedFileError, cache_folder
-from depthwalk.cook.cluster_file import find_clusters
+from depthwalk.cook.cluster_file import CLUSTERS
 from depthwalk.cook.cook import COOK_VERSION, CookOptions
 from depthwalk.cook.cooked_file import find_cooked, read_cooked
 from depthwalk.errors import InputError
@@ -114,11 +114,11 @@ def read_cached(path: Path) -> None:
     mesh = seeds.dense()
     if path.name.startswith("levels"):
         _put_into_cache(path, "ab.levels.npz")
-        for level in find_levels(mesh, "ab") or ():
+        for level in LEVELS.find_value(mesh, "ab") or ():
             properties.check_mesh_arrays(level.mesh, unit_normals=False)
     elif path.name.startswith("clusters"):
         _put_into_cache(path, "ab.clusters.npz")
-        clusters = find_clusters(mesh, "ab")
+        clusters = CLUSTERS.find_value(mesh, "ab")
         if clusters is not None:
             properties.check_clusters(clusters, len(mesh.parts))
     else:

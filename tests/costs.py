@@ -17,7 +17,12 @@ from pathlib import Path
 
 from depthwalk.errors import InputError
 
-_READERS = "costs", "depthwalk.ingest.trimesh_reader", "depthwalk.ingest.mtl", "depthwalk.ingest.range_image"
+_READERS = (
+    "costs",
+    "depthwalk.ingest.trimesh_reader",
+    "depthwalk.ingest.material_library",
+    "depthwalk.ingest.range_image",
+)
 _LIBRARIES = "depthwalk.scene.loader", "depthwalk.scene.places", "PIL.TiffImagePlugin", "PIL.PngImagePlugin", "OpenEXR"
 _MOST_SECONDS, _MOST_BYTES = 20, 3 << 30  # then the process is ended
 

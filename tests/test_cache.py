@@ -23,7 +23,7 @@ from depthwalk.assets.batch_bake import Outcome, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.images import BakedObject
-from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
+from depthwalk.bake.level_file import LEVELS
 from depthwalk.bake.params import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
@@ -183,13 +183,13 @@ def test_levels_that_cannot_be_drawn_are_passed_over(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     mesh, levels = simplified
-    path = keep_levels(levels, "ab")
-    assert find_levels(mesh, "ab") is not None
+    path = LEVELS.keep_value(levels, "ab")
+    assert LEVELS.find_value(mesh, "ab") is not None
     arrays = read_arrays(path)
     craft(arrays)
     write_arrays(path, arrays)
     with caplog.at_level(logging.WARNING):
-        assert find_levels(mesh, "ab") is None
+        assert LEVELS.find_value(mesh, "ab") is None
     assert f"{path}: damaged simplified meshes" in caplog.text and not path.exists()
 
 

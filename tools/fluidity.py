@@ -149,7 +149,7 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
         shown: list[float] = []  # when
 
         def show(camera: Camera, dt: float) -> None:
-            frames.note(camera, dt, renderer.settings)
+            frames.note(camera, dt, SIZE)
             frames.draw(View(camera, SIZE), screen)
             context.finish()
             shown.append(time.perf_counter())
@@ -179,7 +179,7 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
                 show(camera, 0.02)
             at, used = time.perf_counter(), time.process_time()
             while time.perf_counter() < at + 2:
-                frames.note(camera, 0.5, renderer.settings)
+                frames.note(camera, 0.5, SIZE)
                 time.sleep(0.1 if frames.is_current else 0)
             idle = (time.process_time() - used) / (time.perf_counter() - at)
         finally:

@@ -90,7 +90,7 @@ class Walk:
         scene = load_scene(file)
         scene.render.reprojection.mode = "off"  # frames that depend on the clock are not the same twice
         self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
-        self._walk._loads_kernels = True  # they round otherwise than NumPy
+        self._walk.beside.loads_kernels = True  # they round otherwise than NumPy
         self._scene = scene
 
     def __enter__(self) -> "Walk":

@@ -16,7 +16,7 @@ import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ from depthwalk.files import remove_leftovers, replacing
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
+Origin = TypeVar("Origin")
+Arrays = dict[str, NDArray[Any]]
 
 _DAMAGE = (InputError, ValueError, TypeError, LookupError, ArithmeticError)
 
@@ -147,6 +149,36 @@ class Cache:
         write(path)
         make_room(path)
         return path
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArrayCache(Cache, Generic[T, Origin]):
+    """Find and keep values of one kind, each derived from an origin such as a mesh, as `.npz` files.
+
+    Attributes
+    ----------
+    arrays
+        Returns the arrays of a value, by their names.
+    parse
+        Returns the value that such arrays hold, given its origin. Raises ValueError or KeyError where they hold none.
+    compressed
+        Whether the arrays are deflated.
+    """
+
+    arrays: Callable[[T], Arrays]
+    parse: Callable[[Arrays, Origin], T]
+    compressed: bool = False
+
+    def find_value(self, origin: Origin, key: str) -> T | None:
+        """Return the value of `key`, derived from `origin`; None where the cache holds none, or a damaged one."""
+        return self.find(key, lambda path: self.parse(read_arrays(path), origin))
+
+    def keep_value(self, value: T, key: str) -> Path:
+        """Store a value under `key`, a hash of all that it depends on, and return its file.
+
+        Raises OSError where it cannot be written.
+        """
+        return self.keep(key, lambda path: write_arrays(path, self.arrays(value), self.compressed))
 
 
 class DamagedFileError(OSError):

@@ -43,7 +43,8 @@ def check_folder(path: Path) -> None:
     folder = path.parent
     try:
         if not folder.is_dir():
-            raise InputError(f"{path}: the folder {str(folder)!r} does not exist")
+            why = "is a file" if folder.exists() else "does not exist"
+            raise InputError(f"{path}: the folder {str(folder)!r} {why}")
         if path.is_dir():
             raise InputError(f"{path}: is a folder")
         with suppress(FileNotFoundError):

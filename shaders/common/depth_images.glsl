@@ -11,6 +11,8 @@
 uniform float texels[FACE_COUNT];                // per metre, on each face
 uniform float shininess;
 
+const float SAME_SURFACE = 1.5;     // texels of depth
+
 struct Surface {
     vec3 albedo;
     float specular;
@@ -22,12 +24,18 @@ float depth_off(float stored, float depth) {
     return abs(fract(stored * (255.0 / 256.0) - depth / DEPTH_PERIOD + 0.5) - 0.5) * DEPTH_PERIOD;
 }
 
+// Returns whether of the four texels of level 0 around a point any shows another surface. depth: of the point, texels.
+bool shows_another(Around around, float depth) {
+    vec4 off;
+    for (int k = 0; k < 4; ++k) off[k] = depth_off(texelFetch(page_normals, around.at[k], 0).a, depth);
+    return any(greaterThan(off, vec4(SAME_SURFACE)));
+}
+
 // Blends the four texels around a point, of those only that show its surface, which their depths tell: beside an edge others
 // show another surface, and this one continues in the layer before or behind, where it is looked for too.
 // uv: within the image; texel: the four around it, see `page_normal`; depth: of the point, texels; around: the four texels, which
 // are replaced by those that show the surface. Returns its normal.
 vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
-    const float SAME_SURFACE = 1.5;     // texels of depth
     // Another layer shows this surface only so far off, texels. Where nobody has it, as beyond what a face owns, what is stored is
     // its nearest texel, half a period off by its depth: any other surface would be nearer than that.
     const float FARTHEST = 4.0;
@@ -78,11 +86,21 @@ Surface surface_at(vec3 p, int image, float footprint) {
     vec3 position = image_position(p, image);
     float covered = footprint * texels[face];
     float lod = max(log2(covered) - 1.0, 0.0);      // bilinear filtering averages over two texels already
-    border = border && lod == 0.0;                  // means of depths tell nothing
     if (face == FACE_SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
     vec4 albedo;
     Around around = texels_around(place.xy);
+    border = border && lod < float(MIP_TIER_LEVELS);    // where the finest tier serves
+    if (border && lod > 0.0) {      // means of depths tell nothing, but the texels do that they are means of
+        vec2 finest;
+        border = page_stored(number_of(image), position.xy, finest);
+        Around texels_of_level_0 = texels_around(finest);
+        border = border && shows_another(texels_of_level_0, position.z * texels[face]);
+        if (border) {
+            around = texels_of_level_0;
+            place = vec3(finest, 0.0);
+        }
+    }
     vec3 normal;
     if (covered < 1.0 || border) {
         vec4 texel[4];

@@ -15,6 +15,9 @@
 #endif
 uniform sampler2D base_texture;
 uniform sampler2D emission_texture;
+#ifdef GLOW
+uniform float cutoff;   // alpha below which there is no surface, and so no glow
+#endif
 
 in vec3 from_viewer;    // world
 in vec2 uv;
@@ -47,6 +50,7 @@ vec3 light_from(vec3 hidden) {
 void main() {
     vec3 own = emission * texture(emission_texture, uv).rgb;
 #ifdef GLOW
+    if (texture(base_texture, uv).a < cutoff) discard;
     lit = vec4(own, 0.0);
 #else
     vec4 texel = texture(base_texture, uv);

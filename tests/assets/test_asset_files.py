@@ -21,12 +21,18 @@ from depthwalk.assets.asset_files import (
 )
 from depthwalk.bake.params import ModelParams
 from depthwalk.errors import InputError
-from depthwalk.ingest.sources import source_hash
+from depthwalk.ingest.mesh_head import read_head
+from depthwalk.ingest.sources import Sources, hash_files
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from files import write_ply
 
 PARAMS = ModelParams(resolution=32, layers=1)
+
+
+def plain_hash(spec: MeshAsset) -> str:
+    """The hash of the files of an asset, as it was before any mark was added."""
+    return hash_files(read_head(spec.mesh, spec.texture).files, Sources())
 
 
 @pytest.fixture
@@ -39,7 +45,7 @@ def spec(tiny_scene: Path) -> MeshAsset:
 
 def test_a_mesh_and_the_hash_of_its_bytes_belong_together(spec: MeshAsset) -> None:
     mesh, source = read_hashed(spec)
-    assert source == source_hash(spec.mesh, None)
+    assert source == plain_hash(spec)
     np.testing.assert_array_equal(mesh.positions, read_mesh(spec).positions)
     assert mesh_key(spec, PARAMS, source) == mesh_key(spec, PARAMS)
 
@@ -71,7 +77,7 @@ def test_only_textured_meshes_have_keys_of_texture_coordinates(spec: MeshAsset, 
     assert mesh_key(textured, never, source) == mesh_key(textured, never)
     views = replace(PARAMS, method="six-view")
     assert mesh_key(textured, views) == mesh_key(textured, replace(views, coordinates="never"))
-    assert levels_key(textured, source) == levels_key(textured, source_hash(spec.mesh, textured.texture))
+    assert levels_key(textured, source) == levels_key(textured, plain_hash(textured))
 
 
 def test_the_name_of_an_asset_is_not(spec: MeshAsset) -> None:
@@ -79,7 +85,7 @@ def test_the_name_of_an_asset_is_not(spec: MeshAsset) -> None:
 
 
 def test_levels_depend_on_the_mesh_as_it_stands(spec: MeshAsset) -> None:
-    source = source_hash(spec.mesh, None)
+    source = plain_hash(spec)
     keys = {levels_key(spec, source), levels_key(spec, "other"), levels_key(replace(spec, height=3.0), source)}
     assert len(keys | {mesh_key(spec, PARAMS, source)}) == 4
 
@@ -139,4 +145,4 @@ def test_what_was_baked_with_glass_as_a_solid_is_made_anew(tmp_path: Path) -> No
     spec = MeshAsset(name="m", mesh=tmp_path / "m.obj", texture=None, up="y", height=None, dpci=None)
     for terms, same in (("d 1.0\nKe 1 1 1\n", True), ("d 0.5\n", False)):
         (tmp_path / "m.mtl").write_text(f"newmtl m\n{terms}")
-        assert (mesh_source(spec) == source_hash(spec.mesh)) == same
+        assert (mesh_source(spec) == plain_hash(spec)) == same

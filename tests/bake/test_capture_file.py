@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.capture import capture_views
-from depthwalk.bake.capture_file import CAPTURES, find_views, keep_views
+from depthwalk.bake.capture_file import CAPTURES
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.cache import write_arrays
 from shapes import box
@@ -26,12 +26,12 @@ def views() -> CapturedViews:
 
 
 def test_views_are_found_again(cache: None, views: CapturedViews) -> None:
-    keep_views(views, "ab")
-    found = find_views(PARAMS, "ab")
+    CAPTURES.keep_value(views, "ab")
+    found = CAPTURES.find_value(PARAMS, "ab")
     assert found is not None
     for field in fields(CapturedViews):
         np.testing.assert_array_equal(getattr(found, field.name), getattr(views, field.name))
-    assert find_views(PARAMS, "cd") is None
+    assert CAPTURES.find_value(PARAMS, "cd") is None
 
 
 @pytest.mark.parametrize(
@@ -49,4 +49,4 @@ def test_damaged_files_are_passed_over(cache: None, views: CapturedViews, change
     path = CAPTURES.file("ab")
     path.parent.mkdir(parents=True, exist_ok=True)
     write_arrays(path, arrays | changed)
-    assert find_views(PARAMS, "ab") is None and not path.exists()
+    assert CAPTURES.find_value(PARAMS, "ab") is None and not path.exists()

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from depthwalk.bake.level_file import find_levels, keep_levels
+from depthwalk.bake.level_file import LEVELS
 from depthwalk.ingest.mesh import MeshLevel
 from shapes import simplified, sphere
 
@@ -21,8 +21,8 @@ def levels() -> tuple[MeshLevel, ...]:
 
 
 def test_levels_are_found_again(cache: None, levels: tuple[MeshLevel, ...]) -> None:
-    keep_levels(levels, "abc")
-    found = find_levels(levels[0].mesh, "abc")
+    LEVELS.keep_value(levels, "abc")
+    found = LEVELS.find_value(levels[0].mesh, "abc")
     assert found is not None and len(found) == len(levels) > 1 and found[0].mesh is levels[0].mesh
     for one, other in zip(levels, found, strict=True):
         assert one.error == other.error and one.mesh.parts == other.mesh.parts
@@ -31,12 +31,12 @@ def test_levels_are_found_again(cache: None, levels: tuple[MeshLevel, ...]) -> N
 
 
 def test_other_keys_have_none(cache: None, levels: tuple[MeshLevel, ...]) -> None:
-    keep_levels(levels, "abc")
-    assert find_levels(levels[0].mesh, "abd") is None
+    LEVELS.keep_value(levels, "abc")
+    assert LEVELS.find_value(levels[0].mesh, "abd") is None
 
 
 @pytest.mark.parametrize("content", [b"", b"not a zip", None])
 def test_damaged_files_are_passed_over(cache: None, levels: tuple[MeshLevel, ...], content: bytes | None) -> None:
-    path = keep_levels(levels, "abc")
+    path = LEVELS.keep_value(levels, "abc")
     path.write_bytes(path.read_bytes()[:200] if content is None else content)
-    assert find_levels(levels[0].mesh, "abc") is None
+    assert LEVELS.find_value(levels[0].mesh, "abc") is None

@@ -42,6 +42,7 @@ def test_info_counts_each_kind(run: Callable[..., Any], filled: Path) -> None:
         "depth images             1 files, 1.0 MB, last used 2023-11-14",
         "simplified meshes        1 files, 1.0 MB, last used 2023-11-15",
         "mesh clusters            0 files, 0.0 MB",
+        "captured views           0 files, 0.0 MB",
         "unfinished reports       0 files, 0.0 MB",
         "cooked depth images      1 files, 1.0 MB, last used 2023-11-16",
         "in all                   3.0 MB of 4295 MB",

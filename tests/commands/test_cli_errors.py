@@ -55,6 +55,7 @@ RENDER = {
         "--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames",
     ),
     "asset root": (["-o", "{d}/a.png", "--asset-root", "{d}/none"], "--asset-root {d}/none: no such folder"),
+    "a file for a folder": (["-o", "{d}/ball.ply/a.png"], "{d}/ball.ply/a.png: the folder '{d}/ball.ply' is a file"),
     "no folder": (["-o", "{d}/none/a.png"], "{d}/none/a.png: the folder '{d}/none' does not exist"),
     "no name for a file": (
         ["-o", "{d}/" + "a" * 300 + ".png"],

@@ -225,6 +225,12 @@ def test_bake_writes_to_urls(run: Callable[..., Any], meshes: tuple[Path, Path])
         ),
         (["{d}/none.ply"], "{d}/none.ply: no such file"),
         (["{d}/no/none.ply"], "{d}/no/none.ply: no such file"),
+        (
+            ["{d}/ball.ply", "{d}/none.ply", "{d}", "{d}/court.yaml"],
+            "{d}/none.ply: no such file\n{d}: is a folder\n{d}/court.yaml: no such file",
+        ),
+        (["{d}/ball.ply", "--texture", "{d}/none.png"], "{d}/none.png: no such file"),
+        (["teapot.ply"], "teapot.ply: ships with the program; -o says where to write"),
     ],
 )
 def test_bake_refuses(
@@ -234,6 +240,13 @@ def test_bake_refuses(
     result = run("bake", *(argument.format(d=tmp_path) for argument in arguments))
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message.format(d=tmp_path) + "\n")
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.slow
+def test_bake_takes_files_that_ship(run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = run("bake", "teapot.ply", "-o", "a.dpci.exr", "--dpci-resolution", 16, "--layers", 1)
+    assert result.exit_code == 0 and result.stdout.startswith("a.dpci.exr: 5776 triangles"), result.stderr
 
 
 def rows(text: str) -> dict[str, str]:
@@ -270,12 +283,13 @@ def test_info_describes_files(
     mesh = rows(run("info", meshes[0]).stdout)
     assert (mesh["kind"], mesh["triangles"], mesh["size"]) == ("mesh", "960", "2 × 2 × 2 m")
     scene = rows(run("info", tiny_scene).stdout)
-    assert (scene["objects"], scene["drawn as"], scene["asset ball"]) == ("1", "auto 1", "ball.ply, 1 objects")
+    assert (scene["objects"], scene["drawn as"], scene["made of"]) == ("1", "auto 1", "3,968 triangles")
+    assert scene["asset ball"] == "ball.ply, 1 object of 3,968 triangles"
     walk = rows(run("info", tiny_scene.with_name("walk.yaml")).stdout)
     assert (walk["keyframes"], walk["frames"], walk["duration"]) == ("3", "3 at 1 a second, step", "2 s")
     run("bake", meshes[0], "--dpci-resolution", 64, "--layers", 1)
     baked = rows(run("info", tmp_path / "ball.dpci.exr").stdout)
-    assert baked["kind"] == "depth images"
+    assert (baked["kind"], baked["made of"]) == ("depth images", "960 triangles")
     assert re.fullmatch(r"0\.\d\d % of the visible surface", baked["left out"])
     assert re.fullmatch(
         r"radius 1\.000\d* m, y from -0\.032\d* to 2\.032\d* m; about \(.*\) along \(0, 1, 0\)", baked["cylinder"]

@@ -8,7 +8,7 @@ import pytest
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.cook.cluster_builder import build_clusters
-from depthwalk.cook.cluster_file import CLUSTERS, find_clusters, keep_clusters
+from depthwalk.cook.cluster_file import CLUSTERS
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.scene.loader import load_scene
 from shapes import box, mesh_of, sphere
@@ -33,27 +33,27 @@ def assert_same(one: MeshClusters, other: MeshClusters) -> None:
 
 
 def test_clusters_are_found_as_they_were(clusters: MeshClusters) -> None:
-    assert find_clusters(MESH, KEY) is None
-    keep_clusters(clusters, KEY)
-    found = find_clusters(MESH, KEY)
+    assert CLUSTERS.find_value(MESH, KEY) is None
+    CLUSTERS.keep_value(clusters, KEY)
+    found = CLUSTERS.find_value(MESH, KEY)
     assert found is not None
     assert_same(found, clusters)
 
 
 def test_a_mesh_without_triangles_has_none() -> None:
     empty = mesh_of(np.zeros((0, 3)), np.zeros((0, 3), int), np.zeros((0, 3)))
-    keep_clusters(build_clusters(empty), KEY)
-    found = find_clusters(empty, KEY)
+    CLUSTERS.keep_value(build_clusters(empty), KEY)
+    found = CLUSTERS.find_value(empty, KEY)
     assert found is not None and len(found) == 0
 
 
 @pytest.mark.parametrize("place", [0.1, 0.5, 0.9])
 def test_a_damaged_file_is_removed(clusters: MeshClusters, place: float, caplog: pytest.LogCaptureFixture) -> None:
-    file = keep_clusters(clusters, KEY)
+    file = CLUSTERS.keep_value(clusters, KEY)
     data = bytearray(file.read_bytes())
     data[int(place * len(data))] ^= 0xFF
     file.write_bytes(data)
-    if find_clusters(MESH, KEY) is None:  # a byte of an archive's own headers may not matter
+    if CLUSTERS.find_value(MESH, KEY) is None:  # a byte of an archive's own headers may not matter
         assert not CLUSTERS.file(KEY).exists() and "damaged mesh clusters" in caplog.text
 
 
@@ -71,8 +71,8 @@ BAD = {
 
 @pytest.mark.parametrize("change", BAD.values(), ids=BAD)
 def test_what_cannot_be_drawn_is_not_used(clusters: MeshClusters, change: dict[str, object]) -> None:
-    keep_clusters(replace(clusters, **{name: make(clusters) for name, make in change.items()}), KEY)  # type: ignore[operator]
-    assert find_clusters(MESH, KEY) is None and not CLUSTERS.file(KEY).exists()
+    CLUSTERS.keep_value(replace(clusters, **{name: make(clusters) for name, make in change.items()}), KEY)  # type: ignore[operator]
+    assert CLUSTERS.find_value(MESH, KEY) is None and not CLUSTERS.file(KEY).exists()
 
 
 def test_the_library_builds_them_once(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,10 +88,10 @@ def test_the_library_builds_them_once(tiny_scene: Path, monkeypatch: pytest.Monk
 def test_a_full_disk_costs_nothing_but_time(
     tiny_scene: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def full(clusters: MeshClusters, key: str) -> None:
+    def full(*arguments: object) -> None:
         raise OSError("no space left")
 
     monkeypatch.setattr("depthwalk.cook.cluster_builder.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
-    monkeypatch.setattr("depthwalk.assets.derived_data.keep_clusters", full)
+    monkeypatch.setattr("depthwalk.cache.write_arrays", full)
     assert SceneLibrary(load_scene(tiny_scene).assets).mesh_clusters(0) is not None
     assert "cannot keep the mesh clusters of ball: no space left" in caplog.text

@@ -112,3 +112,44 @@ def test_empty_texels_take_no_other_surface_from_the_next_layer(gl_device: Devic
     scope.release()
     assert normal[3] == taken
     assert normal[1 if taken else 0] > 0.9
+
+
+FROM_AFAR = """
+uniform int image;  // a uniform, or unused numbers of faces vanish
+in float footprint;
+out vec3 found;
+void main() { found = surface_at(vec3(0.0, 0.6, 0.0), image | EDGE, footprint).normal; }
+"""
+
+
+@pytest.mark.parametrize("footprint", [0.5, 3.0])
+def test_from_afar_too_the_next_layer_shows_a_surface_beside_an_edge(gl_device: Device, footprint: float) -> None:
+    """Where a pixel covers several texels, means of another surface were shown."""
+    side, depth = 12, 40.0  # texels; of an image of one tile with what is around it
+    stored = np.zeros((side, 2 * side, 4), np.uint8)
+    stored[:, :side] = 255, 128, 128, depth_code(np.array(depth - 30))
+    stored[:, side:] = 128, 255, 128, depth_code(np.array(depth))
+    table = np.array([[0, 0], [side, 0]], np.int16).reshape(2, 1, 1, 2) + np.int16(3)
+    scope = gl_device.scope("test")
+    text = Source("common/depth_images.glsl", "").text + FROM_AFAR
+    program = gl_device.context.program(vertex_shader=text, varyings=("found",))
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    pages = scope.texture((2 * side, side), 4, data=stored.tobytes())
+    entries = gl_device.context.texture_array((1, 1, 2), 2, table.tobytes(), dtype="i2")
+    pages.use(0)
+    entries.use(1)
+    program["page_normals"], program["page_table"] = 0, 1
+    program["first_images"] = [0, *[2] * (len(Face) - 1)]
+    program["image_size"] = 8.0, 8.0
+    program["texels"] = [100.0] * len(Face)  # a texel is a centimetre
+    program["cylinder"], program["cylinder_height"] = (0.1, 0.0, 0.04, 0.04), 1.0
+    array = gl_device.context.vertex_array(
+        program, [(scope.buffer(np.array([footprint / 100], np.float32)), "1f", "footprint")]
+    )
+    out = scope.buffer(reserve=12)
+    array.transform(out, moderngl.POINTS, 1)
+    normal = np.frombuffer(out.read(), np.float32)
+    for made in array, program, entries:
+        made.release()
+    scope.release()
+    assert normal[1] > 0.9 and abs(normal[0]) < 0.1

@@ -13,7 +13,7 @@ from depthwalk import limits
 from depthwalk.errors import InputError
 from depthwalk.ingest import formats, gltf, soup
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.ingest.sources import source_files
+from depthwalk.ingest.mesh_head import read_head
 
 HOSTILE = Path(__file__).parent.parent / "hostile" / "meshes"
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -95,7 +95,7 @@ def test_binary_stl_cut_short(tmp_path: Path) -> None:
 
 
 def test_a_missing_buffer_is_told_of_once(caplog: pytest.LogCaptureFixture) -> None:
-    source_files(HOSTILE / "buffer_outside.gltf")  # `load_mesh` refuses the file
+    read_head(HOSTILE / "buffer_outside.gltf")  # `load_mesh` refuses the file
     assert not caplog.records
 
 
@@ -125,7 +125,7 @@ STARTS = st.sampled_from([
 def test_garbage_raises_nothing_but_input_errors(tmp_path: Path, start: bytes, rest: bytes, suffix: str) -> None:
     path = tmp_path / f"garbage{suffix}"
     path.write_bytes(start + rest)
-    for act in (load_mesh, source_files):
+    for act in (load_mesh, read_head):
         try:
             act(path)
         except InputError as error:

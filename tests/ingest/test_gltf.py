@@ -14,6 +14,7 @@ from depthwalk.ingest.gltf import (
     fold_extensions,
     has_glow,
     has_translucency,
+    is_all_translucent,
     read_header,
     with_header,
 )
@@ -149,3 +150,25 @@ def test_a_header_is_replaced_in_both_kinds_of_files() -> None:
 def test_materials_that_are_none_hide_nothing() -> None:
     assert not has_glow({"materials": [3]}) and not has_translucency({"materials": {}})
     assert has_glow(with_material(emissiveFactor=[1, 1, 1])) and has_translucency(with_material(alphaMode="BLEND"))
+    assert not any(has_translucency(with_material(extensions=each)) for each in (None, 5, [1]))
+
+
+@pytest.mark.parametrize(
+    ("material", "nothing_opaque"),
+    [
+        ({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}}, True),
+        ({"extensions": transmission(0.5)}, True),
+        ({"alphaMode": "MASK", "extensions": transmission(0.5)}, False),
+        ({"alphaMode": "BLEND"}, False),  # as many programs write of all that is opaque
+        ({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, False),  # it may cut out
+        ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}}, False),
+        ({"extensions": None}, False),
+        (5, False),
+    ],
+)
+def test_nothing_is_opaque_only_where_the_numbers_say_so(material: Any, nothing_opaque: bool) -> None:
+    primitive = {"attributes": {"POSITION": 0}, "material": 0}
+    header = {"meshes": [{"primitives": [primitive, primitive]}], "materials": [material]}
+    assert is_all_translucent(header) == nothing_opaque
+    del primitive["material"]
+    assert not is_all_translucent(header)

@@ -100,6 +100,9 @@ def test_the_alpha_of_a_texture_counts_where_the_format_says_so() -> None:
     material = phong_from_mtl({"d": 0.5}, texture)
     assert material.texture is not None and (material.opacity, material.texture[0, 0, 3]) == (0.5, 255)
     assert phong_from_mtl({}, texture).texture is texture
+    faint = Image.new("RGBA", (1, 1), (255, 255, 255, 60))
+    solid = convert_material(PBRMaterial(alphaMode="OPAQUE", baseColorTexture=faint), "a")
+    assert solid is not None and solid.opacity is None
 
 
 def test_what_glows() -> None:

@@ -379,3 +379,12 @@ def test_a_mesh_of_nothing_but_glass_is_drawn_and_not_baked(tmp_path: Path) -> N
         check_height(mesh, path)
     with refused:
         check_mesh(path, upright=True)
+
+
+def test_glass_that_is_drawn_opaque_can_be_baked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What checks a mesh says so too."""
+    monkeypatch.setattr("depthwalk.ingest.loader.MAX_TRANSLUCENT_TRIANGLES", 0)
+    written(tmp_path, "m.mtl", "newmtl glass\nd 0.5\n")
+    path = written(tmp_path, "pane.obj", f"mtllib m.mtl\n{TETRAHEDRON}usemtl glass\nf 1 2 3\n")
+    check_height(load_mesh(path), path)
+    check_mesh(path, upright=True)

@@ -7,7 +7,8 @@ import pytest
 from PIL import Image
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.mtl import MaterialLibrary, parse_mtl
+from depthwalk.ingest.material_library import MaterialLibrary
+from depthwalk.ingest.mtl import parse_mtl
 from depthwalk.ingest.sources import Sources
 
 
@@ -36,6 +37,15 @@ def test_materials_are_converted_by_name(tmp_path: Path) -> None:
     assert textured.base_colour == (1, 1, 1) and textured.texture[0, 0].tolist() == [1, 2, 3, 255]
     assert plain.base_colour == (0.8, 0.8, 0.8)
     assert materials.material("gone") is None and materials.material(None) is None
+
+
+def test_materials_that_let_light_through_share_a_texture(tmp_path: Path) -> None:
+    """Each copy would take as much memory as the picture, and be a texture and a draw of its own."""
+    Image.new("RGBA", (1, 1), (1, 2, 3, 9)).save(tmp_path / "p.png")
+    materials = library(tmp_path, "".join(f"newmtl {name}\nd 0.5\nmap_Kd p.png\n" for name in "abc"))
+    textures = [material.texture for material in map(materials.material, "abc") if material is not None]
+    assert len(textures) == 3 and len({id(each) for each in textures}) == 1
+    assert textures[0] is not None and textures[0].tolist() == [[[1, 2, 3, 255]]]
 
 
 def test_a_texture_that_is_no_picture_is_refused_even_if_unused(tmp_path: Path) -> None:

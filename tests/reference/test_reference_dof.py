@@ -55,7 +55,8 @@ def test_a_blurred_point_keeps_its_light_and_spreads_over_its_circle() -> None:
     out = gather(lit, circles, 64, tile=8)[..., 0]
     y, x = np.mgrid[:41, :41] - 20
     assert out.sum() == pytest.approx(1, abs=0.05)
-    assert out[np.hypot(x, y) > circle + 1.5].max() == 0 and np.count_nonzero(out) > 36
+    assert out[np.hypot(x, y) > circle + 1.5].max() == 0
+    assert np.count_nonzero(out) > 0.53 * np.pi * circle**2  # pixels of the circle: 60 of one whose radius is 6
 
 
 def test_paper_without_blur_is_the_sharp_picture() -> None:

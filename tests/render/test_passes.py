@@ -245,6 +245,8 @@ def modes() -> Iterator[dict[str, Any]]:
     yield {"light.mode": "warp", "aa": "msaa"}
     yield {"warp.order": "epipole"}
     yield {"shadows.enabled": False, "lamps": False}
+    yield {"inspection.show": "normals"}
+    yield {"fused": False, "inspection.show": "distance"}
     yield {"fused": False}
 
 

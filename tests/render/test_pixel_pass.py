@@ -25,7 +25,8 @@ from shapes import ShapeLibrary, box, scene_of, sphere
 from stage import OnScreen, set_all
 
 SIZE = (161, 120)
-VIEW = View(Camera((0.0, 1.4, 4.0), (0.1, 0.7, 0.0), 0.9), SIZE)
+# From here no pixel lies on a threshold of FXAA's, where the least difference would decide.
+VIEW = View(Camera((0.05, 1.4, 4.0), (0.1, 0.7, 0.0), 0.9), SIZE)
 LAMP = {"position": (0.5, 2.0, 1.5), "direction": (0, -1, -0.2), "intensity": 4.0, "range": 6.0}
 OUTDOORS: dict[str, Any] = {"sky": {"model": "preetham"}, "ground": {"height": 0.0}, "fog": {"density": 0.05}}
 INVERTED = """// Inverts the picture.
@@ -97,7 +98,7 @@ def test_pictures_are_those_of_the_passes_apart(
     expected: str,
     transparent: bool,
 ) -> None:
-    """To a step or two of 8 bits: light is not rounded in between. Where two edges are equally strong, FXAA chooses."""
+    """To a step or two of 8 bits: light is not rounded in between."""
     if settings.get("aa") == "msaa" and gl_device.max_samples < 4:
         pytest.skip("this device has no multisampling")
     pictures: list[NDArray[np.int_]] = []
@@ -111,8 +112,7 @@ def test_pictures_are_those_of_the_passes_apart(
             drawn = names(stage)
         assert (expected in drawn) == fused
         assert not any(" + " in name for name in drawn) or fused
-    differs = (np.abs(pictures[0] - pictures[1]) > 2).any(axis=-1)
-    assert differs.sum() <= (2 if settings.get("aa") == "fxaa" else 0)
+    assert np.abs(pictures[0] - pictures[1]).max() <= 2
     assert len(np.unique(pictures[0].reshape(-1, 4), axis=0)) > 200  # there is something to see
 
 

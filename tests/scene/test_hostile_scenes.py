@@ -229,3 +229,10 @@ def test_no_such_file() -> None:
 def test_null_character_in_the_path() -> None:
     with pytest.raises(InputError, match=r"^a\\x00b\.yaml: no such file$"):
         load_scene("a\0b.yaml")
+
+
+def test_a_misspelt_name_of_a_file_that_ships_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("version: 1\nassets: {pot: {mesh: teapto.ply}}\nobjects: [{asset: pot}]\n")
+    with pytest.raises(InputError, match=r"file 'teapto\.ply' not found; did you mean 'teapot\.ply'\?"):
+        load_scene(file)

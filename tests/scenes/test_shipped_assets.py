@@ -9,6 +9,7 @@ from tools.make_models.catalogue import MODELS
 from tools.make_models.ship import ship, shipped_name, with_plain_normals, without_levels
 from tools.vitals import share, walks
 
+from depthwalk.commands.info import describe_file
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.cook.texel_encoding import encode_normals
 from depthwalk.errors import InputError
@@ -105,6 +106,13 @@ def test_all_but_a_few_light_objects_are_depth_images(name: str, least: int) -> 
     baked = [isinstance(asset, BakedAsset) for asset in scene.assets]
     assert sum(baked[asset] for asset in scene.objects.asset) >= least
     assert {asset.mesh.stem for asset in scene.assets if isinstance(asset, MeshAsset)} <= LIGHT
+
+
+def test_readme_says_of_what_the_garden_is_made() -> None:
+    rows = dict(describe_file(scene_root() / "garden.yaml"))
+    millions = round(int(rows["made of"].removesuffix(" triangles").replace(",", "")) / 1e6)
+    readme = " ".join((Path(__file__).parents[2] / "README.md").read_text("utf-8").split())
+    assert f"{rows['objects']} statues, trees, hedges and stones of {millions} million triangles" in readme
 
 
 @pytest.mark.gl

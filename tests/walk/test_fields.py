@@ -1,11 +1,13 @@
 from typing import Literal
 
 import pytest
+from imgui_bundle import imgui
+from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.params import Params, param
-from depthwalk.scene.environment import SunParams
+from depthwalk.scene.environment import FogParams, SkyParams, SunParams
 from depthwalk.scene.render_settings import PictureParams, RenderSettings
-from depthwalk.walk.fields import Control, controls_of
+from depthwalk.walk.fields import LABEL_WIDTH, Control, controls_of, draw_tooltip
 
 
 class Sample(Params):
@@ -57,3 +59,33 @@ def test_every_render_setting_can_be_changed_in_the_panel() -> None:
         for each in controls_of(type(group)):
             assert each.kind != "other", f"{name}.{each.name}"
             assert len(each.help) > 5
+
+
+def every_control() -> list[Control]:
+    """The controls of all groups that the panel shows."""
+    groups = [type(group) for _, group in RenderSettings() if isinstance(group, Params)]
+    return [each for group in (PictureParams, SkyParams, FogParams, *groups) for each in controls_of(group)]
+
+
+def test_no_label_is_cut_off(overlay_io: IO) -> None:
+    overlay_io.display_size = imgui.ImVec2(800, 600)
+    room = LABEL_WIDTH - imgui.get_style().item_inner_spacing.x
+    imgui.new_frame()
+    widths = {each.label: imgui.calc_text_size(each.label).x for each in every_control() if each.kind != "switch"}
+    imgui.render()
+    assert len(widths) > 50 and not {label: width for label, width in widths.items() if width > room}
+
+
+@pytest.mark.parametrize("size", [(1024, 768), (400, 300)])
+def test_the_longest_help_under_the_mouse_fits_the_window(overlay_io: IO, size: tuple[int, int]) -> None:
+    overlay_io.display_size = imgui.ImVec2(*size)
+    longest = max((each.tooltip for each in every_control()), key=len)
+    assert len(longest) > 300
+    for _ in range(3):  # measured in one frame, placed in the next
+        imgui.new_frame()
+        overlay_io.mouse_pos = imgui.ImVec2(size[0] - 20, 100)
+        draw_tooltip(longest)
+        box = imgui.internal.find_window_by_name("##Tooltip_00")
+        imgui.render()
+    assert box.pos.x >= 0 and box.pos.x + box.size.x <= size[0]
+    assert box.pos.y >= 0 and box.pos.y + box.size.y <= size[1]

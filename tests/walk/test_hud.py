@@ -1,6 +1,5 @@
 """Texts of the HUD and of the help."""
 
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +9,6 @@ from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.assets.progress import Progress
 from depthwalk.walk.hud import count_rows, draw_background, draw_help, draw_hud, draw_toast, pass_rows
-from depthwalk.walk.overlay import set_up_look
 from depthwalk.walk.times import FrameTimes
 from depthwalk.walk.viewer import Mode
 
@@ -34,12 +32,14 @@ def test_none_is_left_out_where_all_do_something() -> None:
 
 def test_counts_are_told_in_the_fields_words() -> None:
     counts = {
+        "full_triangles": 886555518,
         "objects": 12345, "occluded": 300, "dpci": 40, "dmesh": 0, "mesh": 7, "warped": 3, "warped_triangles": 98765,
         "assets": 5, "gpu_mb": 1234.5, "atlas_used": 0.25, "tile_resolution": 1.0,
         "case_side": 9, "case_side_and_top": 30, "case_all": 1, "step_16": 1, "step_2": 39, "level_0": 4, "level_10": 2,
     }  # fmt: skip
     assert count_rows(counts) == [
         ("objects", "12,345"),
+        ("made of", "886,555,518 triangles"),
         ("occluded", "300"),
         ("drawn as", "dpci 40, mesh 7"),
         ("case", "side 9, side + top 30\nall 1"),
@@ -53,21 +53,9 @@ def test_counts_are_told_in_the_fields_words() -> None:
 
 
 def test_rows_without_anything_to_tell_are_left_out() -> None:
-    counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
+    counts = dict.fromkeys(("objects", "full_triangles", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
     rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
     assert rows["drawn as"] == "\u2013" and set(rows) == {"objects", "occluded", "drawn as", "on the GPU"}
-
-
-@pytest.fixture
-def overlay_io() -> Iterator[IO]:
-    """imgui with the walk's font and style, without anything that draws."""
-    context = imgui.create_context()
-    io = imgui.get_io()
-    io.set_ini_filename("")
-    io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
-    set_up_look(io)
-    yield io
-    imgui.destroy_context(context)
 
 
 @pytest.mark.parametrize(("width", "left"), [(640, 0.0), (640, 289.0), (1280, 289.0)])
@@ -95,7 +83,7 @@ def slow_walk() -> Any:
     counts = dict.fromkeys(["objects", "occluded", "dpci", "mesh", "warped", "warped_triangles"], 12345)
     counts |= {f"case_{name}": 1234 for name in ("side", "side_and_top", "side_and_bottom", "all")}
     counts |= {f"step_{2**k}": 123 for k in range(6)} | {f"level_{k}": 123 for k in range(12)}
-    counts |= {"assets": 123, "gpu_mb": 1234, "atlas_used": 1, "tile_resolution": 1}
+    counts |= {"full_triangles": 123456789012, "assets": 123, "gpu_mb": 1234, "atlas_used": 1, "tile_resolution": 1}
     return SimpleNamespace(
         times=times,
         scene_times=scene_times,
@@ -142,10 +130,37 @@ def test_bar_and_messages_keep_clear_of_the_panel_and_of_each_other(overlay_io: 
     for _ in range(3):
         imgui.new_frame()
         top = draw_background(progress, 674)
-        draw_toast("Saved picture.png", top)
-        vertices = imgui.get_foreground_draw_list().vtx_buffer
-        lowest = max(vertices[k].pos.y for k in range(vertices.size()))
+        draw_toast("Saved picture.png", top, 289.0, 674.0)
+        message = toast_box()
         imgui.render()
     bar = imgui.internal.find_window_by_name("background")
     assert bar.pos.x >= 0 and bar.pos.x + bar.size.x <= 674
-    assert lowest <= top == bar.pos.y
+    assert message[3] <= top == bar.pos.y
+
+
+def toast_box() -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of what the frame has drawn over everything."""
+    vertices = imgui.get_foreground_draw_list().vtx_buffer
+    x, y = ([getattr(vertices[k].pos, axis) for k in range(vertices.size())] for axis in "xy")
+    return min(x), min(y), max(x), max(y)
+
+
+@pytest.mark.parametrize(("left", "right"), [(274.0, 800.0), (274.0, 640.0), (274.0, 450.0)])
+def test_a_message_lies_between_hud_and_panel_where_there_is_room(overlay_io: IO, left: float, right: float) -> None:
+    overlay_io.display_size = imgui.ImVec2(800, 600)
+    imgui.new_frame()
+    draw_toast("The file /home/somebody/scenes/garden.yaml has two mistakes\nof which each " * 3, 600, left, right)
+    x0, y0, x1, y1 = toast_box()
+    imgui.render()
+    assert y0 > 0 and y1 <= 600 and x0 >= 0 and x1 <= 800
+    assert (x0 >= left and x1 <= right) == (right - left > 300)
+
+
+def test_the_help_keeps_clear_of_the_panel(overlay_io: IO) -> None:
+    overlay_io.display_size = imgui.ImVec2(800, 600)
+    for _ in range(3):
+        imgui.new_frame()
+        draw_help(289.0, 450.0)
+        imgui.render()
+    window = imgui.internal.find_window_by_name("help")
+    assert window.pos.x >= 0 and window.pos.x + window.size.x <= 450

@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import pytest
 
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.arrays import Representation
+from depthwalk.walk.clock import WalkClock
 from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.window import Window
@@ -23,8 +23,13 @@ def renderer_of(table: Callable[[], None], aa: str = "none") -> Renderer:
     return cast(Renderer, SimpleNamespace(world=world, settings=SimpleNamespace(aa=aa)))
 
 
-def loader_of(window: FakeWindow | None, screen: LoadingScreen, device: SimpleNamespace | None = None) -> SceneLoader:
-    return SceneLoader(cast(Device, device), cast(Window, window), screen)
+def loader_of(
+    window: FakeWindow | None,
+    screen: LoadingScreen,
+    device: SimpleNamespace | None = None,
+    clock: WalkClock | None = None,
+) -> SceneLoader:
+    return SceneLoader(cast(Device, device), cast(Window, window), screen, clock or WalkClock())
 
 
 def test_a_stopped_bake_leads_back_to_what_was_shown() -> None:
@@ -82,65 +87,24 @@ def test_samples_that_the_machine_lacks_are_told_and_none_are_used() -> None:
     assert renderer.settings.aa == "none" and "driver offers 1" in told[0]
 
 
-def test_time_spent_on_loading_is_counted_while_the_screen_is_shown() -> None:
+def test_time_spent_on_loading_is_left_out_while_the_screen_is_shown() -> None:
     window, _, screen = loading([])
-    loader = loader_of(window, screen)
+    clock = WalkClock()
+    loader = loader_of(window, screen, clock=clock)
     with loader.clock_stopped():
         screen.report("bust", "reading")
         assert screen.busy
-    assert loader.seconds > 0 and not screen.busy
-    before = loader.seconds
+    assert clock.left_out > 0 and not screen.busy
+    before = clock.left_out
     with loader.clock_stopped():
         pass
-    assert loader.seconds > before
+    assert clock.left_out > before
 
 
-def test_time_counts_as_loading_also_where_it_fails() -> None:
+def test_time_is_left_out_also_where_loading_fails() -> None:
     """And the loading screen goes, so that the walk's next frames are not reported to it."""
-    ended = []
-    loader = loader_of(None, cast(LoadingScreen, SimpleNamespace(end=lambda: ended.append(True))))
+    ended, clock = [], WalkClock()
+    loader = loader_of(None, cast(LoadingScreen, SimpleNamespace(end=lambda: ended.append(True))), clock=clock)
     with pytest.raises(StoppedError), loader.clock_stopped():
         raise StoppedError
-    assert ended and loader.seconds > 0
-
-
-@pytest.mark.parametrize(("searching", "reading"), [(True, False), (False, True), (False, False)])
-def test_nothing_is_baked_while_there_is_something_else_to_wait_for(searching: bool, reading: bool) -> None:
-    """Baking would take the cores from what the first picture needs, unless it needs what is baked."""
-    window, _, screen = loading([])
-    waited: list[bool] = []
-
-    def take_arrivals(viewer: object) -> None:
-        waited.append(library.baking_waits)
-        world.is_whole = len(waited) == 2
-
-    world = SimpleNamespace(is_whole=False, take_arrivals=take_arrivals, objects=lambda: [0])
-    meshes = SimpleNamespace(reader=SimpleNamespace(failures=[], is_reading=reading))
-    renderer = SimpleNamespace(world=world, assets=SimpleNamespace(meshes=meshes))
-    library = SimpleNamespace(failures=[], is_searching=searching, baking_waits=True)
-    loader_of(window, screen)._wait(cast(Any, renderer), cast(Any, library), cast(Any, SimpleNamespace(camera=None)))
-    assert waited == [True, searching or reading]
-
-
-@pytest.mark.parametrize(("shown", "rehearsals"), [(0, 1), (1, 0)])
-def test_shaders_are_compiled_while_no_object_is_there(shown: int, rehearsals: int) -> None:
-    """Once, by a frame that nobody sees; not where objects would make it a frame of work."""
-    window, _, screen = loading([])
-    polls: list[object] = []
-    rehearsed: list[View] = []
-
-    def take_arrivals(viewer: object) -> None:
-        polls.append(viewer)
-        world.is_whole = len(polls) == 3
-
-    world = SimpleNamespace(is_whole=False, take_arrivals=take_arrivals, objects=lambda: [0] * shown)
-    renderer = SimpleNamespace(
-        world=world,
-        settings=SimpleNamespace(aa="none"),
-        assets=SimpleNamespace(meshes=SimpleNamespace(reader=SimpleNamespace(failures=[], is_reading=True))),
-        frame_all=lambda aspect: Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 1.0),
-        rehearse=lambda view, screen: rehearsed.append(view),
-    )
-    library = SimpleNamespace(failures=[], is_searching=True, baking_waits=True)
-    loader_of(window, screen)._wait(cast(Any, renderer), cast(Any, library), cast(Any, SimpleNamespace(camera=None)))
-    assert len(rehearsed) == rehearsals and library.baking_waits
+    assert ended and clock.left_out > 0

@@ -42,7 +42,7 @@ class Window(OnScreen):
     def round(self, right: float = 0.0) -> bool:
         """Return whether a frame was finished, with the camera so far to the right."""
         camera = Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8)
-        self.frames.note(camera, 0.02, self.renderer.settings)
+        self.frames.note(camera, 0.02, SIZE)
         finished = self.frames.draw(View(camera, SIZE), self.screen)
         self.frames.work()
         self.finished += finished
@@ -125,6 +125,36 @@ def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
             assert window.frames.in_slices == (slow == 0)
 
 
+def test_the_first_frame_is_moved_while_the_second_is_drawn_if_it_took_long(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 0.0)
+    monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", 0.0)
+    with Window(gl_device, "auto") as window:
+        assert window.round()
+        first = window.pixels()
+        monkeypatch.setattr(window.frames, "_catch_up", lambda view: pytest.fail("waited"))
+        monkeypatch.setattr(window.frames, "_draw_whole", lambda view, screen: pytest.fail("drew a whole frame"))
+        assert not window.round() and window.frames.in_slices
+        assert np.array_equal(window.pixels(), first)
+        right, rounds = 0.0, 0
+        while not window.finished > 1:  # the second frame, which has a margin
+            before, right, rounds = window.pixels(), right + 0.01, rounds + 1
+            window.round(right)
+            assert np.abs(window.pixels() - before).mean() > 0
+        assert rounds > 2
+        window.draw(View(Camera((right, 1.2, 4.0), (right, 0.6, 0.0), 0.8), SIZE))
+        assert np.abs(before - window.pixels()).mean() < 8
+
+
+def test_the_second_frame_is_drawn_whole_if_the_first_was_quick(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 1e9)
+    with Window(gl_device, "auto") as window:
+        assert window.round() and window.round(0.01) and not window.frames.in_slices
+
+
 def test_slices_after_whole_frames_show_no_picture_of_before(sliced: Window) -> None:
     sliced.rest()
     settings = sliced.renderer.settings.reprojection
@@ -161,7 +191,7 @@ def test_who_turns_quickly_waits_for_no_frame_and_sees_what_is_there(
     monkeypatch.setattr(sliced.frames, "_catch_up", lambda view: pytest.fail("waited"))
     for degrees in (100, 190, 250, 350):  # in one round each: none shows what the one before did
         camera = turned(degrees)
-        sliced.frames.note(camera, 0.02, sliced.renderer.settings)
+        sliced.frames.note(camera, 0.02, SIZE)
         sliced.frames.draw(View(camera, SIZE), sliced.screen)
         shown = sliced.pixels()
         assert sliced.frames.unseen < 0.05
@@ -174,7 +204,7 @@ def test_who_turns_quickly_waits_for_no_frame_and_sees_what_is_there(
 def test_who_jumps_and_turns_waits_for_a_frame(sliced: Window) -> None:
     sliced.rest()
     camera = turned(180, right=9.0)
-    sliced.frames.note(camera, 0.02, sliced.renderer.settings)
+    sliced.frames.note(camera, 0.02, SIZE)
     assert sliced.frames.draw(View(camera, SIZE), sliced.screen) and sliced.frames.unseen == 0
 
 

@@ -55,6 +55,15 @@ def test_a_frame_begins_no_step_that_was_late_in_the_one_before(clock: Clock) ->
     assert shown == 1  # after the first step, as the second takes longer than is left; and after that
 
 
+def test_steps_that_no_frame_had_before_are_taken_to_be_as_long_as_the_last(clock: Clock) -> None:
+    slices = FrameSlices(clock.device)
+    slices.begin(clock.steps(1, 1, 1, 3, 1))
+    ends = []
+    while not slices.advance(2.5):
+        ends.append(clock.now)
+    assert ends == [2, 6] and clock.now == 7  # the fourth is longer than could be known
+
+
 def test_slices_are_longer_where_the_viewer_turns_quickly(clock: Clock) -> None:
     slices = FrameSlices(clock.device)
     slices.begin(clock.steps(1, 1, 1))

@@ -12,6 +12,7 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import GroundParams, WalkParams
 from depthwalk.types import Array
 from depthwalk.walk.controls import EYE_HEIGHT, Move
+from depthwalk.walk.orbit import Side
 from depthwalk.walk.state import State
 from depthwalk.walk.viewer import Mode
 from walks import HOME, show_at, state
@@ -100,6 +101,51 @@ def test_orbit_before_the_sky_is_about_all_objects_or_as_far() -> None:
     away.walker.place(Camera((0, 1, 5), (0, 1, 9), 1.0))
     away.toggle_orbit()
     assert away.camera.target == pytest.approx((0, 1, 7))
+
+
+def test_all_is_seen_from_a_side_and_then_from_the_other() -> None:
+    walk = state(path=False)
+    for side, towards in ((Side.RIGHT, (-1, 0, 0)), (Side.ABOVE, (0, -1, 0)), (Side.FRONT, (0, 0, -1))):
+        walk.frame_all(1.5, side)
+        assert look(walk.camera) == pytest.approx(towards, abs=0.02) and side.name.lower() in walk.toast
+        walk.frame_all(1.5, side)
+        assert look(walk.camera) == pytest.approx(np.negative(towards), abs=0.02)
+        assert side.opposite.name.lower() in walk.toast
+        walk.frame_all(1.5, side)
+        assert look(walk.camera) == pytest.approx(towards, abs=0.02)
+    assert mode_of(walk) is Mode.FLY
+
+
+def test_the_turntable_turns_once_in_twelve_seconds_until_somebody_moves() -> None:
+    walk = state(path=False)
+    walk.toggle_turntable()
+    assert mode_of(walk) is Mode.ORBIT
+    places = []
+    for _ in range(120):
+        walk.advance(0.1)
+        places.append(walk.camera.position)
+    assert walk.camera.target == pytest.approx((0, 1, 0)) and {round(math.dist(p, (0, 1, 0)), 6) for p in places} == {5}
+    assert places[59] == pytest.approx((0, 1, -5)) and places[119] == pytest.approx(HOME.position, abs=1e-9)
+    for stop in (walk.toggle_turntable, lambda: walk.look(1, 0), lambda: walk.held.press(Move.LEFT), walk.go_home):
+        walk.turntable = True
+        stop()
+        walk.advance(0.1)
+        assert not walk.turntable
+    walk.toggle_turntable()
+    walk.toggle_orbit()
+    assert mode_of(walk) is Mode.FLY and not walk.turntable
+
+
+def test_a_long_message_is_shown_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr("depthwalk.walk.viewer.time.monotonic", lambda: now[0])
+    walk = state()
+    for message, seconds in (("Flying", 4), ("a mistake " * 15, 10)):
+        walk.tell(message)
+        now[0] += seconds - 0.1
+        assert walk.toast == message
+        now[0] += 0.2
+        assert not walk.toast
 
 
 def test_keys_take_the_target_along() -> None:

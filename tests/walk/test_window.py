@@ -115,6 +115,10 @@ def test_a_walk_with_keys_and_mouse(start: Start, scene_file: Path) -> None:
     assert expected.std() > 20  # something is seen
     assert np.abs(picture - expected).mean() < 1.0
 
+    user.do("key", "v")
+    program.wait(names("Copied camera: {position: ["), "the camera in the clipboard")
+    user.do("key", "6")
+    program.wait(lambda report: "look" in report and report["look"][1] < -0.99, "a look from above")
     user.key("c", captured=True)
     user.key("Escape", captured=False)
     user.do("key", "Escape")

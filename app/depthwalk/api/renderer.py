@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,26 +24,10 @@ from depthwalk.render.passes import default_passes
 from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.schema import RepresentationName
 from depthwalk.types import Picture
 
 log = logging.getLogger(__name__)
-
-RepresentationName = Literal[
-    "dpci",
-    "mesh",
-    "mesh-lod",
-    "mesh-clusters",
-    "dmesh",
-    "relief",
-    "distance",
-    "parallax",
-    "bump",
-    "displacement",
-    "relief-texture",
-    "octahedral",
-    "billboard",
-    "auto",
-]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,14 +19,8 @@ from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.ingest.sources import (
-    Sources,
-    names_cut_outs,
-    names_glow,
-    names_texture,
-    names_translucency,
-    source_hash,
-)
+from depthwalk.ingest.mesh_head import read_head
+from depthwalk.ingest.sources import Sources, hash_files
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from depthwalk.scene.schema import DpciParams, MesoParams
 
@@ -74,7 +68,7 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     Returns
     -------
     str
-        The SHA-256 in hex that `source_hash` makes of the asset's files, and a mark where they name a texture.
+        The SHA-256 in hex that `hash_files` makes of the asset's files, and a mark where they name a texture.
 
     Raises
     ------
@@ -82,32 +76,19 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
         For files that cannot be read.
     """
     sources = sources or Sources()
-    mark = _TEXTURED if names_texture(spec.mesh, spec.texture, sources) else ""
-    digest = source_hash(spec.mesh, spec.texture, sources)
-    if names_cut_outs(spec.mesh, sources):  # what was made of these before alpha was heeded is made anew
-        digest = hashlib.sha256(f"{digest}+cut-outs".encode()).hexdigest()
-    if names_translucency(spec.mesh, sources):  # likewise, before what lets light through was left out
-        digest = hashlib.sha256(f"{digest}+translucency".encode()).hexdigest()
-    return digest + mark
+    head = read_head(spec.mesh, spec.texture, sources)
+    digest = hash_files(head.files, sources)
+    # What was made before alpha was heeded, or before what lets light through was left out, is made anew.
+    for mark, has in ("+cut-outs", head.has_cut_outs), ("+translucency", head.is_translucent):
+        if has:
+            digest = hashlib.sha256(f"{digest}{mark}".encode()).hexdigest()
+    return digest + (_TEXTURED if head.is_textured else "")
 
 
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
     """Read the mesh of an asset, and hash the same bytes, so that the hash is right though a file may be replaced.
 
-    Parameters
-    ----------
-    spec
-        The asset.
-
-    Returns
-    -------
-    tuple
-        The mesh, asset frame, metres, and what `mesh_source` returns for its files.
-
-    Raises
-    ------
-    InputError
-        For files that cannot be used.
+    Returns the mesh, asset frame, metres, and the `mesh_source` of its files. Raises InputError as `read_mesh`.
     """
     sources = Sources()
     mesh = read_mesh(spec, sources)
@@ -117,47 +98,18 @@ def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
 def read_translucent(spec: MeshAsset) -> Mesh | None:
     """Read the mesh of an asset if any of it may let light through or glow, which the head of its files tells.
 
-    Parameters
-    ----------
-    spec
-        The asset.
-
-    Returns
-    -------
-    Mesh | None
-        The mesh, asset frame, metres; None where all of it is opaque and sends out no light.
-
-    Raises
-    ------
-    InputError
-        For files that cannot be used.
+    Returns the mesh, asset frame, metres; None where all of it is opaque and dark. Raises InputError as `read_mesh`.
     """
     sources = Sources()
-    if not (names_translucency(spec.mesh, sources) or names_glow(spec.mesh, sources)):
-        return None
-    mesh = read_mesh(spec, sources)
-    return mesh if mesh.is_translucent else None
+    head = read_head(spec.mesh, sources=sources)
+    mesh = read_mesh(spec, sources) if head.is_translucent or head.has_glow else None
+    return mesh if mesh is not None and mesh.is_translucent else None
 
 
 def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
-    """Read the mesh of an asset that is to be baked.
+    """Read the mesh of an asset that is to be baked, as `read_mesh` does.
 
-    Parameters
-    ----------
-    spec
-        The asset.
-    sources
-        Reads files and keeps their bytes, to be hashed later; None reads them from the disk.
-
-    Returns
-    -------
-    Mesh
-        The mesh, asset frame, metres.
-
-    Raises
-    ------
-    InputError
-        For files that cannot be used, and for a mesh without height, which depth images could not show.
+    Raises InputError for a mesh without height, too, which depth images could not show.
     """
     mesh = read_mesh(spec, sources)
     check_height(mesh, spec.mesh)
@@ -279,67 +231,27 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
     source = source or mesh_source(spec)
     if source.endswith(_TEXTURED) and params.keeps_coordinates:  # of other meshes nothing is baked but what ever was
         chosen["coordinates"] = params.coordinates
-    return bake_key(
-        source.removesuffix(_TEXTURED),
-        up=spec.up,
-        height=spec.height,
-        resolution=params.resolution,
-        layers=params.layers,
-        **chosen,
-    )
+    return _key(spec, source, resolution=params.resolution, layers=params.layers, **chosen)
 
 
 def levels_key(spec: MeshAsset, source: str) -> str:
-    """Return the key in the cache of the simplified levels of a mesh asset.
-
-    Parameters
-    ----------
-    spec
-        The asset.
-    source
-        What `mesh_source` returns for the bytes that the mesh was read from.
-
-    Returns
-    -------
-    str
-        64 hex digits.
-    """
-    digest = source.removesuffix(_TEXTURED)
-    return bake_key(digest, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST, looks=LOOKS)
+    """Return the key, 64 hex digits, of the simplified levels of a mesh asset; `source` is as of `mesh_key`."""
+    return _key(spec, source, ratios=RATIOS, fewest=FEWEST, looks=LOOKS)
 
 
 def clusters_key(spec: MeshAsset, source: str) -> str:
-    """Return the key in the cache of the clusters of a mesh asset.
-
-    Parameters
-    ----------
-    spec
-        The asset.
-    source
-        What `mesh_source` returns for the bytes that the mesh was read from.
-
-    Returns
-    -------
-    str
-        64 hex digits.
-    """
-    return bake_key(source.removesuffix(_TEXTURED), up=spec.up, height=spec.height, clusters=CLUSTERS_VERSION)
+    """Return the key, 64 hex digits, of the clusters of a mesh asset; `source` is as of `mesh_key`."""
+    return _key(spec, source, clusters=CLUSTERS_VERSION)
 
 
 def views_key(spec: MeshAsset, source: str, params: CaptureParams) -> str:
-    """Return the key in the cache, 64 hex digits, of the captured views of a mesh asset.
+    """Return the key, 64 hex digits, of views of a mesh asset captured by `params`; `source` is as of `mesh_key`."""
+    return _key(spec, source, views=CAPTURE_VERSION, **asdict(params))
 
-    Parameters
-    ----------
-    spec
-        The asset.
-    source
-        What `mesh_source` returns for the bytes that the mesh was read from.
-    params
-        How it is captured.
-    """
-    digest = source.removesuffix(_TEXTURED)
-    return bake_key(digest, up=spec.up, height=spec.height, views=CAPTURE_VERSION, **asdict(params))
+
+def _key(spec: MeshAsset, source: str, **params: object) -> str:
+    """Return the key of what is made of a mesh asset, whose `mesh_source` is `source`, with `params`."""
+    return bake_key(source.removesuffix(_TEXTURED), up=spec.up, height=spec.height, **params)
 
 
 def range_key(spec: DepthImageAsset) -> str:
@@ -349,9 +261,14 @@ def range_key(spec: DepthImageAsset) -> str:
 
     Raises InputError for files that cannot be read.
     """
-    source = source_hash(spec.depth, spec.colour)
+    source = _hash_of(spec.depth, spec.colour)
     if spec.panorama is not None:
         return bake_key(source, unit=spec.unit, panorama=spec.panorama.model_dump(), method=spec.method)
     assert spec.intrinsics is not None
-    normal = None if spec.normal is None else source_hash(spec.normal)
+    normal = None if spec.normal is None else _hash_of(spec.normal)
     return bake_key(source, normal=normal, unit=spec.unit, intrinsics=spec.intrinsics.model_dump())
+
+
+def _hash_of(*files: Path | None) -> str:
+    """Return a hash of what `files` hold now, leaving out those that are None or named twice."""
+    return hash_files(dict.fromkeys(file for file in files if file is not None), Sources())

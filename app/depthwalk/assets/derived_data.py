@@ -10,10 +10,11 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from depthwalk.assets.asset_files import clusters_key, levels_key, views_key
-from depthwalk.bake.capture_file import find_views, keep_views
+from depthwalk.bake.capture_file import CAPTURES
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
-from depthwalk.bake.level_file import find_levels, keep_levels
-from depthwalk.cook.cluster_file import find_clusters, keep_clusters
+from depthwalk.bake.level_file import LEVELS
+from depthwalk.cache import ArrayCache
+from depthwalk.cook.cluster_file import CLUSTERS
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.parallel import thread_map
@@ -22,6 +23,7 @@ from depthwalk.scene.scene import MeshAsset
 log = logging.getLogger(__name__)
 
 _T = TypeVar("_T")
+_Origin = TypeVar("_Origin")
 
 
 def simplified_levels(spec: MeshAsset, mesh: Mesh, source: str, report: Callable[[str], None]) -> tuple[MeshLevel, ...]:
@@ -45,9 +47,7 @@ def simplified_levels(spec: MeshAsset, mesh: Mesh, source: str, report: Callable
         report("simplifying")
         return mesh_levels(mesh)
 
-    key = levels_key(spec, source)
-    kept = f"simplified meshes of {spec.name}"
-    return _found_or_made(find_levels(mesh, key), make, lambda levels: keep_levels(levels, key), kept)
+    return _found_or_made(LEVELS, levels_key(spec, source), mesh, make, spec.name)
 
 
 def clusters(spec: MeshAsset, mesh: Mesh, source: str, report: Callable[[str], None]) -> MeshClusters:
@@ -59,9 +59,7 @@ def clusters(spec: MeshAsset, mesh: Mesh, source: str, report: Callable[[str], N
 
         return build_clusters(mesh)
 
-    key = clusters_key(spec, source)
-    kept = f"mesh clusters of {spec.name}"
-    return _found_or_made(find_clusters(mesh, key), make, lambda made: keep_clusters(made, key), kept)
+    return _found_or_made(CLUSTERS, clusters_key(spec, source), mesh, make, spec.name)
 
 
 def captured_views(
@@ -76,18 +74,19 @@ def captured_views(
         with thread_map() as parallel_map:
             return capture_views(mesh, params, parallel_map)
 
-    key = views_key(spec, source, params)
-    kept = f"captured views of {spec.name}"
-    return _found_or_made(find_views(params, key), make, lambda views: keep_views(views, key), kept)
+    return _found_or_made(CAPTURES, views_key(spec, source, params), params, make, spec.name)
 
 
-def _found_or_made(found: _T | None, make: Callable[[], _T], keep: Callable[[_T], object], name: str) -> _T:
-    """Return what was `found` in the cache; else make it, and keep it there, or warn that the `name` cannot be kept."""
-    if found is not None:
+def _found_or_made(cache: ArrayCache[_T, _Origin], key: str, origin: _Origin, make: Callable[[], _T], name: str) -> _T:
+    """Return what the cache holds under `key`; else make it and keep it there, or warn that it cannot.
+
+    origin: what it is derived from. name: of the asset.
+    """
+    if (found := cache.find_value(origin, key)) is not None:
         return found
     made = make()
     try:
-        keep(made)
+        cache.keep_value(made, key)
     except OSError as error:
-        log.warning("cannot keep the %s: %s", name, error)
+        log.warning("cannot keep the %s of %s: %s", cache.content, name, error)
     return made

@@ -125,23 +125,16 @@ def layer_triangles(
 def triangle_corners(
     image: DepthImage, level: int, half: NDArray[np.intp], cell: NDArray[np.intp]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the corners of given triangles of a grid.
+    """Return the corners of given triangles of a grid as `layer_triangles` does.
 
     Parameters
     ----------
-    image
-        The depth image that holds their first corners, one layer of a face.
-    level
-        The grid has step 2^level.
+    image, level
+        As of `layer_triangles`.
     half
         (triangles,) 0 for the lower, 1 for the upper triangle of its cell.
     cell
         (triangles,) number of the cell.
-
-    Returns
-    -------
-    tuple
-        Layers and texel numbers, each (triangles, 3) int64.
     """
     code = image.cells[level][cell] >> 7 * half
     layers = np.stack([np.full(len(cell), image.layer), code >> 1 & 7, code >> 4 & 7])
@@ -158,16 +151,7 @@ def triangle_corners(
 def triangle_places(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return in which cells of a grid the triangles lie that `layer_triangles` returns, in the same order.
-
-    Parameters
-    ----------
-    image
-        The depth image, one layer of a face.
-    level
-        The grid has step 2^level.
-    without
-        (cells,) bool: cells to leave out; None leaves out none.
+    """Return in which cells of a grid the triangles lie that `layer_triangles`, of the same parameters, returns.
 
     Returns
     -------

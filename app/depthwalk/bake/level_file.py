@@ -1,80 +1,38 @@
 """Keep simplified meshes in the user's cache folder, found by their key, as NumPy archives."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from depthwalk.cache import Cache, check_array, read_arrays, write_arrays
+from depthwalk.cache import ArrayCache, Arrays, check_array
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
-
-LEVELS = Cache(suffix=".levels.npz", content="simplified meshes")
 
 # Of each vertex: how many numbers, of what type.
 _VERTEX = {"positions": (3, np.float32), "normals": (3, np.float32), "colours": (3, np.uint8), "uv": (2, np.float32)}
 _ARRAYS = (*_VERTEX, "faces")
 
 
-def find_levels(mesh: Mesh, key: str) -> tuple[MeshLevel, ...] | None:
-    """Find the simplified levels of a mesh in the cache, and remove a damaged file, with a warning.
-
-    Parameters
-    ----------
-    mesh
-        The mesh, which is the first level itself.
-    key
-        The key under which `keep_levels` kept the others.
-
-    Returns
-    -------
-    tuple | None
-        `mesh` and its levels, the finest first; None where the cache does not hold them.
-    """
-    levels = LEVELS.find(key, lambda path: _read(path, mesh))
-    return None if levels is None else (MeshLevel(mesh, 0.0), *levels)
-
-
-def keep_levels(levels: tuple[MeshLevel, ...], key: str) -> Path:
-    """Store the simplified levels of a mesh in the cache folder.
-
-    Parameters
-    ----------
-    levels
-        The mesh, which is not stored, and its levels.
-    key
-        Hash of all that the levels depend on.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be written.
-    """
-    arrays: dict[str, Any] = {"error": np.array([level.error for level in levels[1:]])}
+def _arrays(levels: tuple[MeshLevel, ...]) -> Arrays:
+    """Return what a file holds of a mesh, which is not stored, and its levels."""
+    arrays: Arrays = {"error": np.array([level.error for level in levels[1:]])}
     for number, level in enumerate(levels[1:]):
         parts = [(part.first_face, part.face_count, part.material) for part in level.mesh.parts]
         arrays |= {f"{name}.{number}": getattr(level.mesh, name) for name in _ARRAYS}
         arrays[f"parts.{number}"] = np.array(parts)
-    return LEVELS.keep(key, lambda path: write_arrays(path, arrays, compressed=True))
+    return arrays
 
 
-def _read(path: Path, mesh: Mesh) -> list[MeshLevel]:
-    """Read the levels of `mesh` from a file. Raises OSError; ValueError or KeyError where they cannot be drawn."""
-    stored = read_arrays(path)
+def _parse(stored: Arrays, mesh: Mesh) -> tuple[MeshLevel, ...]:
+    """Return `mesh` and its levels in a file. Raises ValueError or KeyError where they cannot be drawn."""
     error = stored["error"]
     if error.ndim != 1 or error.dtype.kind != "f" or len(error) >= MOST_LEVELS:
         raise ValueError("its errors are not a list of numbers")
     if not (np.isfinite(error).all() and (np.diff(error, prepend=0) >= 0).all()):
         raise ValueError("its errors are not rising numbers")
-    return [_level(mesh, stored, number, float(value)) for number, value in enumerate(error)]
+    return MeshLevel(mesh, 0.0), *(_level(mesh, stored, number, float(value)) for number, value in enumerate(error))
 
 
-def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: float) -> MeshLevel:
+def _level(mesh: Mesh, stored: Arrays, number: int, error: float) -> MeshLevel:
     """Return one level of `mesh`. Raises ValueError or KeyError where it cannot be drawn."""
     arrays = {name: stored[f"{name}.{number}"] for name in _ARRAYS}
     faces, rows = arrays["faces"], stored[f"parts.{number}"]
@@ -100,3 +58,7 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
     parts = tuple(Part(*row) for row in rows.tolist())
     columns: dict[str, Any] = arrays
     return MeshLevel(Mesh(**columns, parts=parts, materials=mesh.materials), error)
+
+
+LEVELS = ArrayCache(suffix=".levels.npz", content="simplified meshes", arrays=_arrays, parse=_parse, compressed=True)
+"""A mesh and its simplified levels, the finest first, by the mesh."""

@@ -18,13 +18,12 @@ from depthwalk.assets.asset_files import read_mesh
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.params import NOTHING, ModelParams, Refinements
 from depthwalk.commands.baking import mesh_spec
-from depthwalk.commands.options import JsonReport, Quiet, UpAxis, Verbose
+from depthwalk.commands.options import DpciResolution, JsonReport, Meshes, Quiet, Up, UpAxis, Verbose
 from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.progress import frame_progress
 from depthwalk.commands.reports import check_report_files, write_report
 from depthwalk.errors import missing_file
 from depthwalk.files import temporary_folder
-from depthwalk.limits import MAX_DPCI_RESOLUTION, MIN_DPCI_RESOLUTION
 from depthwalk.provenance import commit
 from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES, summarise
@@ -213,21 +212,13 @@ def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
 
 @guarded
 def main(
-    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    meshes: Meshes,
     json: JsonReport = None,
     markdown: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the tables to this file, as Markdown.")
     ] = None,
-    dpci_resolution: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            min=MIN_DPCI_RESOLUTION,
-            max=MAX_DPCI_RESOLUTION,
-            help="Width and height of a depth image, texels.",
-        ),
-    ] = 512,
-    up: Annotated[UpAxis, typer.Option(help="The axis that points upward in the files.")] = UpAxis.Y,
+    dpci_resolution: DpciResolution = 512,
+    up: Up = UpAxis.Y,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:

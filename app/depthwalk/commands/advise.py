@@ -6,9 +6,10 @@ from typing import Annotated
 import typer
 
 from depthwalk.commands.option_values import open_scene, parse_resolution
-from depthwalk.commands.options import AssetRoots, Quiet, Resolution, SceneArgument, Settings, Verbose
+from depthwalk.commands.options import AssetRoots, Quiet, Resolution, SceneArgument, Settings, Verbose, own_file
 from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError
+from depthwalk.resources import given_or_shipped
 
 _SUFFIX = ".advice.json"
 _MOST_PIXELS = 4096
@@ -52,7 +53,8 @@ def main(
     from depthwalk.gpu.headless_device import headless_device
     from depthwalk.scene.advice import advice_text
 
-    opened = open_scene(scene, asset_root, settings)
+    found = given_or_shipped(scene) if json is not None else own_file(scene, "--json")
+    opened = open_scene(found, asset_root, settings)
     out = json or opened.path.with_suffix(_SUFFIX)
     check_report_files([out], input_files(opened, None), "measured")
     device = headless_device()

@@ -11,24 +11,29 @@ from depthwalk.commands.options import (
     Axis,
     ClusterOption,
     Coordinates,
+    DpciResolution,
     Height,
     Layers,
+    Meshes,
     Method,
     Parts,
     Quiet,
     Texture,
+    Up,
     UpAxis,
     Verbose,
+    named_files,
+    own_file,
 )
 from depthwalk.commands.program import BAD_INPUT, FAILURE, guarded
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
-from depthwalk.limits import MAX_DPCI_RESOLUTION, MAX_JOBS, MIN_DPCI_RESOLUTION
+from depthwalk.limits import MAX_JOBS
 
 
 @guarded
 def main(
-    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    meshes: Meshes,
     out: Annotated[
         str | None,
         typer.Option(
@@ -40,15 +45,7 @@ def main(
             show_default="beside each mesh",
         ),
     ] = None,
-    dpci_resolution: Annotated[
-        int,
-        typer.Option(
-            metavar="N",
-            min=MIN_DPCI_RESOLUTION,
-            max=MAX_DPCI_RESOLUTION,
-            help="Width and height of a depth image, texels.",
-        ),
-    ] = 512,
+    dpci_resolution: DpciResolution = 512,
     layers: Layers = None,
     method: Annotated[
         Method,
@@ -60,7 +57,7 @@ def main(
     parts: Parts = None,
     axis: Axis = None,
     coordinates: Coordinates = None,
-    up: Annotated[UpAxis, typer.Option(help="The axis that points upward in the files.")] = UpAxis.Y,
+    up: Up = UpAxis.Y,
     height: Height = None,
     texture: Texture = None,
     jobs: Annotated[
@@ -82,13 +79,15 @@ def main(
     not baked again: after Ctrl-C, the same command continues where it stopped.
     """
     from depthwalk.bake.params import ModelParams
-    from depthwalk.commands.baking import bake_meshes, mesh_spec, output_files
+    from depthwalk.commands.baking import bake_meshes, check_inputs, mesh_spec, output_files
 
     where = parse_cluster(cluster)
     if where and jobs:
         raise InputError("--jobs: is for the pool of this process; --cluster local:N says how many processes to start")
-    files = output_files(meshes, out)
-    specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
+    found = named_files(meshes) if out is not None else [own_file(mesh, "-o") for mesh in meshes]
+    files = output_files(found, out)
+    specs = [mesh_spec(mesh, texture, up.value, height) for mesh in found]
+    check_inputs(specs)
     paths = [file for file in files if isinstance(file, Path)]
     if verify and len(paths) < len(files):
         raise InputError("--verify compares files of this machine; -o names a URL")

@@ -1,6 +1,7 @@
 """Bake meshes to files, several at a time, and report on each."""
 
 import contextlib
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,9 +19,9 @@ from depthwalk.cluster.store import check_url, is_url
 from depthwalk.cluster.tasks import TaskError
 from depthwalk.commands.cluster_progress import cluster_progress
 from depthwalk.commands.progress import live_options, log, show_progress
-from depthwalk.errors import InputError, printable
+from depthwalk.errors import InputError, missing_file, printable
 from depthwalk.files import check_folder
-from depthwalk.ingest.formats import COOKED_SUFFIX
+from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 
@@ -110,6 +111,34 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
     return MeshAsset(name=mesh.stem, mesh=mesh, texture=texture, up=up, height=height, dpci=None)
+
+
+def check_inputs(specs: Sequence[MeshAsset]) -> None:
+    """Check that every file which is to be read is there and may be a mesh, before the first one is baked.
+
+    What only reading tells, as that a mesh is damaged, does not keep the others from being baked.
+
+    Parameters
+    ----------
+    specs
+        The meshes and their textures.
+
+    Raises
+    ------
+    InputError
+        Where files are missing, are folders, or do not end as meshes do; it has a line for each.
+    """
+    complaints: list[str] = []
+    for spec in specs:
+        try:
+            for file in filter(None, (spec.mesh, spec.texture)):
+                if not os.path.isfile(file):  # False for names that the system refuses
+                    raise missing_file(file)
+            check_suffix(spec.mesh)
+        except InputError as error:
+            complaints += error.lines
+    if complaints:
+        raise InputError(*dict.fromkeys(complaints))  # a texture belongs to every mesh
 
 
 def bake_meshes(

@@ -76,12 +76,13 @@ def _clear() -> None:
 def _kinds() -> "dict[str, list[CachedFile]]":
     """Return the files of the cache by what they hold."""
     from depthwalk.bake.cache import BAKED
+    from depthwalk.bake.capture_file import CAPTURES
     from depthwalk.bake.level_file import LEVELS
     from depthwalk.cache import cached_files
     from depthwalk.commands.journal import MEASURED
     from depthwalk.cook.cluster_file import CLUSTERS
     from depthwalk.cook.cooked_file import COOKED
 
-    kinds = {cache.content: cached_files(cache.suffix) for cache in (BAKED, LEVELS, CLUSTERS, MEASURED)}
+    kinds = {cache.content: cached_files(cache.suffix) for cache in (BAKED, LEVELS, CLUSTERS, CAPTURES, MEASURED)}
     others = {file.path for files in kinds.values() for file in files}  # whose names end as those of cooked ones do
     return kinds | {COOKED.content: [file for file in cached_files(COOKED.suffix) if file.path not in others]}

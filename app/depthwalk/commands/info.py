@@ -132,14 +132,45 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     drawn = np.bincount(scene.objects.representation, minlength=max(Representation) + 1)
     yield "drawn as", ", ".join(f"{kind.label} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
-    for asset, count in zip(scene.assets, uses.tolist(), strict=True):
-        if isinstance(asset, BakedAsset):
-            file = asset.baked
-        else:
-            file = asset.depth if isinstance(asset, DepthImageAsset) else asset.mesh
-        yield f"asset {asset.name}", f"{file.name}, {count} objects"
+    files = [
+        asset.baked
+        if isinstance(asset, BakedAsset)
+        else asset.depth
+        if isinstance(asset, DepthImageAsset)
+        else asset.mesh
+        for asset in scene.assets
+    ]
+    triangles = [
+        0 if isinstance(asset, DepthImageAsset) else _mesh_triangles(file)
+        for asset, file in zip(scene.assets, files, strict=True)
+    ]
+    if any(triangles):
+        yield "made of", f"{uses @ triangles:,} triangles"
+    for asset, file, count, each in zip(scene.assets, files, uses.tolist(), triangles, strict=True):
+        plural = "" if count == 1 else "s"
+        yield (
+            f"asset {asset.name}",
+            f"{file.name}, {count} object{plural}" + (f" of {each:,} triangles" if each else ""),
+        )
     if scene.camera is not None:
         yield "camera", f"{_point(scene.camera.position)} to {_point(scene.camera.target)}"
+
+
+def _mesh_triangles(file: Path) -> int:
+    """Return how many triangles a mesh has, or that of which depth images were made; 0 where these do not say it."""
+    match file.suffix.lower():
+        case ".npz":
+            from depthwalk.cook.cooked_file import read_cooked
+
+            return read_cooked(file)[0].outline.mesh_triangles or 0
+        case ".exr":
+            from depthwalk.bake.header import inspect_header
+
+            return inspect_header(file)[1][0].mesh_triangles or 0
+        case _:
+            from depthwalk.ingest.loader import load_mesh
+
+            return len(load_mesh(file).faces)
 
 
 def _path_rows(path: Path) -> Iterator[Row]:
@@ -160,6 +191,7 @@ def _baked_rows(path: Path) -> Iterator[Row]:
     yield "bytes", str(path.stat().st_size)
     yield "key", model.key or "-"
     yield from _left_out_row(model.left_out)
+    yield from _made_of_row(model.parts[0].mesh_triangles)
     if len(model.parts) > 1:
         yield "parts", str(len(model.parts))
     for number, baked in enumerate(model.parts, 1):
@@ -175,6 +207,7 @@ def _cooked_rows(path: Path) -> Iterator[Row]:
     yield "bytes", str(path.stat().st_size)
     yield "key", cooked_key(path) or "-"
     yield from _left_out_row(cooked_left_out(path))
+    yield from _made_of_row(objects[0].outline.mesh_triangles)
     yield "on the GPU", f"{sum(cooked.bytes for cooked in objects) / 1e6:.1f} MB"
     for number, cooked in enumerate(objects, 1):
         prefix = f"part{number}." if len(objects) > 1 else ""
@@ -191,6 +224,12 @@ def _left_out_row(left_out: float | None) -> Iterator[Row]:
     """Yield what part of the visible surface no image holds, where the file says it."""
     if left_out is not None:
         yield "left out", f"{100 * left_out:.2f} % of the visible surface"
+
+
+def _made_of_row(triangles: int | None) -> Iterator[Row]:
+    """Yield how many triangles the mesh had, where the file says it."""
+    if triangles is not None:
+        yield "made of", f"{triangles:,} triangles"
 
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:

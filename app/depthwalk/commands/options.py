@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthwalk.errors import InputError
 from depthwalk.limits import (
+    MAX_DPCI_RESOLUTION,
     MAX_FRAMES,
+    MIN_DPCI_RESOLUTION,
 )
 from depthwalk.resources import given_or_shipped
 
@@ -73,6 +76,16 @@ def named_files(paths: list[Path]) -> list[Path]:
     return [given_or_shipped(path) for path in paths]
 
 
+def own_file(path: Path, option: str) -> Path:
+    """Return the file that the user names, beside which the command will write.
+
+    Raises InputError where it is found only among those that ship; `option` is what names another place.
+    """
+    if (found := given_or_shipped(path)) != path:
+        raise InputError(f"{path}: ships with the program; {option} says where to write")
+    return found
+
+
 ShownScene = Annotated[
     Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False, callback=named_file)
 ]
@@ -118,6 +131,18 @@ Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set", metavar="KEY=VALUE", help="Replace a value of the scene file, as in render.lod.bias=1; repeatable."
+    ),
+]
+Meshes = Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")]
+Up = Annotated[UpAxis, typer.Option("--up", help="The axis that points upward in the files.")]
+DpciResolution = Annotated[
+    int,
+    typer.Option(
+        "--dpci-resolution",
+        metavar="N",
+        min=MIN_DPCI_RESOLUTION,
+        max=MAX_DPCI_RESOLUTION,
+        help="Width and height of a depth image, texels.",
     ),
 ]
 Layers = Annotated[

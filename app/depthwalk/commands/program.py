@@ -5,6 +5,7 @@ Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2
 
 import functools
 import gc
+import io
 import logging
 import os
 import signal
@@ -116,6 +117,7 @@ def guarded(command: Command) -> Command:
             with without_garbage():
                 pass
         _open_closed_streams()
+        _escape_what_streams_lack()
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))
         try:
@@ -173,6 +175,16 @@ def _open_closed_streams() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - open until the process ends
+
+
+def _escape_what_streams_lack() -> None:
+    r"""Have standard streams write `\xd7` for a `×` that their encoding lacks, as of Windows' files or LC_ALL=C.
+
+    By default Python fails there, with half of a table written.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 _asked_to_end: list[int] = []  # signals that have asked the running command to end, the first one first

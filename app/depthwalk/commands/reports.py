@@ -6,7 +6,7 @@ from pathlib import Path
 from depthwalk.bake.cache import sidecar
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
-from depthwalk.ingest.sources import source_files
+from depthwalk.ingest.mesh_head import read_head
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, Scene
 
 
@@ -35,7 +35,7 @@ def asset_files(asset: Asset) -> list[Path]:
     else:
         meso = asset.dpci.meso if asset.dpci else None
         relief = [meso.depth, meso.normal] if meso else []
-        files = [*source_files(asset.mesh, asset.texture), sidecar(asset.mesh), *relief]
+        files = [*read_head(asset.mesh, asset.texture).files, sidecar(asset.mesh), *relief]
     return [file for file in files if file is not None]
 
 

@@ -1,17 +1,12 @@
 """Keep the clusters of meshes in the user's cache folder, found by their key, as NumPy archives."""
 
 from dataclasses import fields
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from depthwalk.cache import Cache, check_array, read_arrays, write_arrays
+from depthwalk.cache import ArrayCache, Arrays, check_array
 from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.ingest.mesh import Mesh
-
-CLUSTERS = Cache(suffix=".clusters.npz", content="mesh clusters")
 
 _NAMES = tuple(field.name for field in fields(MeshClusters))
 # Their length, by what they describe, their further axes and their type.
@@ -36,51 +31,13 @@ _SHAPES: dict[str, tuple[str, tuple[int, ...], str]] = {
 }
 
 
-def find_clusters(mesh: Mesh, key: str) -> MeshClusters | None:
-    """Find the clusters of a mesh in the cache, and remove a damaged file, with a warning.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    key
-        The key under which `keep_clusters` kept them.
-
-    Returns
-    -------
-    MeshClusters | None
-        The clusters; None where the cache does not hold them.
-    """
-    return CLUSTERS.find(key, lambda path: _read(path, mesh))
+def _arrays(clusters: MeshClusters) -> Arrays:
+    """Return what a file holds of clusters."""
+    return {name: np.asarray(getattr(clusters, name)) for name in _NAMES}
 
 
-def keep_clusters(clusters: MeshClusters, key: str) -> Path:
-    """Store the clusters of a mesh in the cache folder.
-
-    Parameters
-    ----------
-    clusters
-        The clusters.
-    key
-        Hash of all that they depend on.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be written.
-    """
-    arrays = {name: np.asarray(getattr(clusters, name)) for name in _NAMES}
-    return CLUSTERS.keep(key, lambda path: write_arrays(path, arrays))
-
-
-def _read(path: Path, mesh: Mesh) -> MeshClusters:
-    """Read the clusters of `mesh` from a file. Raises OSError; ValueError or KeyError where they cannot be drawn."""
-    stored = read_arrays(path)
+def _parse(stored: Arrays, mesh: Mesh) -> MeshClusters:
+    """Return the clusters of `mesh` in a file. Raises ValueError or KeyError where they cannot be drawn."""
     lengths = {
         "v": len(np.atleast_1d(stored["positions"])),
         "t": len(np.atleast_1d(stored["faces"])),
@@ -96,7 +53,7 @@ def _read(path: Path, mesh: Mesh) -> MeshClusters:
     return MeshClusters(**{name: stored[name] for name in _SHAPES}, solid=solid)
 
 
-def _check_numbers(stored: dict[str, NDArray[Any]], parts: int) -> None:
+def _check_numbers(stored: Arrays, parts: int) -> None:
     """Raise ValueError where something refers to what does not exist."""
     groups = len(stored["error"])
     for name, least, limit in (
@@ -119,3 +76,7 @@ def _check_numbers(stored: dict[str, NDArray[Any]], parts: int) -> None:
     inner = np.flatnonzero((made_by >= 0) & (stored["group"] >= 0))
     if (stored["error"][stored["group"][inner]] < stored["error"][made_by[inner]]).any():
         raise ValueError("its errors fall from level to level")
+
+
+CLUSTERS = ArrayCache(suffix=".clusters.npz", content="mesh clusters", arrays=_arrays, parse=_parse)
+"""By their mesh."""

@@ -196,17 +196,7 @@ class Scope(TextureMaker):
         depth_write: bool = True,
         **changes: Unpack[Changes],
     ) -> AbstractContextManager[None]:
-        """Set GL state for a `with` block; afterwards it is what it was before.
-
-        Parameters
-        ----------
-        into
-            The framebuffer to draw into, which stays bound after the block; None leaves it as it is.
-        depth_write
-            Whether draws write the framebuffer's depth, where there is a depth test.
-        **changes
-            Fields of `State` with their new values; those that are not named stay as they are.
-        """
+        """Set GL state for a `with` block; afterwards it is what it was before. See `StateKeeper.changed`."""
         return self.device.state.changed(into, depth_write=depth_write, **changes)
 
     def free(self, *objects: Any) -> None:

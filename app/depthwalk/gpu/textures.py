@@ -14,6 +14,9 @@ from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
 
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
+_FETCHED = moderngl.NEAREST, moderngl.NEAREST
+_TRILINEAR = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+_NEAREST_MIP_MAP = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
 
 
 class TextureLimits(NamedTuple):
@@ -44,6 +47,10 @@ class TextureMaker(ABC):
     """Create textures for an owner, which says how they are made and kept.
 
     Every method that creates one raises GpuError where the driver refuses it, or where it would exceed the limits.
+    Their parameters mean the same everywhere: `size` is (width, height) or (width, height, layers or slices), texels;
+    `components` are the numbers per texel, 1 to 4; `dtype` is as moderngl names it, "f1" 8-bit from 0 to 1, "nu2"
+    16-bit likewise, "f2" half, "f4" float, "i2", "u4" and so on; `data` are the texels, layer by layer, the lower row
+    first, and None leaves them undefined. All but those that repeat are clamped at their edges.
 
     Attributes
     ----------
@@ -67,61 +74,27 @@ class TextureMaker(ABC):
     def texture(
         self, size: tuple[int, int], components: int, dtype: str = "f1", data: bytes | None = None
     ) -> moderngl.Texture:
-        """Create and return a 2-D texture without filtering, clamped at its edges.
-
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        components
-            Numbers per texel, 1 to 4.
-        dtype
-            As moderngl names it: "f1" 8-bit, "f2" half, "f4" float, "nu2" 16-bit from 0 to 1, and so on.
-        data
-            The texels, lower row first; None leaves them undefined.
-        """
-        self._check_size(size)
+        """Create and return a 2-D texture without filtering."""
         make = self._context.texture
-        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
-        texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        texture.repeat_x = texture.repeat_y = False
-        return texture
+        return self._flat(size, lambda: make(size, components, data, dtype=dtype), _FETCHED)
 
     def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """Create and return an RGBA texture of 8-bit sRGB colours (alpha is linear) with mip-maps that repeats.
-
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        data
-            The texels, four bytes each, lower row first.
-        """
+        """Create and return a texture as `tiling_texture` does, of 8-bit sRGB colours with alpha, which is linear."""
         return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
 
     def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
         """Create and return a 2-D texture with mip-maps that repeats, filtered trilinearly.
 
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        components
-            Numbers per texel, 1 to 4.
-        data
-            The texels, lower row first.
-        **layout
-            moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
+        layout: moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
         """
-        self._check_size(size)
         make = self._context.texture
-        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, **layout))
+        texture = self._flat(size, lambda: make(size, components, data, **layout), _TRILINEAR, clamped=False)
         texture.build_mipmaps()
-        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        texture.filter = _TRILINEAR  # building them has set another
         return texture
 
     def mipmapped_texture(self, texels: Texels, levels: int) -> moderngl.Texture:
-        """Create and return a 2-D texture with mip-maps, filtered trilinearly, clamped at its edges.
+        """Create and return a 2-D texture with mip-maps, filtered trilinearly.
 
         Parameters
         ----------
@@ -132,90 +105,34 @@ class TextureMaker(ABC):
             is lower where a width or height becomes odd.
         """
         height, width, components = texels.shape
-        size = width, height
-        self._check_size(size)
-        layout: dict[str, Any] = (
-            {"dtype": "ni1", "internal_format": SNORM[components]} if texels.dtype == np.int8 else {}
-        )
-        make = self._context.texture
+        signed = texels.dtype == np.int8
+        layout: dict[str, Any] = {"dtype": "ni1", "internal_format": SNORM[components]} if signed else {}
 
         def create() -> moderngl.Texture:
-            made = make(size, components, texels.tobytes(), **layout)
+            made = self._context.texture((width, height), components, texels.tobytes(), **layout)
             set_mip_maps(self._context, made, mip_maps(texels, levels))
             return made
 
-        texture: moderngl.Texture = self._make("texture", size, create)
-        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-        texture.repeat_x = texture.repeat_y = False
-        return texture
+        return self._flat((width, height), create, _TRILINEAR)
 
     def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
     ) -> moderngl.TextureArray:
-        """Create and return an array texture of numbers, which shaders fetch without filtering.
-
-        Parameters
-        ----------
-        size
-            (width, height, layers), texels.
-        components
-            Numbers per texel, 1 to 4.
-        data
-            The texels, layer by layer, lower row first; None leaves them undefined.
-        dtype
-            As moderngl names it: "i2", "u4", "f4" and so on.
-        """
-        array = self._array(size, components, data, dtype)
-        array.filter = moderngl.NEAREST, moderngl.NEAREST
-        return array
+        """Create and return an array texture of numbers, which shaders fetch without filtering."""
+        return self._array(size, components, data, dtype, _FETCHED)
 
     def filtered_array(self, size: tuple[int, int, int], components: int, data: bytes) -> moderngl.TextureArray:
-        """Create and return an array texture of 8 bits, 0 to 1, with mip-maps, clamped at the edges of its layers.
+        """Create and return an array texture of 8 bits, 0 to 1, with mip-maps.
 
         Texels are filtered linearly, of the mip-map that is nearest to the level asked for.
-
-        Parameters
-        ----------
-        size
-            (width, height, layers), texels.
-        components
-            Numbers per texel, 1 to 4.
-        data
-            The texels, layer by layer, lower row first.
         """
-        array = self._array(size, components, data, "f1")
+        array = self._array(size, components, data, "f1", _NEAREST_MIP_MAP)
         array.build_mipmaps()
-        array.filter = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
-        array.repeat_x = array.repeat_y = False
-        return array
-
-    def _array(
-        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str
-    ) -> moderngl.TextureArray:
-        """Return a new array texture; raise GpuError where the driver does not allow its size."""
-        self._check_size(size[:2])
-        if size[2] > self._limits.layers:
-            raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self._limits.layers}")
-        make = self._context.texture_array
-        array: moderngl.TextureArray = self._make(
-            "texture_array", size, lambda: make(size, components, data, dtype=dtype)
-        )
+        array.filter = _NEAREST_MIP_MAP  # building them has set another
         return array
 
     def volume(self, size: tuple[int, int, int], components: int, dtype: str, data: bytes) -> moderngl.Texture3D:
-        """Create and return a 3-D texture, filtered linearly, clamped at its faces.
-
-        Parameters
-        ----------
-        size
-            (width, height, depth), texels.
-        components
-            Numbers per texel, 1 to 4.
-        dtype
-            As moderngl names it: "f1" 8-bit, "f2" half and so on.
-        data
-            The texels, slice by slice, lower row first.
-        """
+        """Create and return a 3-D texture, filtered linearly."""
         if not 0 < min(size) <= max(size) <= self._limits.volume:
             raise GpuError(f"{self.owner}: volume of {size}; this driver allows 1 to {self._limits.volume}")
         make = self._context.texture3d
@@ -227,47 +144,58 @@ class TextureMaker(ABC):
     def multisampled_texture(
         self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
     ) -> moderngl.Texture:
-        """Create and return a 2-D texture of several samples per texel, which shaders fetch one by one.
-
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        samples
-            Samples per texel, at most `Device.max_samples`.
-        components
-            Numbers per sample, 1 to 4.
-        dtype
-            As moderngl names it: "f1" 8-bit, "f4" float and so on.
-        """
-        self._check_size(size)
-        make = self._context.texture
-        texture: moderngl.Texture = self._make(
-            "texture", size, lambda: make(size, components, samples=samples, dtype=dtype)
-        )
-        return texture
-
-    def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
-        """Create and return a 24-bit depth texture of `size` (width, height) texels, with `samples` samples per texel.
+        """Create and return a 2-D texture of `samples` per texel, which shaders fetch one by one.
 
         `Device.max_samples` is the most that there may be.
         """
-        self._check_size(size)
-        make = self._context.depth_texture
-        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, samples=samples))
-        return texture
+        make = self._context.texture
+        return self._flat(size, lambda: make(size, components, samples=samples, dtype=dtype))
+
+    def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
+        """Create and return a 24-bit depth texture with `samples` per texel, as `multisampled_texture` does."""
+        return self._flat(size, lambda: self._context.depth_texture(size, samples=samples))
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
-        """Create and return a 24-bit depth texture of `size` (width, height) texels.
+        """Create and return a 24-bit depth texture.
 
         Shaders read its depths as numbers from 0 to 1, without comparison and without filtering.
         """
-        self._check_size(size)
-        texture: moderngl.Texture = self._make("texture", size, lambda: self._context.depth_texture(size))
+        texture = self._flat(size, lambda: self._context.depth_texture(size), _FETCHED)
         texture.compare_func = ""
-        texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        texture.repeat_x = texture.repeat_y = False
         return texture
+
+    def _flat(
+        self,
+        size: tuple[int, int],
+        create: Callable[[], moderngl.Texture],
+        filtered: tuple[int, int] | None = None,
+        clamped: bool = True,
+    ) -> moderngl.Texture:
+        """Own the 2-D texture that `create` makes, if the driver allows its `size`, and return it.
+
+        filtered: moderngl's filters when it is made smaller and larger; None: it has several samples and no filter.
+        """
+        self._check_size(size)
+        texture: moderngl.Texture = self._make("texture", size, create)
+        if filtered is not None:
+            texture.filter = filtered
+            texture.repeat_x = texture.repeat_y = not clamped
+        return texture
+
+    def _array(
+        self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str, filtered: tuple[int, int]
+    ) -> moderngl.TextureArray:
+        """Return a new array texture, filtered as told, if the driver allows its size."""
+        self._check_size(size[:2])
+        if size[2] > self._limits.layers:
+            raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self._limits.layers}")
+        make = self._context.texture_array
+        array: moderngl.TextureArray = self._make(
+            "texture_array", size, lambda: make(size, components, data, dtype=dtype)
+        )
+        array.filter = filtered
+        array.repeat_x = array.repeat_y = False
+        return array
 
     def _check_size(self, size: tuple[int, int]) -> None:
         """Raise GpuError where a texture (width, height) would exceed what the driver allows."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import OPAQUE
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
 _HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "EXT_texture_webp")
@@ -70,20 +71,29 @@ def has_cut_outs(header: dict[str, Any]) -> bool:
 
 def has_translucency(header: dict[str, Any]) -> bool:
     """Return whether a material of a glTF file, whose JSON header is `header`, may let light through."""
-    return any(
-        material.get("alphaMode") == "BLEND" or _TRANSMISSION in material.get("extensions", {})
-        for material in _materials(header)
-    )
+    return any(each.get("alphaMode") == "BLEND" or _TRANSMISSION in _extensions(each) for each in _materials(header))
 
 
 def is_all_translucent(header: dict[str, Any]) -> bool:
-    """Return whether all materials that primitives of a glTF file have may let light through; `header`: its header."""
-    materials = header.get("materials", [])
-    primitives = [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
-    through = [
-        "material" in each and has_translucency({"materials": [materials[each["material"]]]}) for each in primitives
-    ]
-    return bool(through) and all(through)
+    """Return whether nothing that a glTF file shows is opaque, as far as `header`, its JSON header, tells.
+
+    Many programs write `BLEND` for all materials, so that alone says nothing, nor does a texture, which may cut out.
+    """
+    try:
+        used = {primitive.get("material") for mesh in header.get("meshes", []) for primitive in mesh["primitives"]}
+        return bool(used) and all(number is not None and _hides_little(header["materials"][number]) for number in used)
+    except (AttributeError, TypeError, LookupError):  # who reads the mesh complains
+        return False
+
+
+def _hides_little(material: dict[str, Any]) -> bool:
+    """Return whether the numbers of a material let light through all of it."""
+    mode = material.get("alphaMode", "OPAQUE")
+    if mode == "MASK":
+        return False
+    passing = _extensions(material).get(_TRANSMISSION, {}).get("transmissionFactor", 0.0)
+    alpha = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0,) * 4)[3] if mode == "BLEND" else 1.0
+    return bool((1 - passing) * alpha < OPAQUE)
 
 
 def has_glow(header: dict[str, Any]) -> bool:
@@ -95,6 +105,12 @@ def _materials(header: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the materials of a JSON header; none that is no object, which reading the mesh complains of."""
     listed = header.get("materials", [])
     return [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
+
+
+def _extensions(material: dict[str, Any]) -> dict[str, Any]:
+    """Return the extensions of a material; none where they are no object, which reading the mesh complains of."""
+    found = material.get("extensions", {})
+    return found if isinstance(found, dict) else {}
 
 
 def fold_extensions(header: dict[str, Any], path: Path) -> bool:

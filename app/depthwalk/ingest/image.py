@@ -140,6 +140,7 @@ class TextureDecoder:
         """Begin without any picture."""
         self._decoded: dict[Hashable, NDArray[np.uint8]] = {}
         self._images: list[Image.Image] = []
+        self._solid: dict[int, NDArray[np.uint8]] = {}  # by the identity of those that have alpha
         self._bytes = 0
 
     def decode(self, image: "Image.Image", name: str, key: Hashable = None) -> NDArray[np.uint8]:
@@ -173,6 +174,21 @@ class TextureDecoder:
             self._decoded[key] = rgba(image, name)
             self._bytes += self._decoded[key].nbytes
         return self._decoded[key]
+
+    def without_alpha(self, texture: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
+        """Return a picture (H, W, 4) that `decode` has returned with alpha 255 everywhere, made once for each.
+
+        name: what messages call it. Raises InputError where all pictures are too large together.
+        """
+        if texture[..., 3].min() == 255:
+            return texture
+        if id(texture) not in self._solid:
+            check_memory(name, self._bytes + texture.nbytes, "the textures")
+            solid = texture.copy()
+            solid[..., 3] = 255
+            self._solid[id(texture)] = solid
+            self._bytes += solid.nbytes
+        return self._solid[id(texture)]
 
 
 def load_texture(path: Path) -> NDArray[np.uint8]:

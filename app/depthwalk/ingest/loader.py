@@ -53,7 +53,7 @@ def load_mesh(
     height
         Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
     sources
-        Reads files and keeps their bytes; None reads them from the disk. Pass the object that `source_hash` used where
+        Reads files and keeps their bytes; None reads them from the disk. Pass the object that `hash_files` used where
         the mesh must be made of the same bytes as the hash.
 
     Returns
@@ -143,14 +143,14 @@ def check_mesh(
     path = Path(path)
     sources = Sources()
     soup = _read(path, height, sources)
-    used = soup.faces[_solid_faces(soup, path)]
-    vertices = np.unique(used)
-    _retextured(replace(soup, uv=soup.uv[vertices]), texture, path, sources)
+    solid = _solid_faces(soup, path)
+    vertices = np.unique(soup.faces[solid])
+    shown = _retextured(replace(soup, uv=soup.uv[vertices], material=soup.material[solid]), texture, path, sources)
     positions = _placed(soup.positions[vertices], path, up, height)
     if upright:
         _check_upright(positions.astype(np.float32), path)
-        opaque = np.array([material.opacity is None for material in soup.materials], bool)
-        _check_opaque(int(opaque[soup.material].sum()), path)
+        opaque = np.array([material.opacity is None for material in _drawable(shown, path)], bool)
+        _check_opaque(int(opaque[shown.material].sum()), path)
 
 
 def _read(path: Path, height: float | None, sources: Sources) -> Soup:

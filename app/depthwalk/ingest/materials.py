@@ -5,6 +5,7 @@ Where the alpha of a texture says that there is no surface, none is drawn; elsew
 
 import logging
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.ingest.image import TextureDecoder
-from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
 if TYPE_CHECKING:  # most of a second to import; whoever has a material of trimesh has imported it
@@ -22,7 +23,6 @@ log = logging.getLogger(__name__)
 
 WHITE = (1.0, 1.0, 1.0)
 _CUTOFF = 0.5  # glTF's default
-_OPAQUE = 0.99  # alpha from which on nobody misses what is behind
 _CLEAR = 0.01  # alpha up to which a surface is as good as not there
 _BLACK = (0.0, 0.0, 0.0)
 
@@ -58,7 +58,7 @@ def convert_material(material: object, name: str, textures: TextureDecoder | Non
         image: Any = material.image
         path = None if image is None else image.info.get("file_path", "embedded texture")
         texture = None if image is None else textures.decode(image, f"{name}: {path}")
-        return phong_from_mtl(material.kwargs, texture, _called(name, material.name))
+        return phong_from_mtl(material.kwargs, texture, _called(name, material.name), textures=textures)
     return None
 
 
@@ -69,6 +69,7 @@ def phong_from_mtl(
     *,
     cut_out: bool = False,
     emission_texture: NDArray[np.uint8] | None = None,
+    textures: TextureDecoder | None = None,
 ) -> Material:
     """Convert the terms of an MTL file to Phong's model.
 
@@ -87,6 +88,8 @@ def phong_from_mtl(
         Whether there is no surface where the texture's alpha is low.
     emission_texture : (H, W, 4) uint8 or None
         The texture of what the material sends out, sRGB; None for a material without one.
+    textures : TextureDecoder or None
+        Has decoded the textures; None where the material is by itself.
 
     Returns
     -------
@@ -107,6 +110,7 @@ def phong_from_mtl(
         Material(colour, texture, specular, shininess, emission=emission, emission_texture=emission_texture),
         cutoff=_CUTOFF if cut_out else None,
         opacity=opacity,
+        without_alpha=(textures or TextureDecoder()).without_alpha,
     )
 
 
@@ -142,7 +146,7 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
         Material(colour, texture, specular, shininess, emission=emission, emission_texture=emission_texture),
         cutoff=cutoff,
         opacity=alpha if mode == "BLEND" else 1.0,
-        alpha=mode == "BLEND",
+        without_alpha=None if mode == "BLEND" else textures.without_alpha,
     )
 
 
@@ -161,7 +165,14 @@ def _called(file: str, name: str | None) -> str:
     return f"{file}: material {name!r}" if name else f"{file}: a material"
 
 
-def _material(name: str, material: Material, *, cutoff: float | None, opacity: float, alpha: bool = False) -> Material:
+def _material(
+    name: str,
+    material: Material,
+    *,
+    cutoff: float | None,
+    opacity: float,
+    without_alpha: Callable[[NDArray[np.uint8], str], NDArray[np.uint8]] | None = None,
+) -> Material:
     """Complete a material by what its alpha means, and bring its highlight into range.
 
     Parameters
@@ -174,22 +185,22 @@ def _material(name: str, material: Material, *, cutoff: float | None, opacity: f
         Alpha of the texture below which there is no surface; None: there is everywhere.
     opacity
         How much the material hides of what is behind, 0 to 1.
-    alpha
-        Whether the alpha of the texture multiplies that; where not, such a texture shows its colours alone.
+    without_alpha
+        Returns a texture, called by the name, whose alpha is 255 everywhere: of formats in which alpha means nothing
+        more. None: the alpha of the texture multiplies `opacity`, as glTF has it.
     """
     texture = material.texture
     if texture is None or (cutoff is not None and texture[..., 3].min() >= cutoff * 255):
         cutoff = None  # nothing is cut out, so that what is quick for whole surfaces holds
     opacity = min(max(opacity, 0.0), 1.0)
-    least = opacity * (texture[..., 3].min() / 255 if texture is not None and alpha else 1.0)
-    if cutoff is not None and opacity < _OPAQUE:
+    least = opacity * (1.0 if texture is None or without_alpha else texture[..., 3].min() / 255)
+    if cutoff is not None and opacity < OPAQUE:
         log.warning("%s is see-through (alpha %.2g) and cut out; what is not cut out is drawn opaque", name, opacity)
     elif opacity < _CLEAR:
         log.warning("%s is clear (alpha %.2g): nothing of it shows but highlights", name, opacity)
-    is_translucent = cutoff is None and least < _OPAQUE
-    if is_translucent and texture is not None and not alpha:  # of MTL files, whose d is all that lets light through
-        texture = texture.copy()
-        texture[..., 3] = 255
+    is_translucent = cutoff is None and least < OPAQUE
+    if is_translucent and texture is not None and without_alpha:
+        texture = without_alpha(texture, name)
     return replace(
         material,
         texture=texture,

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 MOST_LEVELS = 6  # of detail of a mesh, itself included
 
+OPAQUE = 0.99
+"""Alpha from which on nobody misses what is behind a surface."""
+
 
 @dataclass(frozen=True)
 class Material:

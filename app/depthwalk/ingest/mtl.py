@@ -1,25 +1,9 @@
-"""Read the material libraries (MTL) of OBJ files."""
+"""Read the material libraries (MTL) of OBJ files: what they say, without the pictures that they name."""
 
-import io
-import logging
-import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from depthwalk.ingest.formats import IMAGE_SUFFIXES
-from depthwalk.ingest.image import TextureDecoder, open_image
-from depthwalk.ingest.materials import phong_from_mtl
-from depthwalk.ingest.mesh import Material
-from depthwalk.ingest.sources import Sources, find, read_libraries, texture_name
-
-if TYPE_CHECKING:
-    from PIL import Image
-
-log = logging.getLogger(__name__)
+from depthwalk.ingest.sources import Sources, arguments, as_utf8, find, find_all, text
 
 _TERMS = ("kd", "ks", "ns", "d", "tr", "ke")
 
@@ -48,14 +32,14 @@ class MtlMaterial:
     glow: str | None = None
 
 
-def parse_mtl(text: str) -> dict[str, MtlMaterial]:
-    """Return the materials that the `text` of an MTL library defines, by their names.
+def parse_mtl(contents: str) -> dict[str, MtlMaterial]:
+    """Return the materials that the `contents` of an MTL library defines, by their names.
 
     The last of several materials of one name counts. Unknown keys are skipped.
     """
     materials: dict[str, MtlMaterial] = {}
     current: MtlMaterial | None = None
-    for line in text.splitlines():
+    for line in contents.splitlines():
         words = line.split()
         if len(words) < 2:
             continue
@@ -79,79 +63,33 @@ def parse_mtl(text: str) -> dict[str, MtlMaterial]:
     return materials
 
 
-class MaterialLibrary:
-    """Convert the materials of an OBJ file's libraries, each when it is first asked for.
+def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path]:
+    """Return the material libraries that an OBJ file names, as far as they exist in its folder.
 
-    Every texture that a library names is checked when the library is read, whether or not it is used: a scene that
-    works must not fail once an object gets another of the materials.
+    Parameters
+    ----------
+    data
+        The text of the OBJ file; names in it may hold blanks.
+    folder
+        The folder of the OBJ file.
+    sources
+        Reads files and keeps their bytes.
+
+    Returns
+    -------
+    list
+        The MTL files, in the order of their names in the file.
     """
+    libraries: list[Path] = []
+    if not (b"b" in data or b"B" in data) or b"mtllib" not in data.lower():  # no need to look at a million lines
+        return libraries
+    data = as_utf8(data)
+    for line in arguments(data, b"mtllib"):
+        whole = find(text(line), [folder], sources)
+        libraries += [whole] if whole else find_all(text(line).split(), [folder], sources)
+    return list(dict.fromkeys(libraries))
 
-    def __init__(self, libraries: list[Path], mesh: Path, sources: Sources) -> None:
-        """Read material libraries.
 
-        Parameters
-        ----------
-        libraries
-            The MTL files, whose folders are searched for textures after that of `mesh`.
-        mesh
-            The OBJ file that names them. Its folder is searched for textures first, and none outside the tree of that
-            folder is used; warnings and errors name the file.
-        sources
-            Reads files and keeps their bytes.
-
-        Raises
-        ------
-        InputError
-            Where a texture is not a picture.
-        """
-        self._mesh = mesh
-        self._sources = sources
-        self._folders = list(dict.fromkeys([mesh.parent, *(library.parent for library in libraries)]))
-        self._materials = parse_mtl(read_libraries(libraries, sources).decode("utf-8", "replace")) if libraries else {}
-        self._files: dict[str, Path | None] = {}
-        self._textures = TextureDecoder()
-        checked: set[Path | None] = {None}
-        named = (name for material in self._materials.values() for name in (material.image, material.glow) if name)
-        for name in dict.fromkeys(named):
-            path = self._files[name] = find(texture_name(name), self._folders, sources, mesh)
-            if path not in checked and (image := self._open(path)) is not None:
-                image.close()
-            checked.add(path)
-
-    def material(self, name: str | None) -> Material | None:
-        """Return the material called `name`; None where the libraries have none.
-
-        Raises InputError where its texture cannot be decoded.
-        """
-        found = self._materials.get(name) if name is not None else None
-        if found is None:
-            return None
-        if found.mask is not None and found.mask != found.image:
-            log.warning("%s: map_d %s is ignored: it is not the picture of map_Kd", self._mesh, found.mask)
-        cut_out = found.mask is not None and found.mask == found.image
-        called = f"{self._mesh}: material {name!r}"
-        texture, glow = self._decoded(found.image), self._decoded(found.glow)
-        return phong_from_mtl(found.terms, texture, called, cut_out=cut_out, emission_texture=glow)
-
-    def _decoded(self, name: str | None) -> NDArray[np.uint8] | None:
-        """Return the texels of the picture that a library calls `name`; None where there is none."""
-        path = self._files[name] if name else None
-        image = self._open(path)
-        return None if image is None else self._textures.decode(image, f"{self._mesh}: {name}", path)
-
-    def _open(self, path: Path | None) -> "Image.Image | None":
-        """Return the picture, no pixel of it decoded; None where there is none, with a warning if no name said so."""
-        if path is None:
-            return None
-        data = self._sources.read(path)
-        if path.suffix.lower() in IMAGE_SUFFIXES:
-            return open_image(data, str(path))
-        from PIL import Image
-
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                return Image.open(io.BytesIO(data))  # formats that are not supported are told of by name later
-        except Exception:  # Pillow's plugins raise nearly anything
-            log.warning("%s: %s cannot be read as an image; ignored", self._mesh, path.name)
-            return None
+def read_materials(libraries: list[Path], sources: Sources) -> dict[str, MtlMaterial]:
+    """Return the materials of the MTL files `libraries`, read through `sources`, by their names."""
+    return parse_mtl(text(b"\n".join(as_utf8(sources.read(library)) for library in libraries)))

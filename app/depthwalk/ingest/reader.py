@@ -10,9 +10,10 @@ from depthwalk.geometry.distinct import distinct_numbers
 from depthwalk.ingest.formats import check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.mtl import material_libraries
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
-from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
+from depthwalk.ingest.sources import Sources, as_utf8
 
 _TEXT_BYTES = 12  # that reading an OBJ file takes for each byte, measured with a million triangles
 
@@ -142,7 +143,7 @@ def _materials(mesh: ObjMesh, data: bytes, path: Path, sources: Sources) -> tupl
     default = Material(base_colour=WHITE) if mesh.colours is not None else Material()
     found: list[Material | None] = [None] * len(mesh.material_names)
     if libraries := material_libraries(data, path.parent, sources):
-        from depthwalk.ingest.mtl import MaterialLibrary
+        from depthwalk.ingest.material_library import MaterialLibrary
 
         library = MaterialLibrary(libraries, path, sources)
         found = [library.material(name) for name in reversed(mesh.material_names)]

@@ -1,4 +1,4 @@
-"""Find the files that make up a mesh without decoding any geometry, and read each of them once.
+"""Find the files that a mesh names, and read each of them once.
 
 A mesh names other files: material libraries, textures, buffers. Their bytes decide how it looks, so the key of its bake
 is a hash over all of them; and they may only lie in the mesh's own folder.
@@ -8,12 +8,10 @@ import hashlib
 import logging
 import re
 from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 from urllib.parse import unquote
 
 from depthwalk.errors import InputError, missing_file
-from depthwalk.ingest import gltf
 from depthwalk.limits import MAX_LOOKUPS, MAX_MESH_BYTES
 
 log = logging.getLogger(__name__)
@@ -72,186 +70,15 @@ class Sources:
         return self._found[path, root]
 
 
-def source_files(path: Path, texture: Path | None = None, sources: Sources | None = None) -> tuple[Path, ...]:
-    """Return every file that determines how a mesh looks: the mesh file, those that it names, and `texture`.
+def hash_files(files: Iterable[Path], sources: Sources) -> str:
+    """Return a hash, SHA-256 in hex, of the contents (not the names or dates) of `files`, read through `sources`.
 
-    An OBJ file names material libraries, and these name colour textures; a glTF or GLB file names buffers and images; a
-    PLY file names its texture. Names of files that do not exist, or lie outside the mesh's folder, are left out.
-
-    Parameters
-    ----------
-    path
-        The mesh file.
-    texture
-        A picture that replaces the file's own textures; None keeps these.
-    sources
-        Reads files and keeps their bytes; None reads them from the disk.
-
-    Returns
-    -------
-    tuple
-        The files; `texture` comes last.
-
-    Raises
-    ------
-    InputError
-        Where `path` is missing or its header damaged.
+    Raises InputError where a file cannot be read.
     """
-    sources = sources or Sources()
-    data = sources.read(path)
-    match path.suffix.lower():
-        case ".obj":
-            libraries = material_libraries(data, path.parent, sources)
-            folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
-            named = [*libraries, *find_all(_textures_of(libraries, sources, b"map_k[de]"), folders, sources, path)]
-        case ".gltf" | ".glb":
-            buffers, images = _uris(data, path)
-            named = find_all(buffers, [path.parent], sources)  # without one the file is refused when it is read
-            named += find_all(images, [path.parent], sources, path)
-        case ".ply":
-            header = data[: data.find(b"end_header")]
-            named = find_all(
-                (text(name) for name in _arguments(header, rb"comment[ \t]+TextureFile")), [path.parent], sources
-            )
-        case _:
-            named = []
-    explicit = [] if texture is None else [texture]
-    return tuple(dict.fromkeys([path, *named, *explicit]))
-
-
-def source_hash(path: Path, texture: Path | None = None, sources: Sources | None = None) -> str:
-    """Return a hash of the contents (not the names or dates) of all files that `source_files` finds.
-
-    Parameters
-    ----------
-    path
-        The mesh file.
-    texture
-        A picture that replaces the file's own textures; None keeps these.
-    sources
-        Reads files and keeps their bytes; None reads them from the disk.
-
-    Returns
-    -------
-    str
-        SHA-256 in hex.
-
-    Raises
-    ------
-    InputError
-        Where a file cannot be read.
-    """
-    sources = sources or Sources()
     whole = hashlib.sha256()
-    for source in source_files(path, texture, sources):
-        whole.update(hashlib.sha256(sources.read(source)).digest())  # digests are of one length: no ambiguous joins
+    for file in files:
+        whole.update(hashlib.sha256(sources.read(file)).digest())  # digests are of one length: no ambiguous joins
     return whole.hexdigest()
-
-
-def names_texture(path: Path, texture: Path | None = None, sources: Sources | None = None) -> bool:
-    """Return whether a mesh may be textured, without decoding any geometry.
-
-    Parameters
-    ----------
-    path
-        The mesh file.
-    texture
-        A picture that replaces the file's own textures; None keeps these.
-    sources
-        Reads files and keeps their bytes; None reads them from the disk.
-
-    Returns
-    -------
-    bool
-        Whether there is a `texture`, or the file names a texture or holds one.
-
-    Raises
-    ------
-    InputError
-        Where `path` is missing or its header damaged.
-    """
-    if texture is not None:
-        return True
-    sources = sources or Sources()
-    data = sources.read(path)
-    match path.suffix.lower():
-        case ".obj":
-            return bool(_textures_of(material_libraries(data, path.parent, sources), sources))
-        case ".gltf" | ".glb":
-            return bool(gltf.read_header(data, path).get("images"))
-        case ".ply":
-            return bool(_arguments(data[: data.find(b"end_header")], rb"comment[ \t]+TextureFile"))
-        case _:
-            return False
-
-
-def names_cut_outs(path: Path, sources: Sources) -> bool:
-    """Return whether the materials of the mesh file `path` may cut out parts of its surface; see `names_texture`."""
-    match path.suffix.lower():
-        case ".obj":
-            libraries = material_libraries(sources.read(path), path.parent, sources)
-            return bool(libraries) and b"map_d" in read_libraries(libraries, sources).lower()
-        case ".gltf" | ".glb":
-            return gltf.has_cut_outs(gltf.read_header(sources.read(path), path))
-        case _:
-            return False
-
-
-def names_translucency(path: Path, sources: Sources) -> bool:
-    """Return whether materials of the mesh file `path` may let light through; see `names_texture`."""
-    match path.suffix.lower():
-        case ".obj":
-            solid, clear = (_numbers_of(path, sources, keyword) for keyword in (b"d", b"tr"))
-            return any(number < 1 for number in solid) or any(number > 0 for number in clear)
-        case ".gltf" | ".glb":
-            return gltf.has_translucency(gltf.read_header(sources.read(path), path))
-        case _:
-            return False
-
-
-def is_all_translucent(path: Path) -> bool:
-    """Return whether the head of a mesh file says that nothing of it is opaque; False where it cannot be read.
-
-    Of an OBJ file the material libraries are asked, whether or not it uses all of them.
-    """
-    sources = Sources()
-    try:
-        match path.suffix.lower():
-            case ".obj":
-                solid, clear = (_numbers_of(path, sources, keyword) for keyword in (b"d", b"tr"))
-                through = [*(number < 1 for number in solid), *(number > 0 for number in clear)]
-                return len(through) == len(_terms_of(path, sources, b"newmtl")) > 0 and all(through)
-            case ".gltf" | ".glb":
-                return gltf.is_all_translucent(gltf.read_header(sources.read(path), path))
-    except (InputError, AttributeError, TypeError, LookupError):  # who reads the mesh complains
-        pass
-    return False
-
-
-def names_glow(path: Path, sources: Sources) -> bool:
-    """Return whether materials of the mesh file `path` may send out light; see `names_texture`."""
-    match path.suffix.lower():
-        case ".obj":
-            return any(_numbers_of(path, sources, b"ke")) or bool(_terms_of(path, sources, b"map_ke"))
-        case ".gltf" | ".glb":
-            return gltf.has_glow(gltf.read_header(sources.read(path), path))
-        case _:
-            return False
-
-
-def _numbers_of(path: Path, sources: Sources, keyword: bytes) -> list[float]:
-    """Return all numbers that follow the regular expression `keyword` in the libraries of the OBJ file `path`."""
-    numbers = []
-    for word in b" ".join(_terms_of(path, sources, keyword)).split():
-        with suppress(ValueError):
-            numbers.append(float(word))
-    return numbers
-
-
-def _terms_of(path: Path, sources: Sources, keyword: bytes) -> list[bytes]:
-    """Return what follows the regular expression `keyword` on lines of the libraries of the OBJ file `path`."""
-    libraries = material_libraries(sources.read(path), path.parent, sources)
-    return _arguments(read_libraries(libraries, sources), keyword)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -267,38 +94,6 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-
-
-def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path]:
-    """Return the material libraries that an OBJ file names, as far as they exist in its folder.
-
-    Parameters
-    ----------
-    data
-        The text of the OBJ file; names in it may hold blanks.
-    folder
-        The folder of the OBJ file.
-    sources
-        Reads files and keeps their bytes.
-
-    Returns
-    -------
-    list
-        The MTL files, in the order of their names in the file.
-    """
-    libraries: list[Path] = []
-    if not (b"b" in data or b"B" in data) or b"mtllib" not in data.lower():  # no need to look at a million lines
-        return libraries
-    data = as_utf8(data)
-    for line in _arguments(data, b"mtllib"):
-        whole = find(text(line), [folder], sources)
-        libraries += [whole] if whole else find_all(text(line).split(), [folder], sources)
-    return list(dict.fromkeys(libraries))
-
-
-def read_libraries(libraries: list[Path], sources: Sources) -> bytes:
-    """Return the texts of the MTL files `libraries`, read through `sources`, one after the other, in UTF-8."""
-    return b"\n".join(as_utf8(sources.read(library)) for library in libraries)
 
 
 def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: Path | None = None) -> list[Path]:
@@ -378,12 +173,7 @@ def texture_name(argument: str) -> str:
     return argument.split()[-1] if argument.startswith("-") else argument
 
 
-def _textures_of(libraries: list[Path], sources: Sources, keyword: bytes = b"map_kd") -> list[str]:
-    lines = read_libraries(libraries, sources)
-    return [texture_name(text(name)) for name in _arguments(lines, keyword)]
-
-
-def _arguments(data: bytes, keyword: bytes) -> list[bytes]:
+def arguments(data: bytes, keyword: bytes) -> list[bytes]:
     """Return what follows the regular expression `keyword` on each line that begins with it, without blanks around.
 
     Blanks are stripped afterwards: an expression that finds the last word's end tries each blank before it.
@@ -391,12 +181,3 @@ def _arguments(data: bytes, keyword: bytes) -> list[bytes]:
     data = data.replace(b"\r", b"\n") if b"\r" in data else data
     found = re.findall(rb"^[ \t]*%b[ \t]([^\n]*)" % keyword, data, re.MULTILINE | re.IGNORECASE)
     return [stripped for argument in found if (stripped := argument.strip())]
-
-
-def _uris(data: bytes, path: Path) -> tuple[list[str], list[str]]:
-    """Return the buffers and the images that a glTF file names."""
-    try:
-        header = gltf.read_header(data, path)
-        return gltf.external_uris(header, "buffers"), gltf.external_uris(header, "images")
-    except (AttributeError, TypeError):
-        raise InputError(f"{path}: its glTF header is malformed") from None

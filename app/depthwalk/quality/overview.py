@@ -12,32 +12,20 @@ from operator import attrgetter
 from typing import Any
 
 from depthwalk.quality.html import Figure, Section, render_page
-from depthwalk.quality.report import mark
+from depthwalk.quality.report import Circumstances, mark
 from depthwalk.quality.rows import Row
 
 
 @dataclass(frozen=True, kw_only=True)
-class Overview:
+class Overview(Circumstances):
     """Hold what `depthwalk quality` measured.
 
     Attributes
     ----------
-    version
-        Version of the package.
-    commit
-        Commit of the checkout that ran; None where the package is installed.
-    renderer
-        Name of the GL driver.
-    image_size
-        Width and height of the pictures, pixels.
     parts
         The measured values, by the names of the examination's parts, such as "shadows".
     """
 
-    version: str
-    commit: str | None
-    renderer: str
-    image_size: tuple[int, int]
     parts: Mapping[str, Sequence[Row]]
 
 
@@ -58,10 +46,7 @@ def to_text(overview: Overview) -> str:
 def to_json(overview: Overview) -> str:
     """Return `overview` as JSON: what was run, and the measured rows. Values that are not finite become null."""
     document = {
-        "version": overview.version,
-        "commit": overview.commit,
-        "renderer": overview.renderer,
-        "image_size": overview.image_size,
+        **overview.json_head(),
         "rows": [_row(part, row) for part, rows in overview.parts.items() for row in rows],
     }
     return json.dumps(document, indent=2, allow_nan=False) + "\n"
@@ -82,8 +67,7 @@ def to_html(overview: Overview) -> str:
 
 def _headline(overview: Overview) -> str:
     width, height = overview.image_size
-    version = f"depthwalk {overview.version} ({overview.commit or 'installed'})"
-    return f"pictures against the truth; {width} × {height} pixels; {version}, {overview.renderer}"
+    return f"pictures against the truth; {width} × {height} pixels; {overview.program}"
 
 
 def _verdict(overview: Overview) -> str:

@@ -94,7 +94,7 @@ class PairRenderer:
         self._sphere = bounding_sphere(mesh)
         self._most_bytes = 0
         library = _OneObject(mesh, baked)
-        scene = one_object_scene(settings, Environment(background=BACKGROUND))  # and the light that is always there
+        scene = one_asset_scene(settings, Environment(background=BACKGROUND))  # and the light that is always there
         self._headless = HeadlessRenderer(scene, library, size, Representation.DPCI)
 
     def __enter__(self) -> "PairRenderer":
@@ -184,8 +184,8 @@ class _OneObject:
         raise LookupError(f"the scene of one object names no textures: {path}")
 
 
-def one_object_scene(settings: RenderSettings, environment: Environment) -> Scene:
-    """Return a scene with a single object, asset 0 of a library, upright at the origin.
+def one_asset_scene(settings: RenderSettings, environment: Environment, *others: tuple[float, float, float]) -> Scene:
+    """Return a scene with an object, asset 0 of a library, upright at the origin.
 
     Parameters
     ----------
@@ -193,20 +193,26 @@ def one_object_scene(settings: RenderSettings, environment: Environment) -> Scen
         How the scene is rendered; the settings are copied.
     environment
         Light, background and ground of the scene.
+    *others
+        Where there are more of the same, metres, world.
 
     Returns
     -------
     Scene
         The scene, without a camera.
     """
-    none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)
-    upright = np.array([[0, 0, 0, 1]], np.float32)
-    place = np.zeros((1, 3), np.float32)
-    dpci = np.full(1, Representation.DPCI, np.uint8)
+    places, none = np.array([(0, 0, 0), *others], np.float32), np.zeros(0, np.int32)
+    count = len(places)
     return Scene(
         path=Path(),
         assets=(),  # the library has it
-        objects=Objects(asset=one, position=place, rotation=upright, scale=np.ones(1, np.float32), representation=dpci),
+        objects=Objects(
+            asset=np.zeros(count, np.int32),
+            position=places,
+            rotation=np.tile(np.array([0, 0, 0, 1], np.float32), (count, 1)),
+            scale=np.ones(count, np.float32),
+            representation=np.full(count, Representation.DPCI, np.uint8),
+        ),
         nodes=Nodes(
             name=(),
             parent=none,
@@ -217,8 +223,8 @@ def one_object_scene(settings: RenderSettings, environment: Environment) -> Scen
             local=identities(0),
             world=identities(0),
         ),  # nothing moves
-        instances=identities(1, np.float32),
-        owner=one,
+        instances=identities(count, np.float32),
+        owner=np.zeros(count, np.int32),
         environment=environment,
         camera=None,
         render=settings.model_copy(deep=True),

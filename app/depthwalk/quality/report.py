@@ -90,8 +90,8 @@ class ModelReport:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareReport:
-    """Hold what `depthwalk compare` found.
+class Circumstances:
+    """Say by what pictures were measured, and of which size they were.
 
     Attributes
     ----------
@@ -103,14 +103,33 @@ class CompareReport:
         Name of the GL driver.
     image_size
         Width and height of the pictures, pixels.
-    models
-        The findings about each mesh.
     """
 
     version: str
     commit: str | None
     renderer: str
     image_size: tuple[int, int]
+
+    @property
+    def program(self) -> str:
+        """Return what measured them, for reading."""
+        return f"depthwalk {self.version} ({self.commit or 'installed'}), {self.renderer}"
+
+    def json_head(self) -> dict[str, Any]:
+        """Return what reports in JSON begin with."""
+        return {name: getattr(self, name) for name in ("version", "commit", "renderer", "image_size")}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareReport(Circumstances):
+    """Hold what `depthwalk compare` found.
+
+    Attributes
+    ----------
+    models
+        The findings about each mesh.
+    """
+
     models: tuple[ModelReport, ...]
 
 
@@ -153,10 +172,7 @@ def cost_goals(model: ModelReport) -> dict[str, bool | None]:
 def to_json(report: CompareReport) -> str:
     """Return `report` as JSON text. A value that is infinite or not a number becomes null."""
     document = {
-        "version": report.version,
-        "commit": report.commit,
-        "renderer": report.renderer,
-        "image_size": report.image_size,
+        **report.json_head(),
         "fov": FOV,
         "flip_pixels_per_degree": FLIP_PIXELS_PER_DEGREE,
         "goals": {m.key: {"mean": m.goal_mean, "worst": m.goal_worst} for m in MEASURES},
@@ -203,10 +219,7 @@ def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
 def headline(report: CompareReport) -> str:
     """Return a line that says with which version, driver and picture size `report` was made."""
     width, height = report.image_size
-    return (
-        f"depth images against the mesh; {width} × {height} pixels; "
-        f"depthwalk {report.version} ({report.commit or 'installed'}), {report.renderer}"
-    )
+    return f"depth images against the mesh; {width} × {height} pixels; {report.program}"
 
 
 def costs_line(model: ModelReport) -> str:

@@ -17,7 +17,7 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.assets.mesh_library import Report
 from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import silhouette_iou
-from depthwalk.quality.pair_renderer import one_object_scene
+from depthwalk.quality.pair_renderer import one_asset_scene
 from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FOV, Sphere, bounding_sphere
 from depthwalk.render.headless import HeadlessRenderer
@@ -40,6 +40,7 @@ ALONE = "images alone"
 WAYS = {ALONE: Representation.DPCI, "as drawn": None}  # the latter with meshes in place where they are finer
 HEIGHT, RISE = 8.0, 2.0  # of the viewer and of what hangs, over the ground, radii of the object
 REACH = 1.5 * HEIGHT  # of the shadow map, radii: beyond where shadows fade there is nothing to see
+FAR = 10 * REACH  # of the object that is seen nowhere, radii
 LEVEL = 0.01  # part of the viewer's height by which ground may seem to be off
 _BOTH, _MISSING, _EXTRA, _LIT, _OBJECT = (70, 70, 70), (214, 20, 20), (40, 90, 220), (225, 225, 225), (160, 190, 150)
 
@@ -100,14 +101,19 @@ def _row(asset: str, way: str, pairs: Mapping[str, tuple[Ground, Ground]]) -> Ro
 
 
 def _stage(sphere: Sphere) -> Scene:
-    """Return a scene of the object at the origin over white ground."""
+    """Return a scene of the object at the origin over white ground, and of another that is seen nowhere.
+
+    Without that one, shadow maps would be fitted to the object, by bounds which its representations have not in common.
+    """
     shadows = {"enabled": True, "cascades": 1, "distance": REACH * sphere.radius, "resolution": 2048}
     settings = RenderSettings.model_validate({"shadows": shadows})
     below = sphere.centre[1] - (1 + RISE) * sphere.radius
     ground = {"colour": (1.0, 1.0, 1.0), "height": below, "half_size": 100 * sphere.radius}
     sun = {"colour": (1.0, 1.0, 1.0)}
-    return one_object_scene(
-        settings, Environment.model_validate({"ground": ground, "sun": sun, "ambient": {"intensity": 0.0}})
+    return one_asset_scene(
+        settings,
+        Environment.model_validate({"ground": ground, "sun": sun, "ambient": {"intensity": 0.0}}),
+        (FAR * sphere.radius, 0, 0),
     )
 
 

@@ -35,13 +35,19 @@ def nearest_in_cells(distances: Array) -> NDArray[np.float64]:
     NDArray[np.float64]
         (⌈h / CELL⌉, ⌈w / CELL⌉) metres.
     """
-    rows, columns = (-(-size // CELL) for size in distances.shape)
     steps = np.append(np.arange(STRIDE // 2, CELL, STRIDE), 0)
-    row, column = (
-        (np.arange(count)[:, None] * CELL + steps).clip(0, size - 1)
-        for count, size in zip((rows, columns), distances.shape, strict=True)
+    return np.asarray(_cells(distances, CELL, steps).min((2, 3)))
+
+
+def _cells(distances: Array, edge: int, steps: NDArray[np.integer]) -> NDArray[np.float64]:
+    """Return those pixels of each cell of a picture that are `steps` (k,) from its first: (rows, columns, k, k).
+
+    edge: of a cell, pixels. Beyond the picture its last pixels are repeated.
+    """
+    rows, columns = (
+        (np.arange(-(-side // edge))[:, None] * edge + steps).clip(0, side - 1) for side in distances.shape
     )
-    return np.asarray(distances[row[:, None, :, None], column[None, :, None, :]].min((2, 3)), np.float64)
+    return np.asarray(distances[rows[:, None, :, None], columns[None, :, None, :]], np.float64)
 
 
 def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
@@ -162,13 +168,7 @@ def roughness(distances: Array) -> NDArray[np.float64]:
         (⌈h / ROUGHNESS_CELL⌉, ⌈w / ROUGHNESS_CELL⌉), 1/m: the most by which an inverse distance is off the plane
         through those at the corners.
     """
-    rows, columns = (
-        (np.arange(-(-side // ROUGHNESS_CELL))[:, None] * ROUGHNESS_CELL + np.arange(ROUGHNESS_CELL + 1)).clip(
-            0, side - 1
-        )
-        for side in distances.shape
-    )
-    inverse = 1 / np.asarray(distances, np.float64)[rows[:, None, :, None], columns[None, :, None, :]]
+    inverse = 1 / _cells(distances, ROUGHNESS_CELL, np.arange(ROUGHNESS_CELL + 1))
     first, right, up, both = (inverse[..., y, x, None, None] for y in (0, -1) for x in (0, -1))
     slope_x, slope_y = ((right + both - first - up) / 2, (up + both - first - right) / 2)
     part = np.arange(ROUGHNESS_CELL + 1) / ROUGHNESS_CELL - 0.5

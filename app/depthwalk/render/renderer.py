@@ -123,13 +123,7 @@ class Renderer:
         """Draw a picture as `render` does, but stop after each pass, and between the parts of long ones (`Pass.parts`).
 
         Neither the scene nor its settings may change before the last step, nor another picture be begun. What the
-        caller draws meanwhile must leave GL state as it was, and the targets alone.
-
-        Parameters
-        ----------
-        view : the camera, and the size of `screen`. With supersampling, the passes before `output` see a larger size.
-        screen : the framebuffer to draw into.
-        transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
+        caller draws meanwhile must leave GL state as it was, and the targets alone. The parameters are as of `render`.
 
         Yields
         ------
@@ -147,12 +141,11 @@ class Renderer:
         Parameters
         ----------
         kind : what it is for, such as `REFINED` or `SURROUNDING`.
-        view : the camera, and the size of `screen`.
-        screen : the framebuffer to draw into.
+        view, screen : as of `render`.
 
         Yields
         ------
-        The name of the pass whose commands were just given to the GPU.
+        As `steps` does.
         """
         try:
             yield from self._render(kind, view, screen)
@@ -160,13 +153,7 @@ class Renderer:
             self.timers.drop_frame()
 
     def rehearse(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a picture that does not count, so that later ones need not wait for the compiler of the driver.
-
-        Parameters
-        ----------
-        view : the camera, and the size of `screen`.
-        screen : the framebuffer to draw into.
-        """
+        """Draw a picture as `render` does that does not count, so that later ones need not wait for the compiler."""
         before, self.remembers = (self.remembers, self.plan, self.view), False
         try:
             self.render(view, screen)
@@ -232,10 +219,12 @@ class Renderer:
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=materials_of(whole))
         with self.timers.measure_cpu("plan"):
-            translucent = self._translucency.plan(view, in_sight.rows, wait=self.assets.background is None)
+            smallest, wait = self.settings.culling.min_pixels, self.assets.background is None
+            translucent = self._translucency.plan(view, smallest, wait=wait)
         frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency), translucent=translucent)
         yield from self._sequence.finish(frame, self.keeps)
 
+        whole.noted["full_triangles"] = self.world.full_triangles
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
         if kind.is_frame:
@@ -357,16 +346,9 @@ class Renderer:
         return float(view_distance(depth, *self.view.depth_range)[0])
 
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
-        """Return the world point that the frame drawn last shows at a place. Waits for that frame.
+        """Return the point, metres, world, that the frame drawn last shows at a place, which is as of `distance_at`.
 
-        Parameters
-        ----------
-        across : part of the picture's width, from the left edge, 0 to 1.
-        down : part of the picture's height, from the upper edge, 0 to 1.
-
-        Returns
-        -------
-        The point, metres, world; None where no surface is, or before the first frame.
+        None where no surface is, or before the first frame. Waits for that frame.
         """
         distance = self.distance_at(across, down)
         if self.view is None or np.isinf(distance):

@@ -91,6 +91,7 @@ class Reprojection:
     def __init__(self, device: Device) -> None:
         self._gl = device.scope("reprojection")
         vertex = "common/fullscreen.vert"
+        self._copy = Program(self._gl, vertex, "still_picture/place.frag")
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
         self._programs = Variants(
@@ -138,6 +139,15 @@ class Reprojection:
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
         self.surround.take(picture, view)
+
+    def show_canvas(self, screen: moderngl.Framebuffer) -> None:
+        """Draw what was drawn into `canvas`, whether or not it is taken later, into `screen`, which is as large."""
+        if self._drawn is None:
+            raise ValueError("no picture was drawn: there is no canvas yet")
+        self._drawn.drawn.colours.texture.use(0)
+        self._copy.set(picture=0, corner=(0, 0))
+        with self._gl.state(into=screen):
+            self._copy.fill()
 
     def forget_picture(self) -> None:
         """Count the finished picture as none: the window has shown newer ones, from elsewhere, which are not kept."""

@@ -144,6 +144,19 @@ class DofParams(Params):
     autofocus: bool = param(False, "In the window: focus on what is in the middle of the picture")
 
 
+class InspectionParams(Params):
+    """Set what is shown in the place of the lit picture, to find out what is wrong with a model."""
+
+    show: Literal["picture", "normals", "distance", "albedo"] = param(
+        "picture",
+        "What is shown: the lit picture; the normals in world axes, from −1 to 1, as red, green and blue; the distance "
+        "along the view axis, the brighter the nearer; or the colours before light (albedo). Where nothing is, black",
+    )
+    half_distance: float = param(
+        10.0, "Distance over which the grey of `show: distance` falls to the half", unit="m", ge=0.001, le=100_000
+    )
+
+
 class OutputParams(Params):
     """Set how the lit picture is converted to what a screen can show."""
 

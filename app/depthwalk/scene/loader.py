@@ -139,7 +139,9 @@ class FileFinder:
         found = self._searched(name)
         if isinstance(found, Path):
             return found
-        suggestions = (suggest_file(root / name) for root in self.roots) if found == _NOT_FOUND else iter(())
+        suggestions = (
+            (suggest_file(root / name) for root in (*self.roots, asset_root())) if found == _NOT_FOUND else iter(())
+        )
         return self._complain(loc, name, found + next(filter(None, suggestions), ""))
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
@@ -195,7 +197,7 @@ def _model_document(path: Path) -> Document:
     """
     if not path.is_file():
         raise missing_file(path)
-    from depthwalk.ingest.sources import is_all_translucent  # here: scenes need none of it
+    from depthwalk.ingest.mesh_head import is_all_translucent  # here: scenes need none of it
 
     name = json.dumps(path.resolve().name, ensure_ascii=False)
     images = "" if is_all_translucent(path) else ", dpci: {}"  # which would show nothing

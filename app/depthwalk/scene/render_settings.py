@@ -15,6 +15,7 @@ from depthwalk.scene.effect_settings import (
     DofParams,
     FxaaParams,
     GpaaParams,
+    InspectionParams,
     LightParams,
     OutputParams,
     ShadowParams,
@@ -124,6 +125,7 @@ class RenderSettings(PictureParams):
     mesh: MeshParams = Field(default_factory=MeshParams)
     shadows: ShadowParams = Field(default_factory=ShadowParams)
     light: LightParams = Field(default_factory=LightParams)
+    inspection: InspectionParams = Field(default_factory=InspectionParams)
     gpaa: GpaaParams = Field(default_factory=GpaaParams)
     fxaa: FxaaParams = Field(default_factory=FxaaParams)
     smaa: SmaaParams = Field(default_factory=SmaaParams)

@@ -6,23 +6,24 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.assets.progress import Progress
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GPU_FAILURES
 from depthwalk.ingest.formats import is_model_file
-from depthwalk.render import kernels
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
+from depthwalk.walk.beside import BesideFrames
+from depthwalk.walk.camera_text import camera_yaml
+from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
 from depthwalk.walk.loading import LoadingScreen, StoppedError
+from depthwalk.walk.orbit import Side
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recovery import GpuRecovery
@@ -34,17 +35,16 @@ from depthwalk.walk.state import State
 from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
+    copy_text,
     gl_address,
     on_files_dropped,
     on_refresh,
     opened_again,
     take_events,
     title_of,
-    wait_for_event,
 )
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
-_ROUNDS = 3  # in which widgets are drawn after an event
 _STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
 _RESTING_SECONDS = 0.5  # at most without a look at what has changed, where nothing is drawn
@@ -91,21 +91,20 @@ class Walk:
     frames : decides which picture the window shows.
     state : what keys and panel change.
     recovery : goes on where the GPU fails.
+    beside : the library of the scene, and what it makes ready beside the frames.
     next_file : a scene, mesh or camera path to open before the next frame; None: there is none.
     """
 
     def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
-        self.window, self._library, self._read = window, library, read
+        self.window, self.beside, self._read = window, BesideFrames(library), read
         self._told = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
         self._screenshot_due = False
         self.next_file: Path | None = None  # to be opened before the next frame
-        self._last_time = time.perf_counter()  # of the last frame's beginning
+        self._clock = WalkClock()
         self._camera_before: Camera | None = None  # of the last frame
-        self._shown: tuple[Any, ...] = ()  # of what the widgets tell, in the last round
-        self._loads_kernels = False  # whether the compiled loops of `render.kernels` are loaded, or being loaded
-        self._unshown = 0  # rounds in which the widgets are still drawn: imgui answers to events a round later
+        self._widget_rounds = WidgetRounds()
 
     def start(
         self,
@@ -116,7 +115,7 @@ class Walk:
     ) -> None:
         """Read, bake and upload what the first frame needs; see `run`."""
         self._begin()
-        self.renderer = self._loader.open(scene, self._library, representation)
+        self.renderer = self._loader.open(scene, self.beside.library, representation)
         self._on_gpu.callback(lambda: self.renderer.release())
         self._model_turn = ModelTurn(scene, self.renderer)
         home = first_camera(scene.camera or self.renderer.frame_all(self._aspect))
@@ -134,7 +133,7 @@ class Walk:
         self._overlay = Overlay(self.device)
         self._on_gpu.callback(self._overlay.release)
         self._loading = LoadingScreen(self.window, self._overlay, self._told)
-        self._loader = SceneLoader(self.device, self.window, self._loading)
+        self._loader = SceneLoader(self.device, self.window, self._loading, self._clock)
         self.window.key_event_func = self._close_by_escape  # until there is an `Input`
         on_files_dropped(self.window, self._drop)
 
@@ -166,7 +165,7 @@ class Walk:
 
     def _show(self, scene: Scene) -> None:
         """Show another scene, or this one read again, which keeps camera and path. Raises InputError, StoppedError."""
-        again, library = scene.path == self.state.scene.path, self._library.sibling(scene.assets)
+        again, library = scene.path == self.state.scene.path, self.beside.library.sibling(scene.assets)
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
@@ -175,8 +174,8 @@ class Walk:
         if model_turn.guess:
             self.state.tell(model_turn.guess)
         self.renderer.release()
-        self._close_library()
-        self._library, self.renderer, self._model_turn = library, renderer, model_turn
+        self.beside.replace(library)
+        self.renderer, self._model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
 
     def _turn_up(self) -> None:
@@ -190,7 +189,7 @@ class Walk:
 
     def loop(self) -> None:
         """Draw frames until the window closes; then save what is being recorded."""
-        self._last_time = time.perf_counter()
+        self._clock.tick()
         try:
             while not self.window.is_closing:
                 try:
@@ -216,14 +215,12 @@ class Walk:
         with self._loader.clock_stopped():
             self._drop_gpu()
             self._begin()
-            library = self._library.sibling(state.scene.assets)
-            self._close_library()
-            self._library = library
-            self.renderer = state.renderer = self._loader.open(state.scene, library, representation)
+            self.beside.replace(self.beside.library.sibling(state.scene.assets))
+            self.renderer = state.renderer = self._loader.open(state.scene, self.beside.library, representation)
             self._on_gpu.callback(lambda: self.renderer.release())
             self._model_turn.renderer, state.shares = self.renderer, LateShares()
             self._show_renderer()
-            self._shown = ()
+            self._widget_rounds.begin()
 
     def _drop_gpu(self) -> None:
         """Free everything on the GPU, whatever state it is in; a window whose context is lost gives way to another."""
@@ -241,16 +238,14 @@ class Walk:
         if self.next_file is not None:
             self.frames.finish()
             self._open(self.next_file)
-        now = time.perf_counter()
-        dt, self._last_time = now - self._last_time - self._loader.seconds, now
-        self._loader.seconds = 0.0
+        dt = self._clock.tick()
         self.state.advance(dt)
         self.state.record(dt)
         self.state.pull_focus(dt)
         self._take_news()
         if min(*self.window.size, *self.window.buffer_size) > 0:
-            if self._rests(dt):
-                self._rest(_RESTING_SECONDS)
+            if self._shows_all(dt):
+                self._clock.wait(_RESTING_SECONDS)
                 return
             self.state.times.add(dt)
             self._draw(dt)
@@ -259,48 +254,22 @@ class Walk:
         self.window.swap_buffers()
         self.frames.work()
         take_events()
-        self._begin_what_waited()
+        self.beside.begin_what_waited()
         camera, self._camera_before = self._camera_before, self.state.camera
-        if self.progress is not None and self._camera_before == camera and self.state.recorder is None:
-            self._rest(now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
+        if self.beside.progress is not None and self._camera_before == camera and self.state.recorder is None:
+            self._clock.wait(self._clock.now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
 
-    def _begin_what_waited(self) -> None:
-        """Begin what would have held up the first picture, which is there."""
-        if self._background is not None:
-            self._background.baking_waits = False
-        if not self._loads_kernels:
-            self._loads_kernels = True
-            kernels.load_behind()
-
-    def _rests(self, dt: float) -> bool:
+    def _shows_all(self, dt: float) -> bool:
         """Return whether the window shows already all that there is to show."""
-        state, renderer = self.state, self.state.renderer
-        world = renderer.world
-        self.frames.note(
-            state.camera,
-            dt,
-            self.window.buffer_size,
-            renderer.settings,
-            state.scene.environment,
-            world.representation,
-            world.generation,
-        )
-        shown = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.progress
-        changed, self._shown = shown != self._shown or self._input.take_news(), shown
-        self._unshown = _ROUNDS if changed else max(self._unshown - 1, 0)
-        return self.frames.is_current and not (self._unshown or self._screenshot_due or state.recorder is not None)
-
-    def _rest(self, seconds: float) -> None:
-        """Wait for the user, at most for `seconds`, of which the walk's clock knows nothing."""
-        start = time.perf_counter()
-        wait_for_event(seconds)
-        self._last_time += time.perf_counter() - start  # no frame took that long
+        state = self.state
+        self.frames.note(state.camera, dt, self.window.buffer_size)
+        told = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.beside.progress
+        widgets_rest = self._widget_rounds.are_over(told, self._input.take_news())
+        return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
-        sources = [self.renderer.assets.meshes.reader.failures]
-        if self._background:
-            sources.append(self._background.failures)
+        sources = self.renderer.assets.meshes.reader.failures, self.beside.failures
         if complaints := [complaint for failures in sources for complaint in failures]:
             self.state.tell("\n".join(complaints))
         for failures in sources:
@@ -318,22 +287,8 @@ class Walk:
         try:
             self._on_gpu.close()
         finally:
-            self._close_library()
+            self.beside.close()
             self.window.destroy()
-
-    @property
-    def progress(self) -> Progress | None:
-        """How far assets are baked and cooked beside the frames; None where none is."""
-        return None if self._background is None else self._background.progress
-
-    @property
-    def _background(self) -> BackgroundLibrary | None:
-        """The library, where it makes assets ready beside the frames."""
-        return self._library if isinstance(self._library, BackgroundLibrary) else None
-
-    def _close_library(self) -> None:
-        if self._background is not None:
-            self._background.close()
 
     def actions(self) -> dict[str, Callable[[], None]]:
         """Return what key presses do, by moderngl-window's names of the keys; `hud.HELP` describes it."""
@@ -344,10 +299,12 @@ class Walk:
 
         return {
             "ESCAPE": self._escape,
-            "B": self._stop_baking,
+            "B": lambda: state.tell(self.beside.stop_baking()),
             "C": lambda: self._input.capture(not self._input.captured),
             "F": lambda: state.frame_all(self._aspect),
             "F12": self.want_screenshot,
+            "V": self._copy_camera,
+            "N": state.toggle_turntable,
             "G": state.toggle_walking,
             "H": toggle("help"),
             "HOME": state.go_home,
@@ -363,6 +320,9 @@ class Walk:
             "NUMBER_1": lambda: state.represent(None),
             "NUMBER_2": lambda: state.represent(Representation.DPCI),
             "NUMBER_3": lambda: state.represent(Representation.MESH),
+            "NUMBER_4": lambda: state.frame_all(self._aspect, Side.FRONT),
+            "NUMBER_5": lambda: state.frame_all(self._aspect, Side.RIGHT),
+            "NUMBER_6": lambda: state.frame_all(self._aspect, Side.ABOVE),
         }
 
     def _escape(self) -> None:
@@ -373,12 +333,10 @@ class Walk:
         else:
             self.window.close()
 
-    def _stop_baking(self) -> None:
-        if self._background is None or self._background.progress is None:
-            self.state.tell("Nothing is baked now")
-        else:
-            self._background.cancel()
-            self.state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
+    def _copy_camera(self) -> None:
+        """Copy the camera to the clipboard, as a scene file says it."""
+        copy_text(self.window, text := camera_yaml(self.state.camera))
+        self.state.tell(f"Copied {text}")
 
     def _close_by_escape(self, key: Any, action: Any, modifiers: Any) -> None:
         if key == self.window.keys.ESCAPE and action == self.window.keys.ACTION_PRESS:
@@ -425,7 +383,7 @@ class Walk:
 
     def _widgets(self) -> None:
         """Draw the widgets, and tell the input which parts of the window they cover."""
-        shown = self.state, self._overlay, self._atlas_view, self.progress
+        shown = self.state, self._overlay, self._atlas_view, self.beside.progress
         self._input.set_areas(draw_widgets(*shown, in_screenshot=self._screenshot_due))
 
     def _take_screenshot(self, camera: Camera) -> None:

@@ -3,6 +3,7 @@
 So a new setting appears in the panel without any code here.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
@@ -12,6 +13,8 @@ from pydantic import ValidationError
 from depthwalk.params import Params
 from depthwalk.walk.native_imgui import imgui
 
+LABEL_WIDTH = 132.0  # at the right of each widget, window coordinates
+_TOOLTIP_WIDTH = 420.0
 Kind = Literal["switch", "number", "integer", "choice", "colour", "vector", "other"]
 _KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "integer"}
 
@@ -103,7 +106,7 @@ def _resolved(branch: dict[str, Any], definitions: dict[str, Any]) -> dict[str, 
     return definitions.get(reference.rsplit("/", 1)[-1], {}) if reference else branch
 
 
-def draw_group(group: Params, declared: type[Params] | None = None) -> str:
+def draw_group(group: Params, declared: type[Params] | None = None, only: Collection[str] = ()) -> str:
     """Draw the controls of a group of parameters, and set in the group what the user changes.
 
     Parameters
@@ -112,6 +115,8 @@ def draw_group(group: Params, declared: type[Params] | None = None) -> str:
         The parameters.
     declared
         A base class of the group's class; only parameters of the base class are drawn. None draws all.
+    only
+        The names of the parameters to draw; empty draws all.
 
     Returns
     -------
@@ -120,6 +125,8 @@ def draw_group(group: Params, declared: type[Params] | None = None) -> str:
     """
     refusal = ""
     for control in controls_of(declared or type(group)):
+        if only and control.name not in only:
+            continue
         before = getattr(group, control.name)
         after = _draw(control, before)
         if after != before:
@@ -137,11 +144,20 @@ def _draw(control: Control, value: Any) -> Any:
     if value is not None or not control.optional:
         value = _DRAW[control.kind](control, value)
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal):
-        imgui.set_tooltip(control.tooltip)
+        draw_tooltip(control.tooltip)
     if imgui.is_item_clicked(imgui.MouseButton_.right):
         value = control.default
     imgui.pop_id()
     return value
+
+
+def draw_tooltip(text: str) -> None:
+    """Draw a text under the mouse, in lines that fit the window; `imgui.set_tooltip` breaks none."""
+    if imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(min(_TOOLTIP_WIDTH, 0.8 * imgui.get_io().display_size.x))
+        imgui.text_unformatted(text)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
 
 
 def _draw_presence(control: Control, value: Any) -> Any:

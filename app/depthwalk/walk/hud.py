@@ -29,6 +29,7 @@ _OVERLAY = (
 )
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
+_NARROWEST_TOAST = 300.0
 _STOP = "B stops"
 _NONE = "\u2013"
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
@@ -39,16 +40,16 @@ HELP = (
     ("Right drag", "look around"),
     ("Click or C", "capture the mouse; Esc releases it"),
     ("Wheel", "speed; in orbit: nearer / farther"),
-    ("G", "walk / fly"),
-    ("O", "orbit about a target / fly"),
+    ("G / O", "walk / orbit about a target; again: fly"),
     ("Drag", "in orbit: turn; Shift or middle button: pan"),
     ("Double click", "in orbit: make this point the target"),
     ("T", "orbit about the point under the mouse"),
-    ("F", "see all objects"),
+    ("F / Home", "see all objects / return to the first camera"),
+    ("4 5 6", "see all from front, right, above; again: opposite"),
+    ("N", "turntable: turn about the target by itself"),
+    ("V", "copy the camera, as a line for the scene file"),
     ("U", "turn a model: y or z upward"),
-    ("Home", "return to the first camera"),
-    ("P", "play / stop the camera path"),
-    ("K", "record a camera path / save it"),
+    ("P / K", "play / record a camera path; again: stop, save"),
     ("L", "focus on the middle (depth of field)"),
     ("R", "read the scene file again"),
     ("Drop a file", "open a scene, mesh or camera path"),
@@ -56,8 +57,7 @@ HELP = (
     ("Tab", "panel of settings"),
     ("B", "stop baking depth images"),
     ("Z / H", "HUD / this help"),
-    ("F11", "full screen"),
-    ("F12", "screenshot"),
+    ("F11 / F12", "full screen / screenshot"),
     ("Esc", "close"),
 )
 
@@ -125,7 +125,7 @@ def draw_help(left: float, right: float) -> None:
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
     fits = right - left > 2 * half
-    middle = (left + right) / 2 if fits else max(half, display.x - half)  # over the HUD, if need be: then opaque
+    middle = (left + right) / 2 if fits else max(half, right - half)  # over the HUD, if need be: then opaque
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
     _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92 if fits else 1.0)
     _table("help", HELP)
@@ -133,12 +133,25 @@ def draw_help(left: float, right: float) -> None:
     imgui.pop_style_var()
 
 
-def draw_toast(message: str, floor: float) -> None:
-    """Draw the text `message` near the bottom of the window, above the window coordinate `floor`."""
-    display = imgui.get_io().display_size
-    text = textwrap.fill(message, max(20, int(display.x / 9)))
+def draw_toast(message: str, floor: float, left: float, right: float) -> None:
+    """Draw a message near the bottom of the window.
+
+    Parameters
+    ----------
+    message
+        The text.
+    floor
+        What the message stays above, window coordinate.
+    left, right
+        The right end of the HUD and the left end of the panel, window coordinates. The message stays between them, or
+        lies over both where that is too narrow.
+    """
+    if right - left < _NARROWEST_TOAST:
+        left, right = 0.0, imgui.get_io().display_size.x
+    lines = message.splitlines()
+    text = "\n".join(textwrap.fill(line, max(20, int((right - left - 4 * _MARGIN) / 8))) for line in lines)
     size = imgui.calc_text_size(text)
-    left, top = (display.x - size.x) / 2, floor - size.y - 2 * _MARGIN
+    left, top = (left + right - size.x) / 2, floor - size.y - 2 * _MARGIN
     canvas = imgui.get_foreground_draw_list()
     box = (left - _MARGIN, top - _MARGIN), (left + size.x + _MARGIN, top + size.y + _MARGIN)
     canvas.add_rect_filled(*box, imgui.get_color_u32((0.14, 0.16, 0.20, 0.95)), 6.0)
@@ -265,6 +278,7 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
     cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
     rows = [
         ("objects", f"{counts['objects']:,}"),
+        ("made of", f"{counts['full_triangles']:,} triangles" if counts["full_triangles"] else _NONE),
         ("occluded", f"{counts['occluded']:,}"),
         ("drawn as", _lines(kinds)),
         ("of pixels", _lines(pixels)),
@@ -296,7 +310,7 @@ def _draw_viewer(state: State) -> None:
     _dim_wrapped(state.renderer.device.renderer)
     rows = [
         ("mode", _mode(state)),
-        ("position", f"{x:.2f}  {y:.2f}  {z:.2f} m"),
+        ("position", f"{x:z.2f}  {y:z.2f}  {z:z.2f} m"),
         ("direction", f"yaw {math.degrees(walker.yaw):z.0f}\u00b0, pitch {math.degrees(walker.pitch):z.0f}\u00b0"),
     ]
     playback = state.playback

@@ -5,6 +5,7 @@ Each function takes a camera and returns another; none knows of a window or a cl
 
 import math
 from dataclasses import replace
+from enum import Enum
 
 from pyglm import glm
 
@@ -16,8 +17,31 @@ from depthwalk.walk.controls import MAX_PITCH, direction, heading
 RADIANS_PER_PIXEL = math.radians(0.4)
 CLOSER_PER_NOTCH = 0.9  # factor of the distance, per notch of the wheel
 DISTANCE_RANGE = 1e-4, 1e6  # metres
+TURNTABLE = math.radians(30.0)  # per second
 _AIMING = 0.08  # s in which what is left to turn falls to 1/e
 _ARRIVED = 1e-3  # of the distance
+
+
+class Side(Enum):
+    """Name the sides from which objects are looked at; a value is the yaw and the pitch of that look, radians."""
+
+    FRONT = 0.0, 0.0
+    RIGHT = math.pi / 2, 0.0
+    ABOVE = 0.0, -MAX_PITCH
+    BACK = math.pi, 0.0
+    LEFT = -math.pi / 2, 0.0
+    BELOW = 0.0, MAX_PITCH
+
+    @property
+    def look(self) -> glm.dvec3:
+        """Return the unit vector, world, along which a camera looks from this side."""
+        return direction(*self.value)
+
+    @property
+    def opposite(self) -> "Side":
+        """Return the side across from this one."""
+        sides = list(Side)
+        return sides[(sides.index(self) + len(sides) // 2) % len(sides)]
 
 
 def turn(camera: Camera, right: float, down: float) -> Camera:

@@ -7,7 +7,7 @@ from depthwalk.params import Params
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.render_settings import PictureParams
 from depthwalk.walk.controls import SPEED_RANGE
-from depthwalk.walk.fields import draw_group
+from depthwalk.walk.fields import LABEL_WIDTH, draw_group
 from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.state import State, representation_name
@@ -39,7 +39,7 @@ def draw_panel(state: State, left: float) -> Area:
     imgui.set_next_window_size_constraints((width, 0), (width, max(display.y - 2 * _MARGIN, 60)))
     flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
     imgui.begin("Settings", None, flags)
-    imgui.push_item_width(-120)
+    imgui.push_item_width(-LABEL_WIDTH)
     _draw_view(state)
     if state.playback is not None and imgui.collapsing_header("camera path", imgui.TreeNodeFlags_.default_open):
         _draw_path(state, state.playback)
@@ -131,6 +131,8 @@ def _draw_environment(state: State) -> None:
         changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
         if changed:
             light.intensity = min(max(intensity, 0.0), 100.0)
+    if environment.sky is None:
+        draw_group(environment, only=("background",))
     for name, part in (("sky", environment.sky), ("fog", environment.fog)):
         if part is not None and imgui.tree_node(name):
             refusal = draw_group(part)

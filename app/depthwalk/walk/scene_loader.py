@@ -15,6 +15,7 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
+from depthwalk.walk.clock import WalkClock
 from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.window import Window
 
@@ -33,27 +34,22 @@ class SceneLoader:
         The window, which may be closed while something is loaded.
     screen
         Shows the progress.
-
-    Attributes
-    ----------
-    seconds
-        Time spent on loading since the caller last set this to 0, seconds; the walk's clock leaves it out.
+    clock
+        The walk's clock, which leaves loading out.
     """
 
-    def __init__(self, device: Device, window: Window, screen: LoadingScreen) -> None:
-        self._device, self._window, self._screen = device, window, screen
+    def __init__(self, device: Device, window: Window, screen: LoadingScreen, clock: WalkClock) -> None:
+        self._device, self._window, self._screen, self._clock = device, window, screen, clock
         self._usable: Representation | None = None  # the last representation whose assets could be loaded
-        self.seconds = 0.0
 
     @contextmanager
     def clock_stopped(self) -> Iterator[None]:
-        """Count the time that the `with` block takes as loading, and clear the loading screen after it."""
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self._screen.end()
-            self.seconds += time.perf_counter() - start
+        """Leave out of the walk the time that the `with` block takes, and clear the loading screen after it."""
+        with self._clock.stopped():
+            try:
+                yield
+            finally:
+                self._screen.end()
 
     def open(self, scene: Scene, library: SceneLibrary, representation: Representation | None) -> Renderer:
         """Return a renderer with the assets that the first frame needs.

@@ -12,6 +12,7 @@ from platformdirs import user_pictures_path
 
 from depthwalk.files import write_bytes
 from depthwalk.scene.arrays import Camera
+from depthwalk.walk.camera_text import camera_options
 from depthwalk.walk.files import save_new
 from depthwalk.walk.window import Window
 
@@ -68,10 +69,9 @@ def _describe(scene: Path, camera: Camera) -> "PngInfo":
     from PIL.PngImagePlugin import PngInfo
 
     fov = math.degrees(camera.fov)
-    place, target = (",".join(f"{value:.6g}" for value in point) for point in (camera.position, camera.target))
     info = PngInfo()
     info.add_text("Software", "depthwalk")
     info.add_itxt("Scene", str(scene))
     info.add_text("Camera", json.dumps({"position": camera.position, "target": camera.target, "fov": fov}))
-    info.add_text("Options", f"--camera-position {place} --camera-target {target} --camera-view-angle {fov:.6g}")
+    info.add_text("Options", camera_options(camera))
     return info

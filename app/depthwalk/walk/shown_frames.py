@@ -29,7 +29,7 @@ from depthwalk.walk.still_slices import StillSlices
 
 _SLOW = 0.033  # s that frames take from which on they are drawn in slices
 _QUICK = 0.025  # s below which they are drawn whole again
-_MEASURED = 2  # frames that decide: the first one compiles shaders, which tells of no other
+_MEASURED = 2  # frames that decide: the first one compiles shaders, which tells of no other but that it may be slow
 _SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last change
 _MOST_UNSEEN = 0.5  # of the window: where the last frame lacks more, the window waits for the next one
 _SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
@@ -61,6 +61,7 @@ class ShownFrames:
         self._motion = Motion()
         self.scene_seconds = 0.0
         self.in_slices = False
+        self._is_slow = False  # whether frames have turned out to take long
         self._refines = True
         self._durations: deque[float] = deque(maxlen=_MEASURED)
         self._frame = FrameSlices(renderer.device)
@@ -75,6 +76,7 @@ class ShownFrames:
         self._settled = 0  # frames drawn since either changed, less those
         self._still = StillSlices(renderer)
         self._unshown = False  # whether something is finished that no picture has shown
+        self._is_untaken = False  # whether the frame on the screen is in the canvas, and is to be moved from now on
 
     @property
     def refines(self) -> bool:
@@ -116,6 +118,11 @@ class ShownFrames:
         return not plan.warp.batches or (self._settled >= _SETTLING[1] and not plan.noted["provisional"])
 
     @property
+    def _is_new(self) -> bool:
+        """Return whether the first frames are drawn, which are to come soon; later ones refine them."""
+        return len(self._durations) < _MEASURED
+
+    @property
     def is_drawing(self) -> bool:
         """Return whether a frame, or a still picture, has been begun that is not finished yet."""
         return self._frame.is_drawing or self._still.is_drawing or self._around.is_drawing
@@ -131,7 +138,7 @@ class ShownFrames:
         settings = self._renderer.settings
         return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
 
-    def note(self, camera: Camera, dt: float, *state: Any) -> None:
+    def note(self, camera: Camera, dt: float, size: tuple[int, int]) -> None:
         """Note what is to be shown; call this once in every round of the window.
 
         Parameters
@@ -140,9 +147,11 @@ class ShownFrames:
             The camera of the viewer.
         dt
             Seconds since the last call.
-        *state
-            Everything else that the picture depends on, of types that can be compared and copied.
+        size
+            (width, height) of the window, pixels.
         """
+        renderer, world = self._renderer, self._renderer.world
+        state = size, renderer.settings, renderer.scene.environment, world.representation, world.generation
         self._motion.follow(camera, dt)
         if state != self._known:
             self._known, self._settled = deepcopy(state), 0
@@ -187,6 +196,9 @@ class ShownFrames:
 
         Call this once in every round, when the picture is on the screen: the next one then follows the newest input.
         """
+        if self._is_untaken:
+            self._is_untaken = False
+            self._take_finished()
         if not self.in_slices or self._view is None or self.is_current:
             return
         if self._looks_around(self._view):
@@ -212,10 +224,10 @@ class ShownFrames:
         self._unshown = False
         if not (self._is_settled and self._wants_still):
             self._still.drop()
-            if self._renderer.settings.reprojection.mode == "auto" and min(self._durations, default=0.0) > _SLOW:
-                self._draw_first(view, screen)
-            else:
+            if self._durations or self._renderer.settings.reprojection.mode == "off":
                 self._draw_whole(view, screen)
+            else:
+                self._draw_first(view, screen)
             return True
         if not self._still.is_finished:
             self._still.advance(view, np.inf)
@@ -249,17 +261,18 @@ class ShownFrames:
         if self.is_drawing:
             return
         mode, before = settings.reprojection.mode, self.in_slices
-        if mode != "auto":
-            self.in_slices = mode == "on"
-        elif len(self._durations) == _MEASURED:
-            self.in_slices = min(self._durations) > (_QUICK if self.in_slices else _SLOW)
+        if not self._is_new:
+            self._is_slow = min(self._durations) > (_QUICK if self._is_slow else _SLOW)
+        self.in_slices = self._is_slow if mode == "auto" else mode == "on"
+        if mode == "auto" and self._is_new:
+            self.in_slices = self._reprojection.view is not None  # the second frame, see `_draw_first`
         if settings.dof.mode != "none" and settings.dof.autofocus:
             self.in_slices = False  # the lens turns from frame to frame
         if self.in_slices and not before:
             self._settled = 0  # one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
-        self._interactive = len(self._durations) < _MEASURED  # nobody has seen anything yet; later frames refine it
+        self._interactive = self._is_new
         self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._interactive else None
         self._finished_scale = 1.0
         self._reprojection.forget_picture()
@@ -271,11 +284,14 @@ class ShownFrames:
         self._end_frame(max(time.perf_counter() - start, of_passes))
 
     def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a frame at once, but as in slices: if it takes long as well, it is there to be moved later."""
-        self._begin(view.camera, view, interactive=self._moved)
-        self._interactive, self._renderer.warp_limit = True, _FIRST_WARP_LIMIT
-        self.finish()
-        self._reprojection.show(view, screen)
+        """Draw a frame at once that can be moved if it took long, so that nobody waits for the second one.
+
+        It has no margin, with which it would come later.
+        """
+        self._source = view
+        self._draw_whole(view, self._reprojection.canvas(view.size))
+        self._reprojection.show_canvas(screen)
+        self._is_untaken = self._durations[-1] > _SLOW
 
     def _end_frame(self, seconds: float) -> None:
         self._durations.append(seconds)
@@ -297,11 +313,12 @@ class ShownFrames:
         self._still.drop()
         self._around.drop()
         settings = self._renderer.settings.reprojection
-        self._interactive = interactive
+        self._interactive = interactive or self._is_new
         self._source = widened(View(camera, view.size), settings.margin)
         if self._interactive:
             self._source = reduced(self._source, settings.scale * self._scale.factor)
-        self._renderer.warp_limit = round(_WARP_LIMIT * self._scale.factor**2) if self._interactive else None
+        limit = _FIRST_WARP_LIMIT if self._is_new else round(_WARP_LIMIT * self._scale.factor)
+        self._renderer.warp_limit = limit if self._interactive else None
         self._frame.begin(self._renderer.steps(self._source, self._reprojection.canvas(self._source.size)))
 
     def _slice_seconds(self, view: View) -> float:
@@ -312,7 +329,7 @@ class ShownFrames:
             margin=settings.margin,
             half_width=view.half_extent[0],
             turn_rate=self._motion.turn_rate,
-            work=self.scene_seconds,
+            work=0.0 if self._is_new else self.scene_seconds,  # the first frame compiles shaders
         )
 
     def _advance(self, seconds: float) -> bool:

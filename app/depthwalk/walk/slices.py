@@ -77,7 +77,7 @@ class FrameSlices(Slices):
         """Go on with the frame for about `seconds`; return whether its last step is done. Then call `end`.
 
         The last step before the time is over is that after which, judged by the frame before, the next one would end
-        too late.
+        too late. Where that frame had no such step, the next one is taken to be as long as the last.
         """
         assert self._steps is not None
         self._slices += 1
@@ -85,9 +85,10 @@ class FrameSlices(Slices):
         while next(self._steps, None) is not None:
             self._device.context.finish()
             now = time.perf_counter()
-            self._costs[self._step : self._step + 1] = [now - last]
+            spent = now - last
+            self._costs[self._step : self._step + 1] = [spent]
             self._step, last = self._step + 1, now
-            coming = self._costs[self._step] if self._step < len(self._costs) else 0.0
+            coming = self._costs[self._step] if self._step < len(self._costs) else spent
             if now - self._slice_began + coming > seconds:
                 self._spent += now - self._slice_began
                 return False

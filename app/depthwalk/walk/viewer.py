@@ -3,6 +3,7 @@
 Nothing here draws or knows of a window, so that all of it is tested without one.
 """
 
+import math
 import time
 from dataclasses import dataclass, field
 from enum import Enum
@@ -17,10 +18,12 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import orbit
-from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, HeldKeys, Move, Walker, natural_speed
+from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, LONGEST_STEP, HeldKeys, Move, Walker, natural_speed
 from depthwalk.walk.playback import Playback
 
-_TOAST_SECONDS = 4.0
+_TOAST_SECONDS = 4.0  # at least
+_READING = 15.0  # characters per second
+_SAME_SIDE = math.cos(math.radians(1.0))
 _EMPTY = 10.0  # metres: the radius that an empty scene is given
 
 
@@ -68,6 +71,8 @@ class Viewer:
         The moves whose keys are down.
     fast
         Whether Shift is held.
+    turntable
+        Whether the camera turns about its target by itself.
     """
 
     scene: Scene
@@ -79,6 +84,7 @@ class Viewer:
     shown: Surfaces | None = None
     held: HeldKeys = field(default_factory=HeldKeys)
     fast: bool = False
+    turntable: bool = False
     _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
     _pace: float = 0.0  # the speed at which the walk began, while not all of the scene is shown
     _toast: str = ""
@@ -90,8 +96,8 @@ class Viewer:
         return self.shown or self.renderer
 
     def tell(self, message: str) -> None:
-        """Show `message` for a few seconds."""
-        self._toast, self._toast_end = message, time.monotonic() + _TOAST_SECONDS
+        """Show `message` for a few seconds, a long one for as long as it takes to read."""
+        self._toast, self._toast_end = message, time.monotonic() + max(_TOAST_SECONDS, len(message) / _READING)
 
     @property
     def toast(self) -> str:
@@ -149,7 +155,7 @@ class Viewer:
     def advance(self, dt: float) -> None:
         """Move the camera for `dt` seconds: along the path while it plays, else by the keys that are held.
 
-        A key that moves the viewer stops the path. Who walks and asks for up or down flies from then on.
+        A key that moves the viewer stops path and turntable. Who walks and asks for up or down flies from then on.
         """
         held = self.held.take(dt)
         if self.playback is not None and self.playback.playing:
@@ -171,6 +177,10 @@ class Viewer:
                 camera, arrived = orbit.aim(self.turned, self._aimed, dt)
                 self._aimed = None if arrived else self._aimed
                 self._turn_to(camera)
+            self.turntable = self.turntable and not held
+            if self.turntable:
+                step = orbit.TURNTABLE * min(dt, LONGEST_STEP)
+                self._turn_to(orbit.turn(self.turned, step / orbit.RADIANS_PER_PIXEL, 0.0))
 
     def look(self, right: float, down: float) -> None:
         """Turn the camera by a motion of the mouse, `right` and `down` pixels, and stop the path.
@@ -221,7 +231,18 @@ class Viewer:
         if self.playback is None:
             self.tell("No camera path: drop a path file on the window, start with --path FILE, or record one with K")
         else:
+            self.turntable = False
             self.playback.toggle()
+
+    def toggle_turntable(self) -> None:
+        """Let the camera turn about its target by itself, in orbit, or stop that; any other move stops it too."""
+        if self.turntable:
+            self.turntable = False
+            return
+        self._take_over()
+        self.set_mode(Mode.ORBIT)
+        self.turntable = True
+        self.tell("Turning about the target; N or any move stops it")
 
     def set_mode(self, mode: Mode) -> None:
         """Let keys and mouse move the camera as `mode` says, without moving it now.
@@ -230,7 +251,7 @@ class Viewer:
         """
         self.walker.walking = mode is Mode.WALK
         self.walker.eye_height = EYE_HEIGHT
-        self._aimed = None
+        self._aimed, self.turntable = None, False
         if mode is not Mode.ORBIT:
             self.turned = None
         elif self.turned is None:
@@ -267,18 +288,27 @@ class Viewer:
             self.set_mode(Mode.ORBIT)
         self._aimed = point
 
-    def frame_all(self, aspect: float) -> None:
-        """Move the camera, without turning it, to where it sees all objects; a viewer who walked flies from then on.
+    def frame_all(self, aspect: float, side: orbit.Side | None = None) -> None:
+        """Move the camera to where it sees all objects; a viewer who walked flies from then on.
 
         Parameters
         ----------
         aspect
             Width / height of the window.
+        side
+            The side to look from; where the camera does so already, it looks from the opposite one. None does not turn
+            the camera.
         """
         self._take_over()
         camera = self.camera
+        look = camera.look
+        if side is not None:
+            if glm.dot(glm.normalize(look), side.look) > _SAME_SIDE:
+                side = side.opposite
+            look = side.look
+            self.tell(f"From {side.name.lower()}" if side.look.y else f"From the {side.name.lower()}")
         self.walker.walking = False
-        self._place(self.renderer.frame_all(aspect, camera.fov, -camera.look))
+        self._place(self.renderer.frame_all(aspect, camera.fov, -look))
 
     def go_home(self) -> None:
         """Place the camera at `home`, with which the walk began, and stop the path."""
@@ -286,7 +316,8 @@ class Viewer:
         self._place(self.home)
 
     def _take_over(self) -> None:
-        """Stop the path: the user moves the camera."""
+        """Stop path and turntable: the user moves the camera."""
+        self.turntable = False
         if self.playback is not None:
             self.playback.playing = False
 

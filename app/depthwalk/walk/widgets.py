@@ -48,5 +48,5 @@ def draw_widgets(
     if progress is not None:
         floor = hud.draw_background(progress, right)
     if state.toast:
-        hud.draw_toast(state.toast, floor)
+        hud.draw_toast(state.toast, floor, left, right)
     return areas

@@ -106,6 +106,11 @@ def on_refresh(window: Window, action: Callable[[], None]) -> None:
     glfw.set_window_refresh_callback(window._window, lambda handle: action())
 
 
+def copy_text(window: Window, text: str) -> None:
+    """Put `text` into the clipboard of the desktop, on which `window` is."""
+    glfw.set_clipboard_string(window._window, text)
+
+
 def wait_for_event(seconds: float) -> None:
     """Wait until the user does something, such as pressing a key, and handle it; at most for `seconds`."""
     if seconds > 0:

@@ -203,11 +203,10 @@ def test_a_full_disk_costs_nothing_but_time(
     def two_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
         return MeshLevel(mesh, 0.0), MeshLevel(mesh, 0.1)
 
-    def full(levels: tuple[MeshLevel, ...], key: str) -> None:
+    def full(*arguments: object) -> None:
         raise OSError("no space left")
 
-    monkeypatch.setattr("depthwalk.assets.derived_data.keep_levels", full)
-    monkeypatch.setattr("depthwalk.assets.derived_data.find_levels", lambda mesh, key: None)
+    monkeypatch.setattr("depthwalk.cache.write_arrays", full)
     monkeypatch.setattr("depthwalk.bake.levels.mesh_levels", two_levels)
     assert len(SceneLibrary(load_scene(tiny_scene).assets).mesh_levels(0)) == 2
     assert "cannot keep the simplified meshes of ball: no space left" in caplog.text

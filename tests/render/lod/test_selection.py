@@ -29,10 +29,11 @@ def test_allowed_errors_grow_with_the_bias_and_shrink_with_the_picture() -> None
     assert error_at_a_metre(view, LodParams(error=0.5, bias=1.0)) == pytest.approx(2 * plain)
 
 
-def test_levels_become_coarser_together_until_there_are_few_enough_triangles() -> None:
+def test_the_last_objects_become_coarser_first_until_there_are_few_enough_triangles() -> None:
     triangles = np.array([[900, 300, 100, 30], [400, 200, 100, 0], [50, 0, 0, 0]])
     level, coarsest = np.array([0, 1, 0]), np.array([3, 2, 0])
     assert levels_within(triangles, level, coarsest, 2000).tolist() == [0, 1, 0]
+    assert levels_within(triangles, level, coarsest, 1100).tolist() == [0, 2, 0]
     assert levels_within(triangles, level, coarsest, 500).tolist() == [1, 2, 0]
     assert levels_within(triangles, level, coarsest, 250).tolist() == [2, 2, 0]
     assert levels_within(triangles, level, coarsest, 1).tolist() == [3, 2, 0]

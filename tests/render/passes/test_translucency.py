@@ -10,6 +10,7 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.reference.fog import fog_through
 from depthwalk.reference.translucency import in_fog, over, translucent_light
+from depthwalk.render import occlusion_phases
 from depthwalk.render.image import read_pixels
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.view.view import View
@@ -94,6 +95,14 @@ def test_what_glows_is_seen_in_the_dark(studio: Studio) -> None:
     assert glowing == pytest.approx(np.minimum(lit + np.array(lamp.emission), 1), abs=STEP)
     hidden = picture(studio, panes((0.0, lamp), (1.0, Material((0.0, 0.0, 0.0), specular=0.0))), **DARK)
     assert middle(hidden).tolist() == [0, 0, 0]
+
+
+def test_what_is_cut_out_does_not_glow(studio: Studio) -> None:
+    stencil = np.array([[[255, 255, 255, 0], [255, 255, 255, 255]]], np.uint8)  # no left half
+    lamp = Material((0.0, 0.0, 0.0), texture=stencil, cutoff=0.5, emission=(0.0, 0.5, 0.0), specular=0.0)
+    pixels = linear_from_srgb(picture(studio, panes((0.0, lamp)), **DARK)[8, :, :3])
+    assert pixels[6] == pytest.approx(WALL[0, :3], abs=STEP)
+    assert pixels[10] == pytest.approx([0, 0.5, 0], abs=STEP)
 
 
 def test_glass_dims_what_glows_behind_it(studio: Studio) -> None:
@@ -197,3 +206,13 @@ def test_what_was_released_is_drawn_again(studio: Studio) -> None:
         screen = renderer.targets.screen
         renderer.render(View(CAMERA, SIZE), screen)
         assert (read_pixels(screen) == np.round(255 * before)).all()
+
+
+def test_glass_behind_a_crowd_is_drawn(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Far objects are tested for what hides them in later phases of the frame; their glass must not wait for that."""
+    monkeypatch.setattr(occlusion_phases, "FIRST_BATCH", 1)
+    crowd = [(0, (0.008 * k - 1, 2.0, z), 0.0, 0.1) for z in (0.0, -40.0) for k in range(255)]
+    scene = scene_of(*crowd, (1, (0.0, -8.0, -40.0), 0.0, 9.0), representation=Representation.MESH)
+    scene.environment = Environment.model_validate({"background": BACKGROUND, **DARK})  # type: ignore[misc]
+    library = ShapeLibrary([box(1, 1, 1), panes((0.0, GREY))], [None, None])
+    assert middle(studio.picture(scene, library, CAMERA, SIZE)) == pytest.approx(WALL[0, :3] / 2, abs=STEP)

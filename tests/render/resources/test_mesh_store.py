@@ -12,6 +12,7 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.render.resources.library import Library
 from depthwalk.render.resources.mesh_store import MeshStore
 from shapes import box, sphere
 
@@ -41,7 +42,7 @@ class Meshes:
 @pytest.fixture
 def store(gl_device: Device) -> Iterator[MeshStore]:
     scope = gl_device.scope("test")
-    store = MeshStore(scope, Meshes())
+    store = MeshStore(scope, cast(Library, Meshes()))
     yield store
     scope.release()
     store.forget()

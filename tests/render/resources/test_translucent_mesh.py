@@ -1,11 +1,13 @@
 """What of a mesh is translucent or glows."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from depthwalk.ingest.mesh import Material
+from depthwalk.render.resources import translucent_mesh
 from depthwalk.render.resources.translucent_mesh import gather_translucent
 from shapes import box, panes
 
@@ -38,8 +40,12 @@ def test_what_shares_a_texture_is_one_run() -> None:
     assert {id(run.colour): run.count for run in found.runs} == {id(first): 4, id(second): 2}
 
 
+@pytest.mark.parametrize("cells", [1024, 5])  # of one texel, and of two
 @pytest.mark.parametrize(("column", "lit"), [(1, True), (6, False)])
-def test_triangles_that_show_only_black_do_not_glow(column: int, lit: bool) -> None:
+def test_triangles_that_show_only_black_do_not_glow(
+    column: int, lit: bool, cells: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(translucent_mesh, "_MOST_CELLS", cells)
     texture = np.zeros((8, 8, 4), np.uint8)
     texture[4, column, 0] = 1
     mesh = panes((0.0, replace(LAMP, emission_texture=texture)))
@@ -48,6 +54,19 @@ def test_triangles_that_show_only_black_do_not_glow(column: int, lit: bool) -> N
     assert (found is not None) == lit
     mesh.uv[:, 0] += 0.75  # across the edge of the texture, where it begins anew
     assert gather_translucent(mesh) is not None
+
+
+def test_a_large_texture_that_glows_takes_little_more_memory() -> None:
+    """However many materials show it."""
+    texture = np.zeros((2048, 2048, 4), np.uint8)
+    texture[-1, -1] = 255
+    mesh = panes(*((float(z), replace(LAMP, emission_texture=texture)) for z in range(3)))
+    tracemalloc.start()
+    found = gather_translucent(mesh)
+    taken = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found is not None and len(found.faces) == 6
+    assert taken < 1.5 * texture.nbytes
 
 
 def test_more_than_can_be_drawn_does_not_glow(

@@ -10,11 +10,12 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
 from depthwalk.bake.parts import bake_model
 from depthwalk.gpu.device import Device
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.render.renderer import Renderer
+from depthwalk.render.up_axis import model_points
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import GroundParams
-from shapes import ShapeLibrary, box, joined, scene_of, sphere, two_halves
+from shapes import ShapeLibrary, box, joined, panes, scene_of, sphere, two_halves
 from studio import Studio
 
 
@@ -75,10 +76,25 @@ def test_every_part_is_an_object_of_the_renderer(
         assert renderer.world.ground_height is None
         scene.environment.ground = GroundParams(height=-1.0)
         assert renderer.world.ground_height == -1.0
+        of_halves = parts.parts[0].mesh_triangles  # of several parts the first tells of the whole mesh
+        assert of_halves is not None and renderer.world.full_triangles == 2 * of_halves + len(mesh.faces)
         renderer.world.representation = Representation.MESH
         assert renderer.world.objects().asset.tolist() == [0, 1, 0]
+        assert renderer.world.full_triangles == 3 * len(mesh.faces)
         assert renderer.world.bounds().centre[0] == pytest.approx([0, 0.5, 0], abs=1e-3)
         renderer.world.representation = Representation.DPCI
         assert renderer.world.objects().asset.tolist() == [2, 3, 4, 2, 3]
     finally:
         renderer.release()
+
+
+@pytest.mark.parametrize("axis", ["y", "x"])
+def test_glass_that_depth_images_do_not_show_counts_for_framing(gl_device: Device, axis: Literal["x", "y"]) -> None:
+    """Or a model would be framed, and stand, without it."""
+    mesh = panes((0.0, Material()), (3.0, Material(opacity=0.5)))
+    model = bake_model(mesh, ModelParams(resolution=32, layers=1, axis=axis), "")
+    renderer = Renderer(gl_device, scene_of((0, (0.0, 0.0, 0.0), 0.0, 1.0)), ShapeLibrary([mesh], [model]))
+    points = model_points(renderer)
+    renderer.release()
+    assert points.min(0) == pytest.approx(mesh.positions.min(0), abs=0.1)
+    assert points.max(0) == pytest.approx(mesh.positions.max(0), abs=0.1)

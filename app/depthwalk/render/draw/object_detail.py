@@ -151,19 +151,7 @@ class DetailSelector:
         )
 
     def describe(self, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
-        """Return how some objects are drawn.
-
-        Parameters
-        ----------
-        view : the view of the picture.
-        scene : all objects.
-        rows : (m,) rows of the objects.
-        lod : the settings of detail.
-
-        Returns
-        -------
-        The detail of these objects, frozen or not.
-        """
+        """Return how some objects are drawn, frozen or not; see the function `describe`."""
         if self._frozen is None:
             return describe(view, scene, rows, lod)
         viewer = _viewers(view, scene, rows)
@@ -342,15 +330,7 @@ def lasting_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, l
     """Choose pieces for n objects whose tiles outlive small moves of the viewer: all of them.
 
     The paper's cases are an exception, since they are defined for the present viewer only: then this is
-    `choose_pieces`.
-
-    Parameters
-    ----------
-    asset : (n,) number in `CookedParts` of each object's asset.
-    level : (n,) level of detail of each object.
-    viewer : (n, 3) the viewer in the frames of the objects, metres.
-    table : what is known of the assets.
-    lod : the settings of detail.
+    `choose_pieces`, whose parameters these are.
 
     Returns
     -------

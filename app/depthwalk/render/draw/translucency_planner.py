@@ -19,10 +19,11 @@ from depthwalk.render.resources.translucent_mesh import TranslucentMesh
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import RenderWorld
+from depthwalk.render.world.spatial_cells import in_sight
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
-_SORTED_OBJECTS = 16  # the nearest of a frame, whose triangles are sorted
+_SORTED_OBJECTS = 16  # the nearest of a frame that are translucent, whose triangles are sorted
 _MOVED = 0.02  # of the distance, or of the object's radius: from here on triangles are sorted again
 
 
@@ -83,8 +84,9 @@ class TranslucentDraws:
 
 @dataclass(frozen=True, kw_only=True)
 class _Order:
-    """Hold triangles as they were sorted for a viewer (3,), metres, asset frame: (run, faces) from back to front."""
+    """Hold triangles of a mesh as they were sorted for a viewer (3,), metres, asset frame: (run, faces), rear first."""
 
+    mesh: TranslucentMesh
     viewer: Array
     runs: list[tuple[int, NDArray[np.uint32]]]
 
@@ -102,13 +104,13 @@ class TranslucencyPlanner:
         self._world, self._assets = world, assets
         self._orders: dict[int, _Order] = {}  # by the row of the object
 
-    def plan(self, view: View, in_sight: Rows, *, wait: bool) -> TranslucentDraws:
+    def plan(self, view: View, min_pixels: float, *, wait: bool) -> TranslucentDraws:
         """Return what is drawn of the objects that a view sees.
 
         Parameters
         ----------
         view : the view of the picture.
-        in_sight : rows of `world.objects()` that the view may see, whose assets are asked for.
+        min_pixels : diameter, pixels, below which objects, and what is translucent of them, are left out.
         wait : whether to wait until their assets are read; otherwise a thread reads them meanwhile.
 
         Returns
@@ -122,14 +124,14 @@ class TranslucencyPlanner:
         """
         store = self._assets.translucent
         if store.is_unknown.any():
-            store.ask(self._world.assets_of(in_sight), wait)
+            store.ask(self._world.assets_in_sight(view, min_pixels, store.is_unknown), wait)
         if not store.objects:
             self._orders.clear()
             return TranslucentDraws.none()
         objects = self._world.scene_objects
         rows = np.flatnonzero(np.isin(objects.asset, list(store.objects)))
         bounds = self._bounds(objects.take(rows))
-        seen, _ = bounds.seen(view)
+        seen, _ = in_sight(view, bounds, min_pixels, np.arange(len(rows)))
         distance = np.linalg.norm(bounds.centre[seen] - view.position, axis=1)
         order = np.argsort(-distance, kind="stable")
         return self._draws(view, objects, rows[seen[order]])
@@ -145,8 +147,7 @@ class TranslucencyPlanner:
 
     def _draws(self, view: View, objects: Objects, rows: Rows) -> TranslucentDraws:
         """Return the draws of the objects `rows` (n,), the farthest first."""
-        near = self._sorted_rows(objects, rows)
-        far = rows[: len(rows) - len(near)]
+        near, far = self._near_and_far(objects, rows)
         # Assets in the order of their farthest objects.
         _, first, of_asset = np.unique(objects.asset[far], return_index=True, return_inverse=True)
         far = far[np.argsort(first[of_asset], kind="stable")]
@@ -167,12 +168,18 @@ class TranslucencyPlanner:
         self._orders = orders
         return TranslucentDraws(records=records, batches=tuple(batches), faces=np.concatenate(faces))
 
-    def _sorted_rows(self, objects: Objects, rows: Rows) -> Rows:
-        """Return the last of the objects `rows`, the nearest, whose triangles may all be sorted in a frame."""
-        near = rows[max(len(rows) - _SORTED_OBJECTS, 0) :]
+    def _near_and_far(self, objects: Objects, rows: Rows) -> tuple[Rows, Rows]:
+        """Return the objects `rows`, the farthest first, whose triangles are sorted in a frame, and the others.
+
+        These are the nearest that are translucent, as far as there are not too many triangles: glow needs no order.
+        """
         store = self._assets.translucent.objects
-        triangles = np.array([len(store[asset].mesh.centroids) for asset in objects.asset[near].tolist()], np.int64)
-        return near[np.cumsum(triangles[::-1])[::-1] <= MAX_TRANSLUCENT_TRIANGLES]
+        triangles = np.zeros(max(store) + 1, np.int64)
+        triangles[list(store)] = [len(each.mesh.centroids) for each in store.values()]
+        count = triangles[objects.asset[rows]]
+        through = np.flatnonzero(count)[-_SORTED_OBJECTS:]
+        near = through[np.cumsum(count[through][::-1])[::-1] <= MAX_TRANSLUCENT_TRIANGLES]
+        return rows[near], np.delete(rows, near)
 
     def _order(self, row: int, mesh: TranslucentMesh, placed: np.void) -> _Order:
         """Return the triangles of an object from back to front: as they were, unless the viewer has moved."""
@@ -180,9 +187,9 @@ class TranslucencyPlanner:
         viewer = -rotate(conjugate(rotation), placed["origin"].astype(np.float64)) / float(placed["scale"])
         known = self._orders.get(row)
         away = max(float(np.linalg.norm(viewer - mesh.centre)), mesh.radius)
-        if known is not None and float(np.linalg.norm(viewer - known.viewer)) < _MOVED * away:
+        if known is not None and known.mesh is mesh and float(np.linalg.norm(viewer - known.viewer)) < _MOVED * away:
             return known
-        return _Order(viewer=viewer, runs=back_to_front(mesh, viewer))
+        return _Order(mesh=mesh, viewer=viewer, runs=back_to_front(mesh, viewer))
 
 
 def back_to_front(mesh: TranslucentMesh, viewer: Array) -> list[tuple[int, NDArray[np.uint32]]]:

@@ -62,7 +62,10 @@ def affordable_level(triangles: Rows, pixels: Array, per_pixel: float) -> Ints:
 
 
 def levels_within(triangles: Rows, level: Rows, coarsest: Rows, most: int) -> Rows:
-    """Return levels so much coarser, all by the same number, that objects have few enough triangles together.
+    """Return levels so much coarser that objects have few enough triangles together.
+
+    All become coarser by one level, beginning with the last, until they fit; then by another. So, where objects come
+    nearest first, those that show most keep the finer level.
 
     Parameters
     ----------
@@ -75,7 +78,10 @@ def levels_within(triangles: Rows, level: Rows, coarsest: Rows, most: int) -> Ro
     -------
     (n,) levels, 0 the finest; the coarsest where even these have too many.
     """
-    rows, coarser = np.arange(len(level)), np.asarray(level)
-    while triangles[rows, coarser].sum() > most and (coarser < coarsest).any():
-        coarser = np.minimum(coarser + 1, coarsest)
+    rows, coarser = np.arange(len(level)), np.array(level)
+    while (excess := triangles[rows, coarser].sum() - most) > 0 and (coarser < coarsest).any():
+        following = np.minimum(coarser + 1, coarsest)
+        saved = np.cumsum((triangles[rows, coarser] - triangles[rows, following])[::-1])
+        changed = rows[::-1][: np.searchsorted(saved, excess) + 1]
+        coarser[changed] = following[changed]
     return coarser

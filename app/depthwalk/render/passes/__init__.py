@@ -21,6 +21,7 @@ from depthwalk.render.passes.fog import FogPass
 from depthwalk.render.passes.fxaa import FxaaPass
 from depthwalk.render.passes.gpaa import GpaaPass
 from depthwalk.render.passes.ground import GroundPass
+from depthwalk.render.passes.inspection import InspectionPass
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.material_resolve import MaterialResolvePass
 from depthwalk.render.passes.mesh import MeshPass
@@ -61,6 +62,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     SunPass,
     LightPass,
     FogPass,
+    InspectionPass,
     ResolvePass,
     TranslucencyPass,
     # Edges and lens, and the finished picture.

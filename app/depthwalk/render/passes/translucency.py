@@ -25,7 +25,9 @@ from depthwalk.render.resources.translucent_store import TranslucentObject
 _LAYOUT = "3f 2f 3f 3f 4f 2f", "in_position", "in_uv", "in_emission", "in_normal", "in_colour", "in_highlight"
 _GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
 _GLOW = "GLOW"
-_TOLERANCE = 1 / 128  # of an object's radius, by which depth images may be off: about a third of a texel of 256²
+# Of the radius about all that glows or is translucent of an object, by which depth images may be off: of a lamp alone
+# a third of a texel of 256². Of small lamps on large objects less, so that few of those shine through thin walls.
+_TOLERANCE = 1 / 128
 _OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # of premultiplied light; what hides nothing is added
 
 
@@ -78,6 +80,7 @@ class TranslucencyPass(Pass[Params]):
                 program.set(tolerance=_TOLERANCE * of_asset.mesh.radius)
                 array = self._array(defines, batch, of_asset, of_asset.indices)
                 for run in of_asset.mesh.glowing:
+                    program.set(cutoff=run.cutoff or 0.0)
                     of_asset.use(run)
                     array.render(vertices=3 * run.count, first=3 * run.first, instances=batch.count)
 

@@ -4,11 +4,14 @@ import logging
 from collections.abc import Sequence
 from typing import TypeVar
 
+import numpy as np
+
 from depthwalk.bake.images import BakedObject
 from depthwalk.cook.cook import CookedObject, CookOptions
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.render.resources.library import Library
+from depthwalk.types import Ints
 
 log = logging.getLogger(__name__)
 
@@ -50,6 +53,10 @@ class CookedParts:
     def asset_of(self, number: int) -> int:
         """Return the number of the asset that the part numbered `number` belongs to."""
         return self._assets[number - len(self._library)]
+
+    def assets(self) -> Ints:
+        """Return the number of the asset (n,) that each number belongs to, of an asset or of a part."""
+        return np.array([*range(len(self._library)), *self._assets], np.int64)
 
     def knows(self, asset: int) -> bool:
         """Return whether `numbers` can answer for the asset numbered `asset` without reading depth images."""

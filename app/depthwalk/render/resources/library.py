@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions
-from depthwalk.ingest.mesh import Mesh
-from depthwalk.render.resources.mesh_reader import MeshLibrary
+from depthwalk.cook.mesh_clusters import MeshClusters
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 
 
-class Library(MeshLibrary, Protocol):
+class Library(Protocol):
     """Describe where the renderer gets assets from, by number; the renderer itself reads no files.
 
     Every method that reads raises InputError for files that cannot be used.
@@ -34,6 +34,22 @@ class Library(MeshLibrary, Protocol):
 
     def has_mesh(self, asset: int) -> bool:
         """Return whether the asset numbered `asset` has a mesh, without reading it."""
+        ...
+
+    def mesh(self, asset: int) -> Mesh | None:
+        """Return the mesh of the asset numbered `asset`; None where it has none."""
+        ...
+
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
+        """Return the mesh of the asset numbered `asset` and its levels, the finest first; empty where it has none."""
+        ...
+
+    def mesh_clusters(self, asset: int) -> MeshClusters | None:
+        """Return the clusters of the mesh of the asset numbered `asset`; None where it has no mesh."""
+        ...
+
+    def forget_mesh(self, asset: int) -> None:
+        """Free the memory of the mesh of the asset numbered `asset` and of its levels, until they are asked for."""
         ...
 
     def is_shipped_cooked(self, asset: int) -> bool:

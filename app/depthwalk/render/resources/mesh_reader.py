@@ -2,63 +2,16 @@
 
 import logging
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.errors import InputError
-from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.ingest.solid import is_solid
 from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED, is_simplified
+from depthwalk.render.resources.library import Library
 from depthwalk.render.resources.meshlets import Meshlets, build_meshlets
 
 log = logging.getLogger(__name__)
-
-
-class MeshLibrary(Protocol):
-    """Describe where meshes come from, by the number of their asset."""
-
-    def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of an asset.
-
-        Parameters
-        ----------
-        asset
-            The number of the asset.
-
-        Returns
-        -------
-        Mesh | None
-            The mesh; None for an asset without a mesh.
-
-        Raises
-        ------
-        InputError
-            Where the file cannot be used.
-        """
-        ...
-
-    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
-        """Return the mesh of an asset and its simplified levels.
-
-        Parameters
-        ----------
-        asset
-            The number of the asset.
-
-        Returns
-        -------
-        tuple of MeshLevel
-            The levels, the finest first; empty for an asset without a mesh.
-        """
-        ...
-
-    def mesh_clusters(self, asset: int) -> MeshClusters | None:
-        """Return the clusters of the mesh of the asset numbered `asset`; None where it has no mesh."""
-        ...
-
-    def forget_mesh(self, asset: int) -> None:
-        """Free the memory of the mesh of the asset numbered `asset` and of its levels, until they are asked for."""
-        ...
 
 
 class FallbackMesh(NamedTuple):
@@ -106,7 +59,7 @@ class MeshReader:
         Complaints about meshes that could not be read beside the frames, oldest first; the caller may clear the list.
     """
 
-    def __init__(self, library: MeshLibrary) -> None:
+    def __init__(self, library: Library) -> None:
         self.meshes: dict[int, FallbackMesh] = {}
         self.failures: list[str] = []
         self._library = library

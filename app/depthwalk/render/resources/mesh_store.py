@@ -11,8 +11,9 @@ from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.solid import is_solid
 from depthwalk.render.resources.cluster_object import ClusterObject, upload_clusters
+from depthwalk.render.resources.library import Library
 from depthwalk.render.resources.mesh_object import MeshLook, MeshObject, upload_look, upload_mesh
-from depthwalk.render.resources.mesh_reader import MeshLibrary, MeshReader
+from depthwalk.render.resources.mesh_reader import MeshReader
 from depthwalk.render.resources.meshlets import build_meshlets
 
 
@@ -32,7 +33,7 @@ class MeshStore:
         Reads fallback meshes, and those that stand in for depth images.
     """
 
-    def __init__(self, gl: Scope, library: MeshLibrary) -> None:
+    def __init__(self, gl: Scope, library: Library) -> None:
         self._gl = gl
         self._library = library
         self._drawn: dict[int, dict[int, MeshObject]] = {}  # by asset and level
@@ -51,7 +52,7 @@ class MeshStore:
         asset
             The number of the asset.
         level
-            0 for the mesh itself; larger numbers for the simplified levels of `MeshLibrary.mesh_levels`.
+            0 for the mesh itself; larger numbers for the simplified levels of `Library.mesh_levels`.
 
         Returns
         -------

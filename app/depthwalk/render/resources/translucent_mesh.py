@@ -21,6 +21,8 @@ log = logging.getLogger(__name__)
 
 Texels = NDArray[np.uint8]
 
+_MOST_CELLS = 1024  # along a texture, for each of which it is known whether it is black
+
 TRANSLUCENT_VERTEX = np.dtype(
     [
         ("position", "3f4"),
@@ -48,12 +50,15 @@ class TextureRun:
         (H, W, 4) texture of the colours, sRGB with alpha, top row first; None: none.
     emission
         (H, W, 4) texture of the light that is sent out, sRGB, top row first; None: none.
+    cutoff
+        Alpha of the texture of colours, 0 to 1, below which nothing glows; None: it does everywhere.
     """
 
     first: int
     count: int
     colour: Texels | None
     emission: Texels | None
+    cutoff: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,11 +107,11 @@ def gather_translucent(mesh: Mesh) -> TranslucentMesh | None:
     """
     glowing = [part for part in mesh.parts if mesh.materials[part.material].glows]
     through = _Gathered(mesh, mesh.translucent_faces, mesh.translucent_parts, lambda each: each.texture)
-    shining = _Gathered(mesh, mesh.faces, glowing, lambda each: None, _seen_to_glow)
+    shining = _Gathered(mesh, mesh.faces, glowing, _stencil, _GlowingFaces(mesh).of)
     if len(shining.faces) > MAX_TRANSLUCENT_TRIANGLES:
         found, most = len(shining.faces), MAX_TRANSLUCENT_TRIANGLES
         log.warning("a mesh has %d triangles that glow, more than %d; it is drawn without its glow", found, most)
-        shining = _Gathered(mesh, mesh.faces, (), lambda each: None)
+        shining = _Gathered(mesh, mesh.faces, (), _stencil)
     vertices = np.concatenate([through.vertices, shining.vertices])
     if not len(vertices):
         return None
@@ -123,6 +128,11 @@ def gather_translucent(mesh: Mesh) -> TranslucentMesh | None:
     )
 
 
+def _stencil(material: Material) -> Texels | None:
+    """Return the texture whose alpha says where there is a surface; None: there is one everywhere."""
+    return None if material.cutoff is None else material.texture
+
+
 class _Gathered:
     """Gather the vertices of parts of a mesh, with what their materials say, and their faces by their textures.
 
@@ -137,7 +147,7 @@ class _Gathered:
     colour
         Returns the texture of a material that counts.
     seen
-        Returns which faces (f,) of a part, given with the mesh and their material, are gathered; None: all are.
+        Returns which faces (f,) of a part, given with their material, are gathered; None: all are.
     """
 
     def __init__(
@@ -146,7 +156,7 @@ class _Gathered:
         faces: NDArray[np.int32],
         parts: Iterable[Part],
         colour: Callable[[Material], Texels | None],
-        seen: Callable[[Mesh, NDArray[np.int32], Material], Mask] | None = None,
+        seen: Callable[[NDArray[np.int32], Material], Mask] | None = None,
     ) -> None:
         self._colour, self._mesh = colour, mesh
         ordered = sorted(parts, key=lambda part: self._key(mesh.materials[part.material]))
@@ -154,7 +164,7 @@ class _Gathered:
         for part in ordered:
             material = mesh.materials[part.material]
             own = faces[part.first_face : part.first_face + part.face_count]
-            own = own if seen is None else own[seen(mesh, own, material)]
+            own = own if seen is None else own[seen(own, material)]
             rows, numbers = np.unique(own, return_inverse=True)
             vertices.append(_vertices(mesh, rows, material))
             corners.append((numbers.reshape(-1, 3) + count).astype(np.uint32))
@@ -162,8 +172,8 @@ class _Gathered:
             count += len(rows)
         self.vertices, self.faces = np.concatenate(vertices), np.concatenate(corners)
 
-    def _key(self, material: Material) -> tuple[int, int]:
-        return id(self._colour(material)), id(material.emission_texture)
+    def _key(self, material: Material) -> tuple[int, int, float]:
+        return id(self._colour(material)), id(material.emission_texture), material.cutoff or 0.0
 
     def runs(self, first: int) -> tuple[TextureRun, ...]:
         """Return the runs of faces that show the same textures; `first` is the number of the first face."""
@@ -171,8 +181,15 @@ class _Gathered:
         for _, alike in groupby(self._parts, lambda each: self._key(each[0])):
             materials, counts = zip(*alike, strict=True)
             if count := sum(counts):
-                textures = {"colour": self._colour(materials[0]), "emission": materials[0].emission_texture}
-                runs.append(TextureRun(first=first, count=count, **textures))
+                runs.append(
+                    TextureRun(
+                        first=first,
+                        count=count,
+                        colour=self._colour(materials[0]),
+                        emission=materials[0].emission_texture,
+                        cutoff=materials[0].cutoff,
+                    )
+                )
             first += count
         return tuple(runs)
 
@@ -187,26 +204,70 @@ def _vertices(mesh: Mesh, rows: NDArray[np.integer], material: Material) -> NDAr
     return vertices
 
 
-def _seen_to_glow(mesh: Mesh, faces: NDArray[np.int32], material: Material) -> Mask:
-    """Return which faces (f, 3) may show a texel that is not black in the texture of what they send out, (f,) bool.
+class _GlowingFaces:
+    """Tell which faces of a mesh may glow, by summed-area tables of the textures of what is sent out (Crow 1984).
 
-    Counted by a summed-area table (Crow 1984) over the texels about each face's coordinates, so that none is missed.
-    Faces across which the texture begins anew are kept.
+    Parameters
+    ----------
+    mesh
+        The mesh.
     """
-    texture = material.emission_texture
-    if texture is None:
-        return np.ones(len(faces), bool)
-    height, width = texture.shape[:2]
-    table = np.zeros((height + 1, width + 1), np.int64)
-    table[1:, 1:] = (texture[..., :3] > 0).any(-1).cumsum(0).cumsum(1)
-    corners = mesh.uv[faces].astype(np.float64)
-    corners -= np.floor(corners.min(1, keepdims=True))
-    across, down = corners[..., 0] * width, (1 - corners[..., 1]) * height
-    # Texels that linear filters read; coarser mip-maps read more, of what is then less than a pixel.
-    left, right = np.floor(across.min(1) - 1), np.ceil(across.max(1) + 1)
-    top, bottom = np.floor(down.min(1) - 1), np.ceil(down.max(1) + 1)
-    wraps = (left < 0) | (top < 0) | (right > width) | (bottom > height)
-    left, right = (np.clip(each, 0, width).astype(np.int64) for each in (left, right))
-    top, bottom = (np.clip(each, 0, height).astype(np.int64) for each in (top, bottom))
-    lit = table[bottom, right] - table[top, right] - table[bottom, left] + table[top, left]
-    return np.asarray(wraps | (lit > 0))
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._uv = mesh.uv
+        self._tables: dict[int, _LitCells] = {}  # by the identity of the texture: many parts may show one
+
+    def of(self, faces: NDArray[np.int32], material: Material) -> Mask:
+        """Return which faces (f, 3) of a material may show a texel that is not black, (f,) bool.
+
+        None is missed that may. Faces across which the texture begins anew are kept.
+        """
+        texture = material.emission_texture
+        if texture is None:
+            return np.ones(len(faces), bool)
+        if id(texture) not in self._tables:
+            self._tables[id(texture)] = _LitCells.of(texture)
+        height, width = texture.shape[:2]
+        corners = self._uv[faces].astype(np.float64)
+        corners -= np.floor(corners.min(1, keepdims=True))
+        across, down = corners[..., 0] * width, (1 - corners[..., 1]) * height
+        # Texels that linear filters read; coarser mip-maps read more, of what is then less than a pixel.
+        left, right, top, bottom = across.min(1) - 1, across.max(1) + 1, down.min(1) - 1, down.max(1) + 1
+        wraps = (left < 0) | (top < 0) | (right > width) | (bottom > height)
+        return np.asarray(wraps | self._tables[id(texture)].any_in(left, right, top, bottom))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _LitCells:
+    """Count the cells of a texture that are not black.
+
+    Attributes
+    ----------
+    edge
+        Texels along a cell; more than 1 where the texture is large, or its table would take more memory than itself.
+    counts
+        (rows + 1, columns + 1) how many such cells are above and to the left of each corner of the grid.
+    """
+
+    edge: int
+    counts: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, texture: Texels) -> "_LitCells":
+        """Return the cells of a texture (H, W, 4)."""
+        height, width = texture.shape[:2]
+        edge = -(-max(height, width) // _MOST_CELLS)
+        rows = np.maximum.reduceat(texture[..., :3], np.arange(0, height, edge), axis=0)
+        lit = np.maximum.reduceat(rows, np.arange(0, width, edge), axis=1).any(-1)
+        counts = np.zeros((lit.shape[0] + 1, lit.shape[1] + 1), np.int32)
+        counts[1:, 1:] = lit.cumsum(0, dtype=np.int32).cumsum(1, dtype=np.int32)
+        return cls(edge=edge, counts=counts)
+
+    def any_in(self, left: Array, right: Array, top: Array, bottom: Array) -> Mask:
+        """Return for n rectangles whether any cell that they touch is not black, (n,); edges are texels."""
+        rows, columns = (side - 1 for side in self.counts.shape)
+        first = (np.clip(np.floor(low / self.edge), 0, most) for low, most in ((top, rows), (left, columns)))
+        end = (np.clip(np.ceil(high / self.edge), 0, most) for high, most in ((bottom, rows), (right, columns)))
+        (above, before), (below, beyond) = ((side.astype(np.int64) for side in sides) for sides in (first, end))
+        table = self.counts
+        return np.asarray(table[below, beyond] + table[above, before] > table[above, beyond] + table[below, before])

@@ -71,36 +71,14 @@ class Spot:
         return clip_from_view(self.angle, 1.0, NEAR * self.reach, self.reach) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
-        """Return which spheres may cast a shadow within the map: those that reach into its pyramid.
-
-        Parameters
-        ----------
-        bounds
-            The n spheres, world.
-
-        Returns
-        -------
-        NDArray[np.bool_]
-            (n,) whether each sphere may.
-        """
+        """Return which spheres reach into the map's pyramid and so may cast a shadow in it; see `Cascade.meets`."""
         right, up, back = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
         across = np.maximum(np.abs(right), np.abs(up)) + self.tangent * back
         ahead = (back < bounds.bounding_radius) & (-back < self.reach + bounds.bounding_radius)
         return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel of the map covers where spheres are.
-
-        Parameters
-        ----------
-        bounds
-            The n spheres, world.
-
-        Returns
-        -------
-        tuple[Array, Array]
-            Metres (n,) where each sphere comes nearest to the lamp, and metres (n,) at its middle.
-        """
+        """Return what a texel of the map covers where spheres are, as `Cascade.texels` does."""
         distance = np.linalg.norm(bounds.centre - np.array(self.centre), axis=1)
         nearest = np.maximum(distance - bounds.bounding_radius, NEAR * self.reach)
         return self.texel * nearest, self.texel * np.maximum(distance, bounds.bounding_radius)

@@ -45,6 +45,8 @@ class AssetTable:
     error : (a, levels) geometric error, metres, see `LodGeometry`; +inf where the object has no such level.
     meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
+    full_triangles : (a,) number of triangles of the whole mesh, or of that of which depth images were made; of several
+        parts the first has all of them. 0 where it is not known, as of pictures with depth.
     clusters : the clusters of meshes that are drawn as such, by number.
     """
 
@@ -62,6 +64,7 @@ class AssetTable:
     error: Array
     meshes: MeshLevels
     mesh_fallbacks: MeshFallbacks
+    full_triangles: Ints
     clusters: dict[int, MeshClusters] = field(default_factory=dict)
 
     @cached_property
@@ -161,6 +164,7 @@ def asset_table(objects: Objects, library: Library, parts: CookedParts, fallback
         error=error,
         meshes=mesh_levels,
         mesh_fallbacks=replacing,
+        full_triangles=_full_triangles(meshes, cooked, parts),
         clusters=_used_clusters(objects, library),
     )
 
@@ -218,6 +222,19 @@ def _used_meshes(objects: Objects, library: Library) -> dict[int, tuple[MeshLeve
         if mesh is not None:
             levels[number] = library.mesh_levels(number) if number in simplified else (MeshLevel(mesh, 0.0),)
     return levels
+
+
+def _full_triangles(
+    meshes: dict[int, tuple[MeshLevel, ...]], cooked: dict[int, CookedObject], parts: CookedParts
+) -> Ints:
+    """Return `AssetTable.full_triangles` of the `meshes` and depth objects that are used, by number."""
+    counts = np.zeros(len(parts), np.int64)
+    for number, levels in meshes.items():
+        counts[number] = len(levels[0].mesh.faces)
+    for number, depth_object in cooked.items():
+        if number == parts.numbers(parts.asset_of(number)).start:
+            counts[number] = depth_object.outline.mesh_triangles or 0
+    return counts
 
 
 def _used_clusters(objects: Objects, library: Library) -> dict[int, MeshClusters]:

@@ -5,15 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.assets.demand import cook_options
+from depthwalk.errors import InputError
 from depthwalk.geometry.extreme_points import extreme_points
+from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.render.lod.mesh_choice import MeshChoice, advised_table
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import Bounds, object_bounds
+from depthwalk.render.view.view import View
 from depthwalk.render.world.asset_table import AssetTable, asset_table
 from depthwalk.render.world.object_rows import ObjectRows
 from depthwalk.render.world.placeholders import Placeholders, find_placeholders
-from depthwalk.render.world.spatial_cells import SpatialCells, sort_into_cells
+from depthwalk.render.world.spatial_cells import SpatialCells, in_sight, sort_into_cells
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array, Mask, Rows
@@ -56,6 +59,7 @@ class RenderWorld:
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
         self._choice: MeshChoice | None = None
+        self._full_triangles: int | None = None
         self._cells: SpatialCells | None = None
         self._generation = self._changes = 0
         self._placeholders = Placeholders.none(len(library))
@@ -80,11 +84,22 @@ class RenderWorld:
         """Return the objects as the scene places them: a row for each, in the frame of its asset."""
         return self._scene.objects
 
-    def assets_of(self, rows: Rows) -> list[int]:
-        """Return the numbers of the scene's assets that some rows of `objects` show, each once."""
-        drawn, parts = np.flatnonzero(np.bincount(self.objects().asset[rows])).tolist(), self._assets.parts
-        of_parts = (parts.asset_of(number) if number >= parts.first else number for number in drawn)
-        return list(dict.fromkeys(of_parts))
+    def assets_in_sight(self, view: View, min_pixels: float, which: Mask) -> list[int]:
+        """Return which of the scene's assets a view may see.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        min_pixels : diameter of objects, pixels, below which they are left out.
+        which : (a,) the assets in question.
+
+        Returns
+        -------
+        Their numbers, rising.
+        """
+        asset = self._assets.parts.assets()[self.objects().asset]
+        rows, _ = in_sight(view, self.bounds(), min_pixels, np.flatnonzero(which[asset]))
+        return [int(number) for number in np.unique(asset[rows])]
 
     @property
     def _rows(self) -> ObjectRows:
@@ -127,6 +142,7 @@ class RenderWorld:
         return len(self.objects()) >= len(self._scene.objects)
 
     def _forget(self) -> None:
+        self._full_triangles = None
         self._objects = self._table = self._bounds = self._cells = self._choice = None
         self._generation += 1
         self._changes += 1
@@ -142,6 +158,15 @@ class RenderWorld:
             as_in_scene = self._representation in (None, Representation.AUTO)  # other names mean that one alone
             self._table = asset_table(self.objects(), self._library, self._assets.parts, as_in_scene)
         return self._table
+
+    @property
+    def full_triangles(self) -> int:
+        """Return how many triangles the meshes have that the objects show, those that nobody reads any more too."""
+        if self._full_triangles is None:
+            table = self.table()
+            uses = np.bincount(self.objects().asset, minlength=len(table.full_triangles))
+            self._full_triangles = int(uses @ table.full_triangles)
+        return self._full_triangles
 
     def bounds(self) -> Bounds:
         """Return the bounding spheres of the objects, world."""
@@ -165,8 +190,19 @@ class RenderWorld:
             mesh = self._library.mesh(number)
             points = np.zeros((1, 3)) if mesh is None else mesh.positions
         else:
-            points = self._assets.parts.load(number)[0].positions
+            points = np.concatenate([self._assets.parts.load(number)[0].positions, self._translucent_points(number)])
         return points if len(points) else np.zeros((1, 3))
+
+    def _translucent_points(self, number: int) -> Array:
+        """Return the corners (n, 3) of what lets light through, which depth images do not show, in the part's frame."""
+        try:
+            mesh = self._library.translucent_mesh(self._assets.parts.asset_of(number))
+        except InputError:  # whoever draws it tells
+            mesh = None
+        if mesh is None:
+            return np.zeros((0, 3))
+        part, corners = self._assets.parts.cooked(number).outline, np.unique(mesh.translucent_faces)
+        return rotate(conjugate(np.array(part.rotation)), mesh.positions[corners] - part.position)
 
     def extremes(self, number: int) -> Array:
         """Return those of `points` that reach farthest, (k, 3), see `geometry.extreme_points`."""

@@ -1,0 +1,137 @@
+"""Read the head of a mesh file, which tells of its other files and of its materials, without decoding any geometry."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from depthwalk.errors import InputError
+from depthwalk.ingest import gltf
+from depthwalk.ingest.mtl import MtlMaterial, material_libraries, read_materials
+from depthwalk.ingest.sources import Sources, arguments, find_all, text, texture_name
+
+_WITH_MATERIALS = (".obj", ".gltf", ".glb")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshHead:
+    """Say what the head of a mesh file tells; of materials that no triangle uses, too.
+
+    Attributes
+    ----------
+    files
+        Every file that determines how the mesh looks: its own, those that it names, and a picture that replaces its
+        textures. Names of files that do not exist, or lie outside the mesh's folder, are left out.
+    is_textured
+        Whether there is a picture that replaces its textures, or it names a texture or holds one.
+    has_cut_outs
+        Whether materials may cut out parts of the surface.
+    is_translucent
+        Whether materials may let light through.
+    is_all_translucent
+        Whether there are materials, none of which is opaque.
+    has_glow
+        Whether materials may send out light.
+    """
+
+    files: tuple[Path, ...]
+    is_textured: bool = False
+    has_cut_outs: bool = False
+    is_translucent: bool = False
+    is_all_translucent: bool = False
+    has_glow: bool = False
+
+
+def read_head(path: Path, texture: Path | None = None, sources: Sources | None = None) -> MeshHead:
+    """Read the head of a mesh file.
+
+    An OBJ file names material libraries, and these name textures; a glTF or GLB file names buffers and images; a PLY
+    file names its texture.
+
+    Parameters
+    ----------
+    path
+        The mesh file.
+    texture
+        A picture that replaces the file's own textures; None keeps these.
+    sources
+        Reads files and keeps their bytes; None reads them from the disk.
+
+    Returns
+    -------
+    MeshHead
+        What it tells; `texture` is the last of its files.
+
+    Raises
+    ------
+    InputError
+        Where `path` is missing or its header damaged.
+    """
+    sources = sources or Sources()
+    data = sources.read(path)
+    match path.suffix.lower():
+        case ".obj":
+            head = _obj_head(data, path, sources)
+        case ".gltf" | ".glb":
+            head = _gltf_head(data, path, sources)
+        case ".ply":
+            head = _ply_head(data, path, sources)
+        case _:
+            head = MeshHead(files=(path,))
+    if texture is not None:
+        head = replace(head, files=(*head.files, texture), is_textured=True)
+    return replace(head, files=tuple(dict.fromkeys(head.files)))
+
+
+def is_all_translucent(path: Path) -> bool:
+    """Return whether the head of a mesh file says that nothing of it is opaque; False where it cannot be read."""
+    try:
+        return path.suffix.lower() in _WITH_MATERIALS and read_head(path).is_all_translucent
+    except InputError:  # who reads the mesh complains
+        return False
+
+
+def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
+    """Return what an OBJ file and its material libraries tell."""
+    libraries = material_libraries(data, path.parent, sources)
+    folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
+    materials = read_materials(libraries, sources).values()
+    names = [texture_name(name) for material in materials for name in (material.image, material.glow) if name]
+    through = [_lets_through(material) for material in materials]
+    return MeshHead(
+        files=(path, *libraries, *find_all(names, folders, sources, path)),
+        is_textured=any(material.image for material in materials),
+        has_cut_outs=any(material.mask for material in materials),
+        is_translucent=any(through),
+        is_all_translucent=bool(through) and all(through),
+        has_glow=any(material.glow or np.any(material.terms.get("ke", 0)) for material in materials),
+    )
+
+
+def _lets_through(material: MtlMaterial) -> bool:
+    """Return whether a material of a library is not opaque."""
+    return bool(np.any(np.less(material.terms.get("d", 1), 1)) or np.any(np.greater(material.terms.get("tr", 0), 0)))
+
+
+def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
+    """Return what the JSON header of a glTF or GLB file tells."""
+    header = gltf.read_header(data, path)
+    try:
+        buffers, images = gltf.external_uris(header, "buffers"), gltf.external_uris(header, "images")
+        return MeshHead(
+            # Without a buffer the file is refused when it is read, without an image a warning is enough.
+            files=(path, *find_all(buffers, [path.parent], sources), *find_all(images, [path.parent], sources, path)),
+            is_textured=bool(header.get("images")),
+            has_cut_outs=gltf.has_cut_outs(header),
+            is_translucent=gltf.has_translucency(header),
+            is_all_translucent=gltf.is_all_translucent(header),
+            has_glow=gltf.has_glow(header),
+        )
+    except (AttributeError, TypeError):
+        raise InputError(f"{path}: its glTF header is malformed") from None
+
+
+def _ply_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
+    """Return what the header of a PLY file tells."""
+    names = [text(name) for name in arguments(data[: data.find(b"end_header")], rb"comment[ \t]+TextureFile")]
+    return MeshHead(files=(path, *find_all(names, [path.parent], sources)), is_textured=bool(names))

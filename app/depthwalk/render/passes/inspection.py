@@ -1,0 +1,23 @@
+"""Show normals, distances or albedo in the place of light, to see what is wrong with a model or its depth images."""
+
+from depthwalk.render.frame import Frame
+from depthwalk.render.pixel_pass import PixelInputs, PixelPass
+from depthwalk.scene.effect_settings import InspectionParams
+
+
+class InspectionPass(PixelPass[InspectionParams]):
+    """Draw what the G-buffer holds over `lit`; see `reference.inspection` for the colours."""
+
+    name = "inspection"
+    per_sample = True
+    reads = ("albedo", "surface", "depth")
+    writes = ("lit",)
+
+    def enabled(self, frame: Frame, params: InspectionParams) -> bool:
+        """Return whether `params` ask for another picture than the lit one; `frame` does not matter."""
+        return params.show != "picture"
+
+    def inputs(self, frame: Frame, params: InspectionParams) -> PixelInputs:
+        """Return what is shown, as `params` say; `frame` does not matter."""
+        uniforms = {"half_distance": params.half_distance} if params.show == "distance" else {}
+        return PixelInputs(defines=(params.show.upper(),), uniforms=uniforms, even_sky=True)

@@ -1,0 +1,72 @@
+"""Tell how long the rounds of a walk take, and whether one may be left out since the window shows everything."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from depthwalk.walk.window import wait_for_event
+
+_ROUNDS = 3  # in which widgets are drawn after an event: imgui answers to events a round later
+
+
+class WalkClock:
+    """Measure the rounds of a walk, less what the walk is not to know of: loading, and waiting for the user.
+
+    Attributes
+    ----------
+    now
+        When the present round began, as of `time.perf_counter`.
+    left_out
+        How long the clock has been stopped since then, seconds.
+    """
+
+    def __init__(self) -> None:
+        self.now = time.perf_counter()
+        self.left_out = 0.0
+
+    def tick(self) -> float:
+        """Begin a round, and return how long the last one took, seconds."""
+        before, self.now = self.now, time.perf_counter()
+        stopped, self.left_out = self.left_out, 0.0
+        return self.now - before - stopped
+
+    @contextmanager
+    def stopped(self) -> Iterator[None]:
+        """Leave out the time that the `with` block takes."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.left_out += time.perf_counter() - start
+
+    def wait(self, seconds: float) -> None:
+        """Wait for the user, at most for `seconds`, which are left out: no frame took that long."""
+        with self.stopped():
+            wait_for_event(seconds)
+
+
+class WidgetRounds:
+    """Count the rounds in which widgets must still be drawn after what they tell has changed."""
+
+    def __init__(self) -> None:
+        self._told: tuple[Any, ...] = ()
+        self._left = 0
+
+    def are_over(self, told: tuple[Any, ...], has_news: bool) -> bool:
+        """Return whether the widgets show already what they are to tell; call this once in every round.
+
+        Parameters
+        ----------
+        told
+            All that they tell, of types that can be compared.
+        has_news
+            Whether there was an event that they may answer to.
+        """
+        changed, self._told = has_news or told != self._told, told
+        self._left = _ROUNDS if changed else max(self._left - 1, 0)
+        return not self._left
+
+    def begin(self) -> None:
+        """Have the widgets drawn in a window that shows nothing yet."""
+        self._told = ()

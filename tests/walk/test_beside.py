@@ -1,0 +1,36 @@
+"""What a walk makes ready beside its frames, and how it is stopped."""
+
+import pytest
+
+from depthwalk.assets.background import BackgroundLibrary
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.walk.beside import BesideFrames
+
+
+def test_a_library_without_threads_has_nothing_to_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    loaded: list[bool] = []
+    monkeypatch.setattr("depthwalk.render.kernels.load_behind", lambda: loaded.append(True))
+    beside = BesideFrames(SceneLibrary(()))
+    assert beside.progress is None and beside.failures == []
+    assert beside.stop_baking() == "Nothing is baked now"
+    for _ in range(2):
+        beside.begin_what_waited()
+    assert loaded == [True]
+    beside.close()
+
+
+def test_one_with_threads_bakes_once_there_is_a_picture_and_is_closed_when_another_comes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("depthwalk.render.kernels.load_behind", lambda: None)
+    closed: list[BackgroundLibrary] = []
+    monkeypatch.setattr(BackgroundLibrary, "close", lambda library: closed.append(library))
+    first = BackgroundLibrary(())
+    first.baking_waits = True
+    first.failures.append("a.ply: empty file")
+    beside = BesideFrames(first)
+    beside.begin_what_waited()
+    assert not first.baking_waits and beside.failures == ["a.ply: empty file"]
+    second = SceneLibrary(())
+    beside.replace(second)
+    assert closed == [first] and beside.library is second and beside.failures == []
