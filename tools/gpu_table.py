@@ -3,7 +3,8 @@
 Of each walk, after frames that are not counted: *frame*, from the first call until the picture is finished, by the
 clock; *in a row*, the time of one of many frames that nobody waits for in between, which is what a window shows; *GPU*,
 the sum of the timer queries of all passes; *Python*, the processor time of the drawing thread, which is what the CPU
-takes of each frame. A second table has the passes, a third how far pictures differ from those of another machine.
+takes of each frame: Python, NumPy, and what the driver does within its calls. A second table has the passes, a third
+how far pictures differ from those of another machine.
 
 `--pictures DIR` writes a picture of each walk, as `render` would draw it; `--compare DIR` gives the FLIP against those
 in a folder, of the same names. A software rasteriser is refused unless `--software` is given: there neither queries nor

@@ -12,13 +12,21 @@ class Recorded:
     """A context that remembers what it was told."""
 
     def __init__(self) -> None:
-        self.flags: int | None = None
+        self.flags = 0
         self.direct: set[int] = set()
         self.depth_func, self.wireframe = "<", False
         self.blend_func: tuple[int, int] | None = None
 
     def enable_only(self, flags: int) -> None:
         self.flags = flags
+
+    def enable(self, flags: int) -> None:
+        assert not self.flags & flags, "set already"
+        self.flags |= flags
+
+    def disable(self, flags: int) -> None:
+        assert self.flags & flags == flags, "not set"
+        self.flags &= ~flags
 
     def enable_direct(self, capability: int) -> None:
         self.direct.add(capability)
@@ -70,3 +78,13 @@ def test_unknown_state_is_an_error_and_changes_nothing() -> None:
     with pytest.raises(ValueError), keeper.changed(culling=True):  # type: ignore[call-arg]
         pass
     assert keeper.now == State()
+
+
+def test_flags_that_others_have_changed_are_restored() -> None:
+    context = Recorded()
+    keeper = keeper_of(context)
+    with keeper.changed(cull=True):
+        context.flags = moderngl.BLEND
+        keeper.restore()
+        assert context.flags == moderngl.CULL_FACE
+    assert context.flags == moderngl.NOTHING

@@ -36,6 +36,8 @@ class InstanceStream:
             components = int(np.prod(field.shape)) if field.shape else 1
             self._fields.append((f"in_{name}", f"{components}f", int(offset)))
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
+        # Of each program: location, layout and offset of the fields that it reads.
+        self._attributes: dict[moderngl.Program, list[tuple[int, str, int]]] = {}
 
     def upload(self, records: NDArray[np.void]) -> None:
         """Replace the buffer's contents by `records` (n,) of the stream's dtype."""
@@ -49,12 +51,18 @@ class InstanceStream:
 
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
         """Let the next draws of `array` read the records from the one numbered `first` on, one for each instance."""
-        for name, layout, offset in self._fields:
-            attribute: Any = array.program.get(name, None)
-            if attribute is not None:
-                array.bind(
-                    attribute.location, "f", self._buffer, layout, offset + first * self._stride, self._stride, 1
-                )
+        bound = self._buffer, first
+        if array.extra == bound:  # it reads them already, as many do frame after frame
+            return
+        array.extra = bound
+        if array.program not in self._attributes:
+            members: Any = array.program
+            self._attributes[array.program] = [
+                (members[name].location, layout, offset) for name, layout, offset in self._fields if name in members
+            ]
+        start = first * self._stride
+        for location, layout, offset in self._attributes[array.program]:
+            array.bind(location, "f", self._buffer, layout, offset + start, self._stride, 1)
 
 
 class RecordTexture:

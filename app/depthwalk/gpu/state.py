@@ -4,8 +4,7 @@ No pass sets GL state by hand or resets it. What a draw needs stands in the `wit
 outside all blocks find the defaults of `State`.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from typing import NamedTuple, TypedDict, Unpack
 
 import moderngl
@@ -52,6 +51,9 @@ class Changes(TypedDict, total=False):
 class StateKeeper:
     """Set the state of one context and remember it; GL itself is never asked, which would be slow.
 
+    What is set already is not set again. So whoever else draws in this context must leave flags as they were, or
+    `restore` is called before the next block.
+
     Attributes
     ----------
     now
@@ -63,14 +65,13 @@ class StateKeeper:
         self._context = context
         self.now = State()
 
-    @contextmanager
     def changed(
         self,
         into: moderngl.Framebuffer | None = None,
         *,
         depth_write: bool = True,
         **changes: Unpack[Changes],
-    ) -> Iterator[None]:
+    ) -> AbstractContextManager[None]:
         """Set GL state for as long as a `with` block lasts; what is not named here stays as it is around the block.
 
         Parameters
@@ -82,31 +83,24 @@ class StateKeeper:
         **changes
             Fields of `State` with their new values.
         """
-        before = self.now
-        wrote_depth = into is None or into.depth_mask
-        try:
-            self._set(before._replace(**changes))
-            if into is not None:
-                into.depth_mask = depth_write
-                into.use()
-            yield
-        finally:
-            if into is not None:
-                into.depth_mask = wrote_depth
-            self._set(before)
+        return _Block(self, self.now._replace(**changes), into, depth_write)
 
-    def _set(self, state: State) -> None:
+    def restore(self) -> None:
+        """Set the tests and steps of the present state anew: others may have changed them outside all blocks."""
+        self._context.enable_only(_flags(self.now))
+
+    def set(self, state: State) -> None:
         """Make `state` the context's, with as few GL calls as that takes."""
         before, self.now, context = self.now, state, self._context
-        flags = moderngl.NOTHING
-        if state.depth_test is not None:
-            flags |= moderngl.DEPTH_TEST
-        if state.cull:
-            flags |= moderngl.CULL_FACE
-        if state.blend is not None:
-            flags |= moderngl.BLEND
+        if state == before:
+            return
+        was, wanted = _flags(before), _flags(state)
+        if was & ~wanted:
+            context.disable(was & ~wanted)
+        if wanted & ~was:
+            context.enable(wanted & ~was)
+        if state.blend is not None and state.blend != before.blend:
             context.blend_func = state.blend
-        context.enable_only(flags)  # always: others, as the panel, may have set flags of their own
         if (before.depth_test or LESS) != (state.depth_test or LESS):
             context.depth_func = state.depth_test or LESS
         if before.wireframe != state.wireframe:
@@ -117,3 +111,39 @@ class StateKeeper:
         for capability in state.direct:
             if capability not in before.direct:
                 context.enable_direct(capability)
+
+
+class _Block(AbstractContextManager[None]):
+    """Hold the state of one `with` block, and what it was before. A generator would take twice as long to enter."""
+
+    __slots__ = ("_before", "_changes_mask", "_depth_write", "_into", "_keeper", "_state")
+
+    def __init__(self, keeper: StateKeeper, state: State, into: moderngl.Framebuffer | None, depth_write: bool) -> None:
+        self._keeper, self._state, self._into, self._depth_write = keeper, state, into, depth_write
+
+    def __enter__(self) -> None:
+        into = self._into
+        self._before = self._keeper.now
+        if into is not None:
+            self._changes_mask = into.depth_mask != self._depth_write
+            if self._changes_mask:
+                into.depth_mask = self._depth_write
+            into.use()
+        self._keeper.set(self._state)
+
+    def __exit__(self, *error: object) -> None:
+        if self._into is not None and self._changes_mask:
+            self._into.depth_mask = not self._depth_write
+        self._keeper.set(self._before)
+
+
+def _flags(state: State) -> int:
+    """Return what moderngl calls the tests and steps that a state switches on."""
+    flags = moderngl.NOTHING
+    if state.depth_test is not None:
+        flags |= moderngl.DEPTH_TEST
+    if state.cull:
+        flags |= moderngl.CULL_FACE
+    if state.blend is not None:
+        flags |= moderngl.BLEND
+    return flags

@@ -32,9 +32,17 @@ class DeclaredTargets:
         if unknown := {*reads, *writes} - TARGETS.keys():
             raise ValueError(f"pass {user}: no target {', '.join(sorted(unknown))}; there are {', '.join(TARGETS)}")
         values = {"_targets": targets, "_user": user, "_reads": frozenset(reads), "_writes": frozenset(writes)}
+        values["_allowed"] = set()  # names that were found to be declared
         self.__dict__.update(values)
 
     def __getattr__(self, name: str) -> Any:
+        if name not in self._allowed:
+            self._check(name)
+            self._allowed.add(name)
+        return getattr(self._targets, name)
+
+    def _check(self, name: str) -> None:
+        """Raise AttributeError where the pass does not declare the target that an attribute belongs to."""
         if name in FRAMEBUFFERS:
             colours, depth, _ = FRAMEBUFFERS[name]
             for texture in colours:
@@ -46,7 +54,6 @@ class DeclaredTargets:
             self._need(TARGET_OF[name], "read", self._reads)
         elif name not in _OPEN_TO_ALL:
             raise AttributeError(f"pass {self._user}: no target {name}")
-        return getattr(self._targets, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         self._need(TARGET_OF.get(name, name), "write", self._writes)

@@ -124,7 +124,7 @@ class PassSequence:
         for pass_ in passes:
             if pass_.representation is not None and not frame.plan.draws(pass_.representation):
                 continue
-            drawn = DrawnPass(pass_, replace(frame, targets=self._declared[pass_]), pass_.params_in(self._settings))
+            drawn = DrawnPass(pass_, frame.with_targets(self._declared[pass_]), pass_.params_in(self._settings))
             if pass_.enabled(drawn.frame, drawn.params):
                 yield drawn
 

@@ -174,6 +174,7 @@ class Renderer:
         Yields the names of the passes, see `steps`.
         """
         # 1. What the settings ask for, textures to draw into, and the objects that may be seen.
+        self.device.state.restore()
         memory, common = self._memory(kind), self._common(view, screen, kind)
         view = replace(view, size=(view.size[0] * common.aa.samples, view.size[1] * common.aa.samples))
         targets = self._prepare_targets(view, common, memory)

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Literal
 
-import moderngl
 import numpy as np
 import pytest
 from moderngl import Texture
@@ -12,6 +11,7 @@ from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
+from depthwalk.gpu.state import LESS
 from depthwalk.render.draw.draw_lists import ImpostorQuads
 from depthwalk.render.draw.material_depth import SURFACE_RECORD
 from depthwalk.render.image import read_pixels
@@ -65,8 +65,8 @@ def test_records_are_fetched_by_number(gl_device: Device) -> None:
     program.set(low=(-1.0, -1.0), high=(1.0, 1.0), objects=0, visibility_texture=1)
     texture.use(0)
     visible.use(1)
-    gl_device.context.enable_only(moderngl.DEPTH_TEST)
-    program.rectangles()
+    with scope.state(depth_test=LESS):
+        program.rectangles()
     found = np.frombuffer(out.read(), np.float32).reshape(2, 4)
     assert found == pytest.approx(np.where(numbers == 0, 1, numbers / 65536), abs=1e-7)
     scope.release()

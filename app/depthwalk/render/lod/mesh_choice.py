@@ -170,6 +170,9 @@ class MeshChooser:
     def __init__(self) -> None:
         self._was_mesh = np.zeros(0, bool)
         self._made_for: object = None
+        self._reach: Array = np.zeros(0)
+        self._reach_for: tuple[object, ...] = ()  # with which arguments `farthest_as_mesh` returned `_reach`
+        self._known: tuple[MeshChoice | None, MeshFallbacks | None] = None, None  # the tables among them
 
     def as_meshes(
         self,
@@ -206,11 +209,9 @@ class MeshChooser:
             return np.zeros(0, np.int64)
         if self._made_for is not choice or len(self._was_mesh) != len(objects):  # other objects, or other assets
             self._made_for, self._was_mesh = choice, np.zeros(len(objects), bool)
-        triangles = fallbacks.triangles[fallbacks.mesh]
-        reach = farthest_as_mesh(
-            view, fallbacks, triangles, None if choice is None else choice.advised, rule.magnification
+        near, nearest = fallbacks.nearer_than(
+            view, objects, rows, self._farthest(view, choice, fallbacks, rule.magnification)
         )
-        near, nearest = fallbacks.nearer_than(view, objects, rows, reach)
         number = objects.asset[rows[near]]
         first = rows[near] - fallbacks.part[number]
         middle = (nearest + fallbacks.cylinder_radius[number]) / view.detail_pixels
@@ -229,3 +230,13 @@ class MeshChooser:
         self._was_mesh[rows] = False
         self._was_mesh[first[found]] = True
         return near[found]
+
+    def _farthest(self, view: View, choice: MeshChoice | None, fallbacks: MeshFallbacks, magnification: float) -> Array:
+        """Return what `farthest_as_mesh` does: as long as the lens and the size of the picture stay, what it did."""
+        seen_by = view.detail_pixels, view.whole_size, magnification
+        if self._known[0] is not choice or self._known[1] is not fallbacks or self._reach_for != seen_by:
+            advised = None if choice is None else choice.advised
+            triangles = fallbacks.triangles[fallbacks.mesh]
+            self._reach = farthest_as_mesh(view, fallbacks, triangles, advised, magnification)
+            self._known, self._reach_for = (choice, fallbacks), seen_by
+        return self._reach

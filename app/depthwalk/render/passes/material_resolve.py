@@ -88,26 +88,36 @@ class MaterialResolvePass(Pass[Params]):
         depths: NDArray[np.floating],
     ) -> Iterator[None]:
         """Draw the rectangles of the assets into `target`, where `depth_test` passes. depths: (assets, n) of each."""
-        filled = 0.0  # of the picture, since the last stop
         defines, light = _light(frame)
         if frame.common.show_tiles:
             defines += ("SHOW_TILES",)
         uniforms = {"objects": 0, "visibility_texture": 1, **light}
         columns = materials.assets.tolist(), depths.tolist(), materials.low.tolist(), materials.high.tolist()
-        for number, asset_depths, low, high in zip(*columns, strict=True):
-            if filled > _PART:
-                filled = 0.0
+        rows = list(zip(*columns, strict=True))
+        for part in _parts(materials):
+            if part.start:
                 yield
-            filled += (high[0] - low[0]) * (high[1] - low[1]) / 4
             self._bind(frame)
-            asset = frame.assets.depth_object(number)
-            program = self._programs[*asset.surface_defines, *defines]
-            asset.use_surface(program, _SURFACE, frame.common.lod)
-            program.set(**uniforms, low=tuple(low), high=tuple(high))
             with self.gl.state(into=target, depth_test=depth_test, depth_write=False):
-                for depth in asset_depths:
-                    program.set(depth=depth)
-                    program.rectangles()
+                for number, asset_depths, low, high in rows[part]:
+                    asset = frame.assets.depth_object(number)
+                    program = self._programs[*asset.surface_defines, *defines]
+                    asset.use_surface(program, _SURFACE, frame.common.lod)
+                    program.set(**uniforms, low=tuple(low), high=tuple(high))
+                    for depth in asset_depths:
+                        program.set(depth=depth)
+                        program.rectangles()
+
+
+def _parts(materials: MaterialRecords) -> Iterator[slice]:
+    """Yield the rows of the assets that each part of the pass draws."""
+    start, filled = 0, 0.0
+    for number, covered in enumerate(((materials.high - materials.low).prod(1) / 4).tolist()):
+        if filled > _PART:
+            yield slice(start, number)
+            start, filled = number, 0.0
+        filled += covered
+    yield slice(start, len(materials.assets))
 
 
 def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:

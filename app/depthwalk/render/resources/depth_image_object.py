@@ -20,7 +20,7 @@ from depthwalk.cook.lod_geometry import GRID_LAYOUT, VERTEX_BYTES, LodGeometry, 
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Packed, Program
 from depthwalk.render.resources.surface_texture import SurfaceTexture
 from depthwalk.scene.object_settings import LodParams
 
@@ -154,12 +154,23 @@ class DepthObject:
             How many instances are drawn.
         """
         layout, name = GRID_LAYOUT
+        if len(self.chunks) == 1:  # all indices count from the first vertex
+            for first, count in runs:
+                array.render(vertices=count, first=first, instances=instances)
+            return
         attribute: Any = array.program[name]
         for run in runs:
-            for first, count, base in chunk_runs(self.chunks, *run):
+            if run not in self._divided:
+                self._divided[run] = chunk_runs(self.chunks, *run)
+            for first, count, base in self._divided[run]:
                 # In place of a base vertex, which moderngl does not offer.
                 array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
                 array.render(vertices=count, first=first, instances=instances)
+
+    @cached_property
+    def _divided(self) -> dict[tuple[int, int], list[tuple[int, int, int]]]:
+        """Return the draw calls of each run of indices that was drawn: there are few, of levels and their pieces."""
+        return {}
 
     def use_geometry(self, program: Program, lod: LodParams) -> None:
         """Bind the meso-structure to the first texture unit, and set the uniforms that the vertex stage reads.
@@ -172,7 +183,11 @@ class DepthObject:
             The settings of detail.
         """
         self.meso.use(0)
-        program.set(meso_relief=0, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
+        key = program, None
+        if key not in self._uniforms:
+            self._uniforms[key] = program.packed(meso_relief=0, **self.geometry, **self.relief)
+        program.use(self._uniforms[key])
+        program.set(meso_fade=lod.meso_fade)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
         """Bind textures to at most `SURFACE_UNITS` texture units, and set the uniforms that looking up a surface needs.
@@ -196,10 +211,19 @@ class DepthObject:
         }
         if texture.coordinates is not None and texture.base is not None:
             images |= {"page_coordinates": texture.coordinates, "base_texture": texture.base}
-        for unit, (name, image) in enumerate(images.items(), first_unit):
+        for unit, image in enumerate(images.values(), first_unit):
             image.use(unit)
-            program.set(**{name: unit})
-        program.set(meso_fade=lod.meso_fade, **texture.uniforms, **self.surface, **self.relief)
+        key = program, (texture.detail, first_unit)
+        if key not in self._uniforms:
+            units = {name: unit for unit, name in enumerate(images, first_unit)}
+            self._uniforms[key] = program.packed(**units, **texture.uniforms, **self.surface, **self.relief)
+        program.use(self._uniforms[key])
+        program.set(meso_fade=lod.meso_fade)
+
+    @cached_property
+    def _uniforms(self) -> dict[tuple[Program, tuple[int, int] | None], Packed]:
+        """Return the uniforms of each program that has drawn this object: of geometry, or of a surface's detail."""
+        return {}
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObject:
