@@ -26,7 +26,7 @@ from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 
 _SEEN_LOSS = (
-    0.02  # part of the visible surface without which holes are seen at first sight; most models lose a thousandth
+    0.02  # part of the visible surface without which holes are seen; most models lose a thousandth
 )
 
 
