@@ -25,9 +25,7 @@ from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 
-_SEEN_LOSS = (
-    0.02  # part of the visible surface without which holes are seen; most models lose a thousandth
-)
+_SEEN_LOSS = 0.02  # part of the visible surface without which holes are seen; most models lose a thousandth
 
 
 def output_files(meshes: Sequence[Path], out: str | None) -> list[Path | str]:

@@ -306,5 +306,5 @@ def _file_colours(mesh: trimesh.Trimesh, linear: bool) -> NDArray[np.uint8] | No
     values = np.asarray(values)
     if not linear:
         return to_rgba(np.array(values))[:, :3].astype(np.uint8)
-    unit = values[:, :3] / (255.0 if values.dtype == np.uint8 else 1.0)
+    unit = values[:, :3] / 255.0 if values.dtype == np.uint8 else values[:, :3]  # a NaN that signals bears no division
     return srgb8_from_linear(np.nan_to_num(unit, nan=0.0, posinf=1.0, neginf=0.0))
