@@ -29,6 +29,7 @@ def test_curves_cross_where_their_powers_meet() -> None:
     assert crossings(at, x**2, 50 * x) == pytest.approx([50.0])
     assert crossings(at, x, 2 * x) == []
     assert crossings(at, np.array([1, 10, np.nan, 1]), np.full(4, 2.0)) == pytest.approx([2.0])
+    assert crossings(at, np.array([1, 10, -0.1, 1]), np.full(4, 2.0)) == pytest.approx([2.0])
 
 
 @pytest.mark.parametrize("parts", [2, 3, 5])

@@ -246,13 +246,14 @@ def crossings(x: Sequence[float], one: Array, other: Array) -> list[float]:
     x
         (n,) where both are known, rising, above 0.
     one, other
-        (n,) the curves, above 0; NaN where one is not known.
+        (n,) the curves; NaN where one is not known. Nothing crosses at costs of 0 and less, which are noise.
 
     Returns
     -------
     list[float]
         Where they cross, rising.
     """
+    one, other = (np.where(curve > 0, curve, np.nan) for curve in (one, other))
     along, gap = np.log(np.asarray(x, np.float64)), np.log(one) - np.log(other)
     turns = np.flatnonzero(gap[:-1] * gap[1:] < 0)
     part = gap[turns] / (gap[turns] - gap[turns + 1])

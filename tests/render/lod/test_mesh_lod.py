@@ -198,8 +198,10 @@ def test_levels_are_kept_and_found_again(tiny_scene: Path, tmp_path: Path, monke
 
 
 def test_a_full_disk_costs_nothing_but_time(
-    tiny_scene: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
     def two_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
         return MeshLevel(mesh, 0.0), MeshLevel(mesh, 0.1)
 
