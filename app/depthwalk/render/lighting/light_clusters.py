@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.colour import linear_from_srgb
+from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.render.shadows.spot_maps import lamp_spot
 from depthwalk.render.view.bounds import Bounds, extents
 from depthwalk.render.view.view import View
@@ -103,7 +104,8 @@ def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int
     cells = np.zeros(len(counts), NUMBERS_RECORD)
     cells["numbers"][:, 0] = np.cumsum(counts) - counts
     cells["numbers"][:, 1] = counts
-    cells["numbers"][:, 2] = lamps_by_cluster(first[: mapped.sum()], last[: mapped.sum()], shape)[1]
+    cluster = np.repeat(np.arange(len(counts)), counts)
+    cells["numbers"][:, 2] = np.bincount(cluster[numbers < mapped.sum()], minlength=len(counts))
     lists = np.zeros(-(-len(numbers) // 4), NUMBERS_RECORD)
     lists["numbers"].reshape(-1)[: len(numbers)] = numbers
     records = lamp_records(view, [lights[k] for k in seen.tolist()])
@@ -176,4 +178,4 @@ def lamps_by_cluster(
     for axis, length in enumerate(shape):
         cluster += stride * (begin[number, axis] + within % size[number, axis])
         within, stride = within // size[number, axis], stride * length
-    return number[np.argsort(cluster, kind="stable")], np.bincount(cluster, minlength=stride)
+    return number[stable_order(cluster)], np.bincount(cluster, minlength=stride)
