@@ -186,7 +186,7 @@ class DamagedFileError(OSError):
 
 
 def forget(key: str) -> None:
-    """Remove every cached file of `key`, of whatever kind. Files that cannot be removed stay."""
+    """Remove every cached file whose key is `key` or begins so, of whatever kind. Files that cannot be removed stay."""
     with contextlib.suppress(OSError):
         for path in cache_folder().iterdir():
             if path.name.startswith(key):

@@ -10,6 +10,7 @@ from depthwalk.bake.images import Face
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD, depth_code, encode_normals, image_texels
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
+from depthwalk.types import Array
 from shapes import bake, sphere
 
 
@@ -69,16 +70,52 @@ def test_depths_are_told_apart_by_their_remainders(gl_device: Device) -> None:
     assert np.abs(found - expected).max() < 0.26
 
 
+def code_of(depth: float) -> int:
+    return int(depth_code(np.array(depth)))
+
+
+def looked_up(gl_device: Device, function: str, codes: tuple[int, int], asked: float, **uniforms: object) -> Array:
+    """What a shader's `function` answers of one point, given `asked`, (4,).
+
+    Of its image there are two layers of one tile each, 12 texels a side with what is around it. All texels of a layer
+    are alike: normals along x in the first and along y in the second, and one of the `codes` of depths each.
+    """
+    side = 12
+    stored = np.zeros((side, 2 * side, 4), np.uint8)
+    stored[:, :side] = 255, 128, 128, codes[0]
+    stored[:, side:] = 128, 255, 128, codes[1]
+    table = np.array([[0, 0], [side, 0]], np.int16).reshape(2, 1, 1, 2) + np.int16(3)
+    scope = gl_device.scope("test")
+    text = Source("common/depth_images.glsl", "").text + function.replace("IMAGE", str(side))
+    program = gl_device.context.program(vertex_shader=text, varyings=("found",))
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    scope.texture((2 * side, side), 4, data=stored.tobytes()).use(0)
+    entries = gl_device.context.texture_array((1, 1, 2), 2, table.tobytes(), dtype="i2")
+    entries.use(1)
+    placed = {"page_normals": 0, "page_table": 1, "first_images": [0, *[2] * (len(Face) - 1)], "image_size": (8.0, 8.0)}
+    for name, value in (placed | uniforms).items():
+        program[name] = value
+    content = [(scope.buffer(np.array([asked], np.float32)), "1f", "asked")]
+    array = gl_device.context.vertex_array(program, content)
+    out = scope.buffer(reserve=16)
+    array.transform(out, moderngl.POINTS, 1)
+    found = np.frombuffer(out.read(), np.float32)
+    for made in array, program, entries:
+        made.release()
+    scope.release()
+    return found
+
+
 BESIDE_EDGE = """
 uniform int image;  // a uniform, or unused numbers of faces vanish
-in float depth;
+in float asked;  // the depth
 out vec4 found;  // normal, and the image from which the texel came
 void main() {
     vec4 texel[4];
     vec2 place = vec2(6.0);
     page_normal(place, texel);
     Around around = texels_around(place);
-    found.xyz = sample_border(image, vec2(0.5), texel, depth, around);
+    found.xyz = sample_border(image, vec2(0.5), texel, asked, around);
     found.w = around.at[0].x < IMAGE ? 0.0 : 1.0;
 }
 """
@@ -87,69 +124,25 @@ void main() {
 @pytest.mark.parametrize(("behind", "taken"), [(0.0, 1), (2.5, 1), (8.0, 0), (50.0, 0)])
 def test_empty_texels_take_no_other_surface_from_the_next_layer(gl_device: Device, behind: float, taken: int) -> None:
     """They hold their nearest texel: better than a surface that lies texels behind."""
-    side, depth = 12, 40.0  # of an image of one tile with what is around it
-    stored = np.zeros((side, 2 * side, 4), np.uint8)
-    stored[:, :side] = 255, 128, 128, depth_code(np.array(depth)) ^ 128
-    stored[:, side:] = 128, 255, 128, depth_code(np.array(depth + behind))
-    table = np.array([[0, 0], [side, 0]], np.int16).reshape(2, 1, 1, 2) + np.int16(3)
-    scope = gl_device.scope("test")
-    text = Source("common/depth_images.glsl", "").text + BESIDE_EDGE.replace("IMAGE", str(side))
-    program = gl_device.context.program(vertex_shader=text, varyings=("found",))
-    scope.framebuffer([scope.texture((4, 4), 4)]).use()
-    pages = scope.texture((2 * side, side), 4, data=stored.tobytes())
-    entries = gl_device.context.texture_array((1, 1, 2), 2, table.tobytes(), dtype="i2")
-    pages.use(0)
-    entries.use(1)
-    program["page_normals"], program["page_table"] = 0, 1
-    program["first_images"] = [0, *[2] * (len(Face) - 1)]
-    program["image_size"] = 8.0, 8.0
-    array = gl_device.context.vertex_array(program, [(scope.buffer(np.array([depth], np.float32)), "1f", "depth")])
-    out = scope.buffer(reserve=16)
-    array.transform(out, moderngl.POINTS, 1)
-    normal = np.frombuffer(out.read(), np.float32)
-    for made in array, program, entries:
-        made.release()
-    scope.release()
-    assert normal[3] == taken
-    assert normal[1 if taken else 0] > 0.9
+    depth = 40.0  # texels
+    codes = code_of(depth) ^ 128, code_of(depth + behind)  # half the period off: empty
+    found = looked_up(gl_device, BESIDE_EDGE, codes, depth)
+    assert found[3] == taken
+    assert found[1 if taken else 0] > 0.9
 
 
 FROM_AFAR = """
 uniform int image;  // a uniform, or unused numbers of faces vanish
-in float footprint;
-out vec3 found;
-void main() { found = surface_at(vec3(0.0, 0.6, 0.0), image | EDGE, footprint).normal; }
+in float asked;  // the edge of a pixel's footprint, metres
+out vec4 found;
+void main() { found = vec4(surface_at(vec3(0.0, 0.6, 0.0), image | EDGE, asked).normal, 0.0); }
 """
 
 
-@pytest.mark.parametrize("footprint", [0.5, 3.0])
-def test_from_afar_too_the_next_layer_shows_a_surface_beside_an_edge(gl_device: Device, footprint: float) -> None:
+@pytest.mark.parametrize("texels", [0.5, 3.0])
+def test_from_afar_too_the_next_layer_shows_a_surface_beside_an_edge(gl_device: Device, texels: float) -> None:
     """Where a pixel covers several texels, means of another surface were shown."""
-    side, depth = 12, 40.0  # texels; of an image of one tile with what is around it
-    stored = np.zeros((side, 2 * side, 4), np.uint8)
-    stored[:, :side] = 255, 128, 128, depth_code(np.array(depth - 30))
-    stored[:, side:] = 128, 255, 128, depth_code(np.array(depth))
-    table = np.array([[0, 0], [side, 0]], np.int16).reshape(2, 1, 1, 2) + np.int16(3)
-    scope = gl_device.scope("test")
-    text = Source("common/depth_images.glsl", "").text + FROM_AFAR
-    program = gl_device.context.program(vertex_shader=text, varyings=("found",))
-    scope.framebuffer([scope.texture((4, 4), 4)]).use()
-    pages = scope.texture((2 * side, side), 4, data=stored.tobytes())
-    entries = gl_device.context.texture_array((1, 1, 2), 2, table.tobytes(), dtype="i2")
-    pages.use(0)
-    entries.use(1)
-    program["page_normals"], program["page_table"] = 0, 1
-    program["first_images"] = [0, *[2] * (len(Face) - 1)]
-    program["image_size"] = 8.0, 8.0
-    program["texels"] = [100.0] * len(Face)  # a texel is a centimetre
-    program["cylinder"], program["cylinder_height"] = (0.1, 0.0, 0.04, 0.04), 1.0
-    array = gl_device.context.vertex_array(
-        program, [(scope.buffer(np.array([footprint / 100], np.float32)), "1f", "footprint")]
-    )
-    out = scope.buffer(reserve=12)
-    array.transform(out, moderngl.POINTS, 1)
-    normal = np.frombuffer(out.read(), np.float32)
-    for made in array, program, entries:
-        made.release()
-    scope.release()
-    assert normal[1] > 0.9 and abs(normal[0]) < 0.1
+    cylinder = {"cylinder": (0.1, 0.0, 0.04, 0.04), "cylinder_height": 1.0, "texels": [100.0] * len(Face)}
+    codes = code_of(10.0), code_of(40.0)
+    found = looked_up(gl_device, FROM_AFAR, codes, texels / 100, **cylinder)  # a texel is a centimetre
+    assert found[1] > 0.9 and abs(found[0]) < 0.1

@@ -94,6 +94,12 @@ MESSAGES = {
         "5:32: assets.three.depth_image.depth: file '../../../no.png' leaves the scene's folder and every asset root",
         "7:21: environment.ground.texture: file 'lawn.png' not found",
     ],
+    "mixed-up-files": [
+        "3:18: assets.baked.baked: box.obj: does not hold depth images (.dpci.npz or .dpci.exr); "
+        "a mesh is named by the key mesh",
+        "4:16: assets.mesh.mesh: bench.dpci.npz: '.npz' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)",
+        "5:39: assets.both.mesh: sundial.dpci.npz: '.npz' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)",
+    ],
     "misspelt-kind": [
         "6:6: objects[0].gird: unknown key; did you mean 'grid'?",
     ],

@@ -244,9 +244,14 @@ def clusters_key(spec: MeshAsset, source: str) -> str:
     return _key(spec, source, clusters=CLUSTERS_VERSION)
 
 
-def views_key(spec: MeshAsset, source: str, params: CaptureParams) -> str:
-    """Return the key, 64 hex digits, of views of a mesh asset captured by `params`; `source` is as of `mesh_key`."""
-    return _key(spec, source, views=CAPTURE_VERSION, **asdict(params))
+def views_key(spec: MeshAsset, source: str, params: CaptureParams | None = None) -> str:
+    """Return the key of views of a mesh asset captured by `params`; `source` is as of `mesh_key`.
+
+    Its first 32 hex digits tell meshes apart, the other 32 parameters. Without `params` it is the first 32: what the
+    keys of all views of the mesh begin with, so that they can be found by whoever does not know the parameters.
+    """
+    of_mesh = _key(spec, source, views=CAPTURE_VERSION)[:32]
+    return of_mesh if params is None else of_mesh + _key(spec, source, **asdict(params))[:32]
 
 
 def _key(spec: MeshAsset, source: str, **params: object) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from depthwalk.assets.asset_files import clusters_key, levels_key, mesh_key, mesh_source, read_body
+from depthwalk.assets.asset_files import clusters_key, levels_key, mesh_key, mesh_source, read_body, views_key
 from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.coverage import measure_left_out
 from depthwalk.bake.file import write_baked
@@ -166,9 +166,8 @@ def _make(job: Job, staged: Path, stage: Callable[[str], None], workers: int | N
     if not job.url:
         check_folder(job.out)
     if job.force:
-        forget(key)
-        forget(levels_key(job.spec, source))
-        forget(clusters_key(job.spec, source))
+        for made_of_it in key, levels_key(job.spec, source), clusters_key(job.spec, source), views_key(job.spec, source):
+            forget(made_of_it)
     elif _is_stored(job, staged, key):
         return Kept(job.target, cached=False)
     elif not cooked and find_cached(key) is not None and _copied(BAKED.file(key), staged):

@@ -20,6 +20,7 @@ from depthwalk.errors import missing_file, printable
 
 if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
+    from depthwalk.scene.scene import Asset
 
 _LIBRARIES = (
     "numpy", "scipy", "moderngl", "moderngl-window", "imgui-bundle", "trimesh", "embreex", "OpenEXR", "Pillow",
@@ -122,9 +123,9 @@ def _opengl() -> Iterator[Row]:
 
 
 def _scene_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.commands.reports import own_file
     from depthwalk.scene.arrays import Representation
     from depthwalk.scene.loader import load_scene
-    from depthwalk.scene.scene import BakedAsset, DepthImageAsset
 
     scene = load_scene(path)
     yield "kind", "scene"
@@ -132,45 +133,33 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     drawn = np.bincount(scene.objects.representation, minlength=max(Representation) + 1)
     yield "drawn as", ", ".join(f"{kind.label} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
-    files = [
-        asset.baked
-        if isinstance(asset, BakedAsset)
-        else asset.depth
-        if isinstance(asset, DepthImageAsset)
-        else asset.mesh
-        for asset in scene.assets
-    ]
-    triangles = [
-        0 if isinstance(asset, DepthImageAsset) else _mesh_triangles(file)
-        for asset, file in zip(scene.assets, files, strict=True)
-    ]
+    triangles = [_full_triangles(asset) for asset in scene.assets]
     if any(triangles):
         yield "made of", f"{uses @ triangles:,} triangles"
-    for asset, file, count, each in zip(scene.assets, files, uses.tolist(), triangles, strict=True):
-        plural = "" if count == 1 else "s"
-        yield (
-            f"asset {asset.name}",
-            f"{file.name}, {count} object{plural}" + (f" of {each:,} triangles" if each else ""),
-        )
+    for asset, count, most in zip(scene.assets, uses.tolist(), triangles, strict=True):
+        objects = f"{count} object" + ("" if count == 1 else "s")
+        yield f"asset {asset.name}", f"{own_file(asset).name}, {objects}" + (f" of {most:,} triangles" if most else "")
     if scene.camera is not None:
         yield "camera", f"{_point(scene.camera.position)} to {_point(scene.camera.target)}"
 
 
-def _mesh_triangles(file: Path) -> int:
-    """Return how many triangles a mesh has, or that of which depth images were made; 0 where these do not say it."""
-    match file.suffix.lower():
-        case ".npz":
-            from depthwalk.cook.cooked_file import read_cooked
+def _full_triangles(asset: "Asset") -> int:
+    """Return how many triangles the mesh of an asset has; 0 where it was made of none, or its file does not say it."""
+    from depthwalk.bake.header import inspect_header
+    from depthwalk.cook.cooked_file import read_cooked
+    from depthwalk.ingest.formats import is_cooked_file
+    from depthwalk.ingest.loader import load_mesh
+    from depthwalk.scene.scene import BakedAsset, DepthImageAsset, MeshAsset
 
-            return read_cooked(file)[0].outline.mesh_triangles or 0
-        case ".exr":
-            from depthwalk.bake.header import inspect_header
-
-            return inspect_header(file)[1][0].mesh_triangles or 0
-        case _:
-            from depthwalk.ingest.loader import load_mesh
-
-            return len(load_mesh(file).faces)
+    match asset:
+        case DepthImageAsset():
+            return 0
+        case BakedAsset() if is_cooked_file(asset.baked):
+            return read_cooked(asset.baked)[0].outline.mesh_triangles or 0
+        case BakedAsset():
+            return inspect_header(asset.baked)[1][0].mesh_triangles or 0
+        case MeshAsset():
+            return len(load_mesh(asset.mesh).faces)
 
 
 def _path_rows(path: Path) -> Iterator[Row]:

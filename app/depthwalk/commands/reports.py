@@ -7,7 +7,18 @@ from depthwalk.bake.cache import sidecar
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
 from depthwalk.ingest.mesh_head import read_head
-from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, Scene
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
+
+
+def own_file(asset: Asset) -> Path:
+    """Return the file that `asset` is named after: of its depth images where these are a file, else of its mesh."""
+    match asset:
+        case BakedAsset():
+            return asset.baked
+        case DepthImageAsset():
+            return asset.depth
+        case MeshAsset():
+            return asset.mesh
 
 
 def asset_files(asset: Asset) -> list[Path]:
@@ -28,15 +39,17 @@ def asset_files(asset: Asset) -> list[Path]:
     InputError
         Where a mesh cannot be searched for the names of its files.
     """
-    if isinstance(asset, BakedAsset):
-        return [asset.baked, *(asset_files(asset.source) if asset.source else [])]
-    if isinstance(asset, DepthImageAsset):
-        files = [asset.depth, asset.colour, asset.normal, sidecar(asset.depth)]
-    else:
-        meso = asset.dpci.meso if asset.dpci else None
-        relief = [meso.depth, meso.normal] if meso else []
-        files = [*read_head(asset.mesh, asset.texture).files, sidecar(asset.mesh), *relief]
-    return [file for file in files if file is not None]
+    file = own_file(asset)
+    match asset:
+        case BakedAsset():
+            return [file, *(asset_files(asset.source) if asset.source else [])]
+        case DepthImageAsset():
+            files = [file, sidecar(file), asset.colour, asset.normal]
+        case MeshAsset():
+            meso = asset.dpci.meso if asset.dpci else None
+            relief = [meso.depth, meso.normal] if meso else []
+            files = [*read_head(file, asset.texture).files, sidecar(file), *relief]
+    return [found for found in files if found is not None]
 
 
 def input_files(scene: Scene, path: Path | None) -> list[Path]:

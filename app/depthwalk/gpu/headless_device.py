@@ -9,6 +9,7 @@ import moderngl
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.egl import RobustContext
 from depthwalk.gpu.failures import GpuError
+from depthwalk.gpu.shader_cache import guard_shader_cache
 
 log = logging.getLogger(__name__)
 
@@ -29,6 +30,7 @@ def headless_device() -> Device:
     GpuError
         Where no OpenGL 3.3 context can be had; the message has the reasons of all attempts.
     """
+    guard_shader_cache()
     reasons: dict[str, None] = {}
     for make in (_robust_device, partial(_ordinary_device, backend="egl"), _ordinary_device):
         try:

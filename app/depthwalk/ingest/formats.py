@@ -30,6 +30,14 @@ def check_suffix(path: Path) -> None:
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
 
 
+def check_baked_suffix(path: Path) -> None:
+    """Raise InputError where the name of the file `path` does not end like that of depth images."""
+    if path.suffix.lower() != ".exr" and not is_cooked_file(path):
+        raise InputError(
+            f"{path}: does not hold depth images ({COOKED_SUFFIX} or {BAKED_SUFFIX}); a mesh is named by the key mesh"
+        )
+
+
 def is_mesh_file(path: Path) -> bool:
     """Return whether the name of the file `path` ends like that of a mesh.
 

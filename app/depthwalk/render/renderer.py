@@ -224,7 +224,7 @@ class Renderer:
         frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency), translucent=translucent)
         yield from self._sequence.finish(frame, self.keeps)
 
-        whole.noted["full_triangles"] = self.world.full_triangles
+        whole.noted["full_triangles"] = self.world.table().full_triangles
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
         if kind.is_frame:

@@ -6,13 +6,13 @@ the head is read, which says whether any of it is opaque.
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError, missing_file, suggest_file
-from depthwalk.ingest.formats import is_baked_file, is_model_file
+from depthwalk.ingest.formats import check_baked_suffix, check_suffix, is_baked_file, is_model_file
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
@@ -144,6 +144,19 @@ class FileFinder:
         )
         return self._complain(loc, name, found + next(filter(None, suggestions), ""))
 
+    def find_named(self, loc: Loc, name: Path, check: Callable[[Path], None]) -> Path:
+        """Return the absolute path of the file `name`, as `find` does.
+
+        The name of a file that is there, for which `check` raises InputError, adds to `errors`, too.
+        """
+        searched = self._searched(name)
+        if isinstance(searched, Path):
+            try:
+                check(name)
+            except InputError as error:
+                self.errors.append(self.source.error(loc, str(error)))
+        return self.find(loc, name)
+
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
         """Return the absolute path of the file `name`, which the scene names at the place `loc`, as `find` does.
 
@@ -151,13 +164,13 @@ class FileFinder:
         """
         return None if name is None else self.find(loc, name)
 
-    def find_if_present(self, loc: Loc, name: Path | None) -> Path | None:
+    def find_if_present(self, loc: Loc, name: Path | None, check: Callable[[Path], None]) -> Path | None:
         """Return the absolute path of the file `name`, which the scene names at the place `loc`, where it exists.
 
         The result is None where `name` is None or there is no such file. Names that may not be used at all add to
-        `errors`, as with `find`.
+        `errors`, as with `find_named`.
         """
-        return None if name is None or self._searched(name) == _NOT_FOUND else self.find(loc, name)
+        return None if name is None or self._searched(name) == _NOT_FOUND else self.find_named(loc, name, check)
 
     def _searched(self, name: Path) -> Path | str:
         """Return the absolute path of the file `name`; where there is no such file, say what is wrong with the name."""
@@ -210,7 +223,7 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
     if isinstance(spec, MeshAssetParams):
         return MeshAsset(
             name=name,
-            mesh=finder.find((*loc, "mesh"), spec.mesh),
+            mesh=finder.find_named((*loc, "mesh"), spec.mesh, check_suffix),
             texture=finder.find_optional((*loc, "texture"), spec.texture),
             up=spec.up,
             height=spec.height,
@@ -218,7 +231,8 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
             up_is_given="up" in spec.model_fields_set,
         )
     if isinstance(spec, BakedAssetParams):
-        return BakedAsset(name=name, baked=finder.find((*loc, "baked"), spec.baked), source=_source(name, spec, finder))
+        baked = finder.find_named((*loc, "baked"), spec.baked, check_baked_suffix)
+        return BakedAsset(name=name, baked=baked, source=_source(name, spec, finder))
     image = spec.depth_image
     return DepthImageAsset(
         name=name,
@@ -236,7 +250,7 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
 
 def _source(name: str, spec: BakedAssetParams, finder: FileFinder) -> MeshAsset | None:
     """Return the mesh that depth images were made from, where it and its texture exist."""
-    mesh = finder.find_if_present(("assets", name, "mesh"), spec.mesh)
+    mesh = finder.find_if_present(("assets", name, "mesh"), spec.mesh, check_suffix)
     if mesh is None:
         return None
     texture = finder.find_optional(("assets", name, "texture"), spec.texture)

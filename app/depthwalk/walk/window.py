@@ -14,6 +14,8 @@ from depthwalk.walk import bundle as _bundle  # noqa: F401 - first: it names the
 import glfw
 import moderngl_window.context.glfw.window as glfw_window
 
+from depthwalk.gpu.shader_cache import guard_shader_cache
+
 Window = glfw_window.Window
 
 
@@ -43,6 +45,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
     NoDisplayError
         Where no window can be opened.
     """
+    guard_shader_cache()
     reasons: list[str] = []
 
     def note(code: int, reason: Any) -> None:  # by default, GLFW's errors become warnings

@@ -77,10 +77,10 @@ def test_every_part_is_an_object_of_the_renderer(
         scene.environment.ground = GroundParams(height=-1.0)
         assert renderer.world.ground_height == -1.0
         of_halves = parts.parts[0].mesh_triangles  # of several parts the first tells of the whole mesh
-        assert of_halves is not None and renderer.world.full_triangles == 2 * of_halves + len(mesh.faces)
+        assert of_halves is not None and renderer.world.table().full_triangles == 2 * of_halves + len(mesh.faces)
         renderer.world.representation = Representation.MESH
         assert renderer.world.objects().asset.tolist() == [0, 1, 0]
-        assert renderer.world.full_triangles == 3 * len(mesh.faces)
+        assert renderer.world.table().full_triangles == 3 * len(mesh.faces)
         assert renderer.world.bounds().centre[0] == pytest.approx([0, 0.5, 0], abs=1e-3)
         renderer.world.representation = Representation.DPCI
         assert renderer.world.objects().asset.tolist() == [2, 3, 4, 2, 3]

@@ -45,8 +45,8 @@ class AssetTable:
     error : (a, levels) geometric error, metres, see `LodGeometry`; +inf where the object has no such level.
     meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
-    full_triangles : (a,) number of triangles of the whole mesh, or of that of which depth images were made; of several
-        parts the first has all of them. 0 where it is not known, as of pictures with depth.
+    full_triangles : number of triangles of the whole meshes of all objects, or of those of which their depth images were
+        made. Of pictures with depth it is not known, and they count for none.
     clusters : the clusters of meshes that are drawn as such, by number.
     """
 
@@ -64,7 +64,7 @@ class AssetTable:
     error: Array
     meshes: MeshLevels
     mesh_fallbacks: MeshFallbacks
-    full_triangles: Ints
+    full_triangles: int
     clusters: dict[int, MeshClusters] = field(default_factory=dict)
 
     @cached_property
@@ -164,7 +164,7 @@ def asset_table(objects: Objects, library: Library, parts: CookedParts, fallback
         error=error,
         meshes=mesh_levels,
         mesh_fallbacks=replacing,
-        full_triangles=_full_triangles(meshes, cooked, parts),
+        full_triangles=_full_triangles(objects, meshes, cooked, parts),
         clusters=_used_clusters(objects, library),
     )
 
@@ -225,16 +225,16 @@ def _used_meshes(objects: Objects, library: Library) -> dict[int, tuple[MeshLeve
 
 
 def _full_triangles(
-    meshes: dict[int, tuple[MeshLevel, ...]], cooked: dict[int, CookedObject], parts: CookedParts
-) -> Ints:
-    """Return `AssetTable.full_triangles` of the `meshes` and depth objects that are used, by number."""
+    objects: Objects, meshes: dict[int, tuple[MeshLevel, ...]], cooked: dict[int, CookedObject], parts: CookedParts
+) -> int:
+    """Return `AssetTable.full_triangles` of `objects`, which use these meshes and depth objects, by number."""
     counts = np.zeros(len(parts), np.int64)
     for number, levels in meshes.items():
         counts[number] = len(levels[0].mesh.faces)
     for number, depth_object in cooked.items():
-        if number == parts.numbers(parts.asset_of(number)).start:
+        if number == parts.numbers(parts.asset_of(number)).start:  # each part knows of the whole mesh
             counts[number] = depth_object.outline.mesh_triangles or 0
-    return counts
+    return int(counts[objects.asset].sum())
 
 
 def _used_clusters(objects: Objects, library: Library) -> dict[int, MeshClusters]:

@@ -59,7 +59,6 @@ class RenderWorld:
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
         self._choice: MeshChoice | None = None
-        self._full_triangles: int | None = None
         self._cells: SpatialCells | None = None
         self._generation = self._changes = 0
         self._placeholders = Placeholders.none(len(library))
@@ -142,7 +141,6 @@ class RenderWorld:
         return len(self.objects()) >= len(self._scene.objects)
 
     def _forget(self) -> None:
-        self._full_triangles = None
         self._objects = self._table = self._bounds = self._cells = self._choice = None
         self._generation += 1
         self._changes += 1
@@ -158,15 +156,6 @@ class RenderWorld:
             as_in_scene = self._representation in (None, Representation.AUTO)  # other names mean that one alone
             self._table = asset_table(self.objects(), self._library, self._assets.parts, as_in_scene)
         return self._table
-
-    @property
-    def full_triangles(self) -> int:
-        """Return how many triangles the meshes have that the objects show, those that nobody reads any more too."""
-        if self._full_triangles is None:
-            table = self.table()
-            uses = np.bincount(self.objects().asset, minlength=len(table.full_triangles))
-            self._full_triangles = int(uses @ table.full_triangles)
-        return self._full_triangles
 
     def bounds(self) -> Bounds:
         """Return the bounding spheres of the objects, world."""
