@@ -14,19 +14,24 @@ from typing import Any, NoReturn
 import pytest
 
 import shapes
-from depthwalk.assets.asset_files import mesh_key
+from depthwalk.assets.asset_files import clusters_key, levels_key, mesh_key, mesh_source, views_key
 from depthwalk.assets.bake_job import Baked, Job, Kept, bake_whole
 from depthwalk.assets.batch_bake import bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
+from depthwalk.bake.capture_file import CAPTURES
+from depthwalk.bake.captured_views import CaptureParams
 from depthwalk.bake.file import SUFFIX, read_baked
+from depthwalk.bake.level_file import LEVELS
 from depthwalk.bake.params import ModelParams
+from depthwalk.cook.cluster_file import CLUSTERS
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply
 
 PARAMS = ModelParams(resolution=16, layers=1)
+CAPTURED = [CaptureParams(directions="azimuths", count=count, resolution=8) for count in (2, 4)]
 
 
 def ignore(number: int, stage: str) -> None:
@@ -74,6 +79,30 @@ def test_what_the_cache_holds_is_copied(tiny_scene: Path, tmp_path: Path, monkey
     out = tmp_path / ("copy" + SUFFIX)
     assert dict(bake_all([Job(spec=spec, params=PARAMS, out=out)], 1, ignore)) == {0: Kept(out, cached=True)}
     assert read_baked(out).key == mesh_key(spec, PARAMS)
+
+
+def test_a_forced_bake_forgets_what_the_cache_holds_of_the_mesh(
+    meshes: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By whatever parameters it was made; what is of other meshes stays."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    job, other = jobs_of(meshes[:2])
+    kept = [
+        cache.file(key)
+        for spec in (job.spec, other.spec)
+        for cache, key in (
+            (BAKED, mesh_key(spec, PARAMS)),
+            (LEVELS, levels_key(spec, mesh_source(spec))),
+            (CLUSTERS, clusters_key(spec, mesh_source(spec))),
+            *((CAPTURES, views_key(spec, mesh_source(spec), params)) for params in CAPTURED),
+        )
+    ]
+    assert len({file.name for file in kept}) == 10
+    kept[0].parent.mkdir(parents=True)
+    for file in kept:
+        file.touch()
+    bake_whole(replace(job, force=True), workers=1)
+    assert [file.exists() for file in kept] == 5 * [False] + 5 * [True]
 
 
 @pytest.mark.slow

@@ -96,7 +96,7 @@ MESSAGES = {
     ],
     "mixed-up-files": [
         "3:18: assets.baked.baked: box.obj: does not hold depth images (.dpci.npz or .dpci.exr); "
-        "a mesh is named by the key mesh",
+        "a mesh is named by the key 'mesh'",
         "4:16: assets.mesh.mesh: bench.dpci.npz: '.npz' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)",
         "5:39: assets.both.mesh: sundial.dpci.npz: '.npz' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)",
     ],

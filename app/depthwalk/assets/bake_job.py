@@ -166,7 +166,12 @@ def _make(job: Job, staged: Path, stage: Callable[[str], None], workers: int | N
     if not job.url:
         check_folder(job.out)
     if job.force:
-        for made_of_it in key, levels_key(job.spec, source), clusters_key(job.spec, source), views_key(job.spec, source):
+        for made_of_it in (
+            key,
+            levels_key(job.spec, source),
+            clusters_key(job.spec, source),
+            views_key(job.spec, source),
+        ):
             forget(made_of_it)
     elif _is_stored(job, staged, key):
         return Kept(job.target, cached=False)

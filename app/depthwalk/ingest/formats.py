@@ -34,7 +34,7 @@ def check_baked_suffix(path: Path) -> None:
     """Raise InputError where the name of the file `path` does not end like that of depth images."""
     if path.suffix.lower() != ".exr" and not is_cooked_file(path):
         raise InputError(
-            f"{path}: does not hold depth images ({COOKED_SUFFIX} or {BAKED_SUFFIX}); a mesh is named by the key mesh"
+            f"{path}: does not hold depth images ({COOKED_SUFFIX} or {BAKED_SUFFIX}); a mesh is named by the key 'mesh'"
         )
 
 

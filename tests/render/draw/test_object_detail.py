@@ -58,20 +58,25 @@ def paper_table(arrays: SceneArrays) -> AssetTable:
     return replace(arrays.table, index_count=count)
 
 
+def levels(arrays: SceneArrays, view: View, **lod: object) -> Rows:
+    table, seen_from = arrays.table, viewers(view, arrays.objects)
+    return choose_levels(view, arrays.objects, arrays.bounds, seen_from, table, LodParams.model_validate(lod))
+
+
 def test_levels_grow_with_distance_and_with_what_is_allowed(arrays: SceneArrays) -> None:
-    view, objects = view_of(), arrays.objects
-    fine, coarse = (
-        choose_levels(
-            view,
-            objects,
-            arrays.bounds,
-            viewers(view, objects),
-            arrays.table,
-            LodParams.model_validate({"error": error}),
-        )
-        for error in (0.1, 4.0)
-    )
+    fine, coarse = (levels(arrays, view_of(), error=error) for error in (0.1, 4.0))
     assert (np.diff(fine) >= 0).all() and (coarse >= fine).all() and (coarse > fine).any()
+
+
+def test_the_papers_steps_are_no_coarser_than_allowed(arrays: SceneArrays) -> None:
+    free, most, first = (levels(arrays, view_of(), mode="paper", max_step=step) for step in (64, 2, 1))
+    assert free.max() > 1 and most.tolist() == np.minimum(free, 1).tolist() and not first.any()
+
+
+def test_no_more_triangles_are_drawn_than_pixels_deserve(arrays: SceneArrays) -> None:
+    """However small the error is to be."""
+    many, few = (levels(arrays, view_of(), error=0.0, triangles_per_pixel=number) for number in (1e6, 20.0))
+    assert not many.any() and (np.diff(few) >= 0).all() and few.max() > 1
 
 
 def test_the_papers_cases_follow_the_height_alone(arrays: SceneArrays) -> None:

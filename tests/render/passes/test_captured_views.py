@@ -81,6 +81,16 @@ def test_between_the_views_the_picture_is_off(gl_device: Device) -> None:
     assert off[0] > 1.3 * off[1] > 1.3 * off[2] > 0.01
 
 
+def test_pictures_shifted_by_their_depth_fit_each_other(gl_device: Device) -> None:
+    view = view_from(np.array([0.45, 0.5, 0.74]), 6.0)
+    true = distance_of(gl_device, Representation.MESH, view)
+    off = [
+        sum(parts_off(distance_of(gl_device, OCTAHEDRAL, view, **{"octahedral.parallax_steps": steps}), true, 0.05))
+        for steps in (0, 1)
+    ]
+    assert off[0] > 1.5 * off[1]
+
+
 def test_the_shader_does_what_its_twin_does(gl_device: Device) -> None:
     view = view_from(np.array([0.45, 0.5, 0.74]), 6.0)
     params = CaptureParams(directions="sphere", count=VIEWS, resolution=SIDE)

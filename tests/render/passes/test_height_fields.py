@@ -76,12 +76,12 @@ def test_the_surface_is_where_it_should_be(
     assert max(parts_off(found, true_distance(depth, VIEWS[view]), within)) < most
 
 
-@pytest.mark.parametrize("view", VIEWS)
-def test_relief_mapping_searches_as_published(gl_device: Device, view: str) -> None:
+@pytest.mark.parametrize(("view", "steps"), [*((view, (10, 6)) for view in VIEWS), ("aside", (5, 1))])
+def test_relief_mapping_searches_as_published(gl_device: Device, view: str, steps: tuple[int, int]) -> None:
     """The same points as the twin with the same steps, be they right or not."""
-    depth = depths("wire")
-    found = drawn_distance(gl_device, depth, RELIEF, VIEWS[view])
-    assert max(parts_off(found, true_distance(depth, VIEWS[view], (10, 6)), 1e-4)) < 0.001
+    depth, settings = depths("wire"), {"relief.linear_steps": steps[0], "relief.binary_steps": steps[1]}
+    found = drawn_distance(gl_device, depth, RELIEF, VIEWS[view], settings)
+    assert max(parts_off(found, true_distance(depth, VIEWS[view], steps), 1e-4)) < 0.001
 
 
 def test_relief_mapping_misses_what_is_thin(gl_device: Device) -> None:
@@ -121,6 +121,22 @@ def test_parallax_finds_the_surface_but_no_silhouette(gl_device: Device, kind: s
     assert (np.isfinite(found) != np.isfinite(plane)).mean() < 0.001
     either = np.isfinite(plane) & np.isfinite(true)
     assert (np.abs(found[either] - true[either]) > 0.002).mean() < 0.001
+
+
+@pytest.mark.parametrize(
+    ("view", "few", "many"),
+    [("front", {"parallax.min_steps": 1}, {"parallax.min_steps": 50}), ("aside", {"parallax.max_steps": 8}, {})],
+)
+def test_parallax_takes_as_many_steps_as_are_set(
+    gl_device: Device, view: str, few: dict[str, int], many: dict[str, int]
+) -> None:
+    """Those of rays at a right angle decide in front, those of flat rays at the side."""
+    depth, true = depths("wire"), true_distance(depths("wire"), VIEWS[view])
+    off = [
+        parts_off(drawn_distance(gl_device, depth, PARALLAX, VIEWS[view], steps), true, 0.002)[0]
+        for steps in (few, many)
+    ]
+    assert off[0] > 1.5 * off[1]
 
 
 @pytest.mark.parametrize("view", VIEWS)

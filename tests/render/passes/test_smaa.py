@@ -9,6 +9,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
 from depthwalk.reference.smaa import areas_cut
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 from shapes import ShapeLibrary, mesh_of, scene_of
 from studio import Studio
@@ -54,16 +55,32 @@ def test_the_shader_matches_its_twin(gl_device: Device, edges: tuple[Array, Arra
     assert found == pytest.approx(areas_cut(*edges), abs=1e-6)
 
 
+def half_plane(angle: float) -> tuple[Scene, ShapeLibrary]:
+    """What is above a line through the middle of the picture, at so many radians to the horizontal."""
+    turn = Rotation.from_euler("z", angle).as_matrix()
+    corners = np.array([[-9, 0, 0], [9, 0, 0], [9, 9, 0], [-9, 9, 0]])
+    mesh = mesh_of([0, 1, 0] + corners @ turn.T, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 0, 1], (4, 1)))
+    return scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH), ShapeLibrary([mesh], [None])
+
+
+def test_edges_are_followed_as_far_as_is_set(studio: Studio) -> None:
+    """Along steps of 40 pixels, so many next to each step are blended, on either side of it."""
+    scene, library = half_plane(1 / 40)
+    hard = studio.picture(scene, library, CAMERA, SIZE, transparent=True)[..., 3]
+    scene.render.aa = "smaa"
+    for distance in (2, 8):
+        scene.render.smaa.max_search_distance = distance
+        alpha = studio.picture(scene, library, CAMERA, SIZE, transparent=True)[..., 3]
+        blended = np.flatnonzero((alpha != hard).any(0))
+        runs = np.split(blended, np.flatnonzero(np.diff(blended) > 1) + 1)
+        assert [len(run) for run in runs] == 4 * [2 * distance]
+
+
 @pytest.mark.parametrize("angle", [0.07, 0.2, 0.45, 1.3, 1.85, 3.3])
 def test_a_half_plane_is_covered_in_part(studio: Studio, angle: float) -> None:
     """Root mean square of the error in alpha along its border. Without it is that of a coin, 0.29; lines near the
     diagonal make edges that are too short to tell them."""
-    turn = Rotation.from_euler("z", angle).as_matrix()
-    corners = np.array([[-9, 0, 0], [9, 0, 0], [9, 9, 0], [-9, 9, 0]])
-    positions = np.array([0, 1, 0]) + corners @ turn.T
-    mesh = mesh_of(positions, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 0, 1], (4, 1)))
-    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
-    library = ShapeLibrary([mesh], [None])
+    scene, library = half_plane(angle)
     scene.render.aa = "smaa"
     alpha = studio.picture(scene, library, CAMERA, SIZE, transparent=True)[..., 3]
     scene.render.aa = "none"

@@ -45,8 +45,8 @@ class AssetTable:
     error : (a, levels) geometric error, metres, see `LodGeometry`; +inf where the object has no such level.
     meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
-    full_triangles : number of triangles of the whole meshes of all objects, or of those of which their depth images were
-        made. Of pictures with depth it is not known, and they count for none.
+    full_triangles : number of triangles of the whole meshes of all objects, or of those that their depth images were
+        made of. Of pictures with depth it is not known, and they count for none.
     clusters : the clusters of meshes that are drawn as such, by number.
     """
 
