@@ -4,7 +4,8 @@
 // The tile may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
 // (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
 //   λ·x + (1 − λ)·r·(x − δ):
-// between x itself and x(∞) = r·(x − δ), what C sees at infinity in that direction. So the tile's texel is linear in λ too.
+// between x itself and x(∞) = r·(x − δ), what C sees at infinity in that direction. So the tile's texel is linear in λ too
+// (docs/algorithms.md, tile cache).
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -34,7 +35,7 @@ flat out float nearest_distance;    // metres along the view axis, of what is st
 #else
 PER_SAMPLE out vec3 texel_near;            // homogeneous, of x and of x(∞)
 PER_SAMPLE out vec3 texel_far;
-flat out float least;           // w / λ of the tile
+flat out float least;           // w / λ of the tile: `nearest` in docs/algorithms.md
 flat out vec3 parallax;         // r; λ in the middle of the object; 1 where C is not C0
 #endif
 

@@ -76,6 +76,15 @@ def test_named_files_exist(page: str) -> None:
     assert not missing
 
 
+def test_every_module_of_the_renderer_has_its_place() -> None:
+    """Those that lie in no folder of their own stand by name in the tree that architecture.md shows."""
+    named = {span.rpartition("/")[2] for span in code_spans(TEXTS["architecture.md"])}
+    modules = {path.name for folder in (PACKAGE, PACKAGE / "render") for path in folder.glob("[!_]*.py")}
+    folders = {f"{path.name}/" for path in (PACKAGE / "render").iterdir() if (path / "__init__.py").exists()}
+    text = TEXTS["architecture.md"]
+    assert not (modules - named) and not [folder for folder in folders if f"`{folder}`" not in text]
+
+
 def module_defines(dotted: str) -> bool:
     """Whether a dotted name such as `bake.images.DepthImage` is a module, or is defined at the top of one."""
     *parents, last = dotted.split(".")

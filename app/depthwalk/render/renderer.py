@@ -169,11 +169,8 @@ class Renderer:
         transparent: bool = False,
         lens_point: int = 0,
     ) -> Iterator[str]:
-        """Draw one picture: find what is in sight, draw the objects phase by phase, then all that follows from them.
-
-        Yields the names of the passes, see `steps`.
-        """
-        # 1. What the settings ask for, textures to draw into, and the objects that may be seen.
+        """Draw one picture, in the steps that docs/architecture.md numbers; yield the names of the passes, see `steps`."""
+        # 1. Cull: what the settings ask for, textures to draw into, and the objects that may be seen.
         self.device.state.restore()
         memory, common = self._memory(kind), self._common(view, screen, kind)
         view = replace(view, size=(view.size[0] * common.aa.samples, view.size[1] * common.aa.samples))
@@ -184,7 +181,7 @@ class Renderer:
         in_sight = memory.phases.in_sight(view)
         view = self._fitted(view, in_sight)
 
-        # 2. The objects: each phase is planned, uploaded and drawn, and hides some of those that are left.
+        # 2. Draw the objects: each phase is planned, uploaded and drawn, and hides some of those that are left.
         self.assets.budget = self.settings.gpu_memory
         residency = FrameResidency(self.world, self.assets, self.upload_seconds, releases=not kind.yields)
         light = lighting(self.scene.environment)
@@ -215,15 +212,20 @@ class Renderer:
                 materials_of(plan)  # pass 1 looks textures up
             yield from self._sequence.draw_objects(frame_of(plan=plan))
 
-        # 3. Everything else, once for all phases: materials, shadows, light, and what is done to the finished picture.
+        # 3. Join the phases: what is shaded, what lets light through, and what the shadow maps hold.
         whole = FrameDrawLists.joined(plans)
         frame = frame_of(plan=whole, materials=materials_of(whole))
         with self.timers.measure_cpu("plan"):
             smallest, wait = self.settings.culling.min_pixels, self.assets.background is None
             translucent = self._translucency.plan(view, smallest, wait=wait)
         frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency), translucent=translucent)
-        yield from self._sequence.finish(frame, self.keeps)
 
+        # 4. Finish: once for all phases, materials, shadows, light, and what is done to the finished picture.
+        yield from self._sequence.finish(frame, self.keeps)
+        self._note(kind, whole, view)
+
+    def _note(self, kind: PictureKind, whole: FrameDrawLists, view: View) -> None:
+        """Remember what a picture was drawn by, its draw lists with what the HUD shows besides."""
         whole.noted["full_triangles"] = self.world.table().full_triangles
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from depthwalk.cook.cases import ALL_PIECES, CAPS, CONE_EDGES, HORIZON_SLACK, SIDE_PIECES, seen_pieces
 from depthwalk.render import kernels
 from depthwalk.render.draw.plan_settings import PlanSettings
-from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, nearest_faces
+from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, warp_faces
 from depthwalk.render.lod.mesh_choice import MeshChooser
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
@@ -200,7 +200,7 @@ def _described(
     """Complete the detail of the objects `rows` (m,), of which viewer, level and pieces (m, …) are chosen."""
     table, some = scene.table, scene.objects.take(rows)
     volumes = table.volumes.take(some.asset)
-    _, distance = nearest_faces(viewer, volumes)
+    _, distance = warp_faces(viewer, volumes)
     # Within its cylinder, or nearly so, no plane serves an object.
     near = (distance < MIN_PLANE_DISTANCE * volumes.radius) & (volumes.has_side | (distance > 0))
     imaged, direct = some.representation == _DPCI, some.representation == _DMESH

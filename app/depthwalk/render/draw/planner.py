@@ -16,7 +16,7 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import WARP_RECORD, warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
-from depthwalk.render.impostors.warp_planes import nearest_faces
+from depthwalk.render.impostors.warp_planes import warp_faces
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.selection import levels_within
@@ -284,7 +284,7 @@ def _height_field_lists(
     if not len(traced):
         return traced, {}
     objects, table = scene.objects, scene.table
-    _, distance = nearest_faces(seen.viewer[traced], table.volumes.take(objects.asset[seen.row[traced]]))
+    _, distance = warp_faces(seen.viewer[traced], table.volumes.take(objects.asset[seen.row[traced]]))
     traced = traced[distance > 0]
     kind, asset = (column[seen.row[traced]].astype(np.int32) for column in (objects.representation, objects.asset))
     order = np.lexsort([asset, kind])

@@ -76,8 +76,8 @@ class Volumes(StructOfArrays):
     has_side: Mask
 
 
-def nearest_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Array]:
-    """Choose the face in whose plane each of n objects is warped.
+def warp_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Array]:
+    """Choose the face in whose plane each of n objects is warped: the one that the viewer is farthest in front of.
 
     Where the distance is not positive the viewer is inside the cylinder, or behind a planar image.
 
@@ -100,7 +100,7 @@ def nearest_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Ar
 
 
 def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
-    """Return the planes that `nearest_faces` finds, with rectangles that hold all warped samples.
+    """Return the planes that `warp_faces` finds, with rectangles that hold all warped samples.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
     The n planes.
     """
     v = volumes
-    face, distance = nearest_faces(viewer, volumes)
+    face, distance = warp_faces(viewer, volumes)
     rho = np.hypot(viewer[:, 0], viewer[:, 2])
     side, above = face == Face.SIDE, face == Face.TOP
 

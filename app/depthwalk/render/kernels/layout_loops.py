@@ -144,7 +144,7 @@ def _seen_rectangle(
 def nearest_face(viewer: Array, radius: float, bottom: float, top: float, has_side: bool) -> tuple[int, float]:
     """Return the face in whose plane an object is warped, and how far the viewer is from it, metres.
 
-    See `warp_planes.nearest_faces`.
+    See `warp_planes.warp_faces`.
     """
     above, beside, below = viewer[1] - top, math.hypot(viewer[0], viewer[2]) - radius, bottom - viewer[1]
     if not has_side:
