@@ -169,7 +169,7 @@ class Renderer:
         transparent: bool = False,
         lens_point: int = 0,
     ) -> Iterator[str]:
-        """Draw one picture, in the steps that docs/architecture.md numbers; yield the names of the passes, see `steps`."""
+        """Draw one picture in the steps that docs/architecture.md numbers; yield the names of the passes (`steps`)."""
         # 1. Cull: what the settings ask for, textures to draw into, and the objects that may be seen.
         self.device.state.restore()
         memory, common = self._memory(kind), self._common(view, screen, kind)

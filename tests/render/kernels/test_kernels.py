@@ -23,6 +23,7 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
+from depthwalk.render.kernels import compiled_code
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.relief_prewarp import plane_images, prewarp
 from depthwalk.render.renderer import Renderer
@@ -257,7 +258,7 @@ def test_loaded_behind_frames(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True"
     assert kernels.load()
-    assert (kernels.folder() / "complete").is_file()
+    assert (compiled_code.folder() / "complete").is_file()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -296,19 +297,19 @@ def test_code_that_nobody_uses_is_removed(tmp_path: Path, monkeypatch: pytest.Mo
     assert kernels.load()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     kernels.unload()
-    kernels.folder().mkdir(parents=True)
+    compiled_code.folder().mkdir(parents=True)
     assert kernels.load()
     ages = {"new": 1, "old": 60, "unfinished": 60}
     for name, days in ages.items():
-        other = kernels.folder().parent / name
+        other = compiled_code.folder().parent / name
         (other / "code").mkdir(parents=True)
         used = other if name == "unfinished" else other / "complete"
         used.touch()
         os.utime(used, (time.time() - days * 86_400,) * 2)
-    own = kernels.folder() / "complete"
+    own = compiled_code.folder() / "complete"
     os.utime(own, (0, 0))
-    kernels._remove_unused()
-    left = {path.name for path in kernels.folder().parent.iterdir()} & set(ages)
+    compiled_code.remove_unused()
+    left = {path.name for path in compiled_code.folder().parent.iterdir()} & set(ages)
     assert left == {"new"}
     assert own.is_file()
     kernels.unload()

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from depthwalk.render.kernels.compilation import compiled
-from depthwalk.render.kernels.layout_loops import nearest_face, turned_axes
+from depthwalk.render.kernels.layout_loops import turned_axes, warp_face
 from depthwalk.types import Array, Mask, Rows
 
 _DPCI, _DMESH = 1, 2  # of `scene.arrays.Representation`
@@ -139,7 +139,7 @@ def describe(
         level[k] = max(accurate, min(affordable, max_level[a]))
         cost[k] = triangles[a, level[k]]
 
-        _, distance = nearest_face(from_object, radius[a], bottom[a], top[a], has_side[a])
+        _, distance = warp_face(from_object, radius[a], bottom[a], top[a], has_side[a])
         has_plane = distance >= least_distance * radius[a]
         if kind == _DPCI:
             way[k] = _TILE if has_plane else (_DIRECT if has_side[a] or distance > 0 else _NOTHING)

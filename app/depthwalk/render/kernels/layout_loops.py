@@ -141,7 +141,7 @@ def _seen_rectangle(
 
 
 @compiled()
-def nearest_face(viewer: Array, radius: float, bottom: float, top: float, has_side: bool) -> tuple[int, float]:
+def warp_face(viewer: Array, radius: float, bottom: float, top: float, has_side: bool) -> tuple[int, float]:
     """Return the face in whose plane an object is warped, and how far the viewer is from it, metres.
 
     See `warp_planes.warp_faces`.
@@ -161,7 +161,7 @@ def nearest_face(viewer: Array, radius: float, bottom: float, top: float, has_si
 def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bool, frame: Array) -> int:
     """Write the plane on which an object is warped into `frame` (5, 3), see `place`; return the number of its face."""
     x, y, z = viewer[0], viewer[1], viewer[2]
-    face, distance = nearest_face(viewer, radius, bottom, top, has_side)
+    face, distance = warp_face(viewer, radius, bottom, top, has_side)
     frame[:] = 0.0
     if face == _SIDE:
         rho = math.hypot(x, z)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numba
 
-from depthwalk.render.kernels import folder
+from depthwalk.render.kernels.compiled_code import folder
 
 _config: Any = numba.config
 _default, _config.CACHE_DIR = _config.CACHE_DIR, str(folder())
