@@ -151,7 +151,7 @@ def change_exr(data: bytes, rng: random.Random) -> bytes:
     """Return an OpenEXR file with channels or attributes of a part changed; baked ones get the checksum that fits."""
     import OpenEXR
 
-    from depthwalk.bake.file import _checksum
+    from depthwalk.bake.file import channel_checksum
     from depthwalk.bake.header import ATTRIBUTE
 
     with tempfile.TemporaryDirectory() as folder:
@@ -179,7 +179,7 @@ def change_exr(data: bytes, rng: random.Random) -> bytes:
                     name = rng.choice(list(channels))
                     channels[name] = _changed_pixels(channels[name], rng)
         if any(ATTRIBUTE + "checksum" in header for header, _ in parts) and rng.random() < 0.9:
-            checksum = _checksum([channels for _, channels in parts])
+            checksum = channel_checksum([channels for _, channels in parts])
             for header, _ in parts:
                 header[ATTRIBUTE + "checksum"] = checksum
         kept = [OpenEXR.Part({k: v for k, v in h.items() if k != "channels"}, c, h.get("name", "")) for h, c in parts]

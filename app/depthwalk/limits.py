@@ -90,6 +90,9 @@ MAX_DPCI_RESOLUTION = 4_096
 MAX_DPCI_LAYERS = 8
 """Layers of depth images per face: each costs as much as the first and shows less than the one before."""
 
+DEFAULT_DPCI_RESOLUTION, DEFAULT_DPCI_LAYERS = 512, 3
+"""What holds between these bounds where nobody says: in scene files, on command lines and from Python."""
+
 MAX_DPCI_PARTS = 16
 """Parts that a mesh is divided into: each has depth images and impostors of its own."""
 

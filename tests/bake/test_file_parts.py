@@ -90,5 +90,5 @@ def test_a_texture_holds_colours(tmp_path: Path, textured: BakedObject, monkeypa
 
     rewrite(path, spoil)
     refused(path, "do not match their checksum")
-    monkeypatch.setattr("depthwalk.bake.file._checksum", lambda parts: read_header(path)["depthwalk.checksum"])
+    monkeypatch.setattr("depthwalk.bake.file.channel_checksum", lambda parts: read_header(path)["depthwalk.checksum"])
     refused(path, "values that are no colours")

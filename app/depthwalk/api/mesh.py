@@ -16,7 +16,7 @@ from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.params import Axis, ModelParams
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import COOKED_SUFFIX
-from depthwalk.limits import MAX_COORDINATE
+from depthwalk.limits import DEFAULT_DPCI_LAYERS, DEFAULT_DPCI_RESOLUTION, MAX_COORDINATE
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import measure
 from depthwalk.quality.views import SPHERE, VERIFY
@@ -32,8 +32,8 @@ def bake_mesh(
     mesh: PathLike,
     out: PathLike | None = None,
     *,
-    resolution: int = 512,
-    layers: int | Literal["auto"] = 3,
+    resolution: int = DEFAULT_DPCI_RESOLUTION,
+    layers: int | Literal["auto"] = DEFAULT_DPCI_LAYERS,
     parts: int | Literal["auto"] = 1,
     axis: Axis = "y",
     method: Literal["raycast", "six-view", "paper"] = "raycast",

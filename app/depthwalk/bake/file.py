@@ -74,7 +74,7 @@ def write_baked(path: Path, model: BakedModel) -> None:
     version = TEXTURED_VERSION if any(baked.texture is not None for baked in model.parts) else FORMAT_VERSION
     common = {
         ATTRIBUTE + "version": version,
-        ATTRIBUTE + "checksum": _checksum(channels),
+        ATTRIBUTE + "checksum": channel_checksum(channels),
         "displayWindow": _window(channels[0]),
     }
     if model.left_out is not None:
@@ -155,7 +155,7 @@ def _check_pixels(stored: dict[str, Channels], checksum: str) -> None:
         wrong = [channel for channel, pixels in channels.items() if pixels.dtype != channel_type(channel)]
         if wrong:
             raise ValueError(f"part {name} has channels of another type: {', '.join(wrong)}")
-    if _checksum(list(stored.values())) != checksum:
+    if channel_checksum(list(stored.values())) != checksum:
         raise ValueError("the pixels do not match their checksum")  # the library reads damaged ones without a word
 
 
@@ -184,7 +184,7 @@ def _attribute(value: Any) -> Any:
     return float(value) if isinstance(value, np.floating) else value
 
 
-def _checksum(parts: list[Channels]) -> str:
+def channel_checksum(parts: list[Channels]) -> str:
     """Return the CRC-32 in hex over all pixels, part by part, channels by name."""
     checksum = 0
     for channels in parts:

@@ -10,7 +10,7 @@ import numpy as np
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import MOST_LEVELS
-from depthwalk.limits import MAX_DPCI_PARTS
+from depthwalk.limits import DEFAULT_DPCI_LAYERS, DEFAULT_DPCI_RESOLUTION, MAX_DPCI_PARTS
 
 Method = Literal["raycast", "six-view", "paper"]
 Layers = int | Literal["auto"]
@@ -83,8 +83,8 @@ class BakeParams:
         For layers that the method cannot make.
     """
 
-    resolution: int = 512
-    layers: Layers = 3
+    resolution: int = DEFAULT_DPCI_RESOLUTION
+    layers: Layers = DEFAULT_DPCI_LAYERS
     method: Method = "raycast"
     refinements: Refinements = EVERYTHING
     coordinates: Coordinates = "auto"

@@ -24,6 +24,7 @@ from depthwalk.commands.progress import frame_progress
 from depthwalk.commands.reports import check_report_files, write_report
 from depthwalk.errors import missing_file
 from depthwalk.files import temporary_folder
+from depthwalk.limits import DEFAULT_DPCI_RESOLUTION
 from depthwalk.provenance import commit
 from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES, summarise
@@ -217,7 +218,7 @@ def main(
     markdown: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the tables to this file, as Markdown.")
     ] = None,
-    dpci_resolution: DpciResolution = 512,
+    dpci_resolution: DpciResolution = DEFAULT_DPCI_RESOLUTION,
     up: Up = UpAxis.Y,
     verbose: Verbose = False,
     quiet: Quiet = False,

@@ -28,7 +28,7 @@ from depthwalk.commands.options import (
 from depthwalk.commands.program import BAD_INPUT, FAILURE, guarded
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
-from depthwalk.limits import MAX_JOBS
+from depthwalk.limits import DEFAULT_DPCI_RESOLUTION, MAX_JOBS
 
 
 @guarded
@@ -45,7 +45,7 @@ def main(
             show_default="beside each mesh",
         ),
     ] = None,
-    dpci_resolution: DpciResolution = 512,
+    dpci_resolution: DpciResolution = DEFAULT_DPCI_RESOLUTION,
     layers: Layers = None,
     method: Annotated[
         Method,

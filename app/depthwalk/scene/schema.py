@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, WithJsonSchema, model_validator
 
 from depthwalk.limits import (
+    DEFAULT_DPCI_LAYERS,
+    DEFAULT_DPCI_RESOLUTION,
     MAX_ASSETS,
     MAX_COORDINATE,
     MAX_DPCI_LAYERS,
@@ -104,14 +106,14 @@ class DpciParams(FileParams):
     """Say how to bake an asset to depth images on a cylinder: one around its side, one each for top and bottom."""
 
     resolution: int = param(
-        512,
+        DEFAULT_DPCI_RESOLUTION,
         "Width and height of the depth image of the side",
         unit="texels",
         ge=MIN_DPCI_RESOLUTION,
         le=MAX_DPCI_RESOLUTION,
     )
     layers: Layers = param(
-        3,
+        DEFAULT_DPCI_LAYERS,
         "Depth layers: surfaces kept along each ray, from the outside inward; auto: as many as hold what can be seen; "
         "six-view and paper have 1",
     )
