@@ -67,6 +67,29 @@ def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(
     assert all(path.name.startswith("f") for path in out.iterdir())
 
 
+AT_IMPORT = """
+import os, signal, sys
+
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == sys.argv[-1]:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+from depthwalk.__main__ import main
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a single process")
+@pytest.mark.parametrize("library", ["typer", "depthwalk.commands.program"])
+def test_ctrl_c_while_libraries_are_imported_shows_no_traceback(environment: dict[str, str], library: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", AT_IMPORT, "--help", library], env=environment, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "depthwalk: interrupted\n")
+
+
 DEMO = """
 import sys
 from pathlib import Path

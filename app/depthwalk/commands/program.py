@@ -21,11 +21,12 @@ import typer
 import typer.core
 
 from depthwalk.budget import CACHE_LIMIT, cache_limit, parse_size
+from depthwalk.commands.interruption import INTERRUPTED, leave
 from depthwalk.errors import InputError, printable
 
 log = logging.getLogger("depthwalk")
 
-FAILURE, BAD_INPUT, INTERRUPTED = 1, 2, 130
+FAILURE, BAD_INPUT = 1, 2
 
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
@@ -225,7 +226,7 @@ def _unwound_by_signals() -> Iterator[None]:
         return
     _asked_to_end.clear()
     before = {signal.SIGTERM: signal.signal(signal.SIGTERM, _end_by_signal)}
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, leave):
         before[signal.SIGINT] = signal.signal(signal.SIGINT, _end_by_signal)
     try:
         yield
