@@ -27,6 +27,8 @@ _OVERLAY = (
     | imgui.WindowFlags_.no_focus_on_appearing
     | imgui.WindowFlags_.no_nav
 )
+_FITTED = imgui.WindowFlags_.always_auto_resize
+_OPAQUE = 0.82  # of the background of what is drawn over pictures
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
 _NARROWEST_TOAST = 300.0
@@ -67,18 +69,24 @@ def draw_hud(state: State) -> float:
 
     It shows frame times, what was drawn, and where the viewer is.
     """
-    _begin("hud", (_MARGIN, _MARGIN), (0, 0))
+    display, padding = imgui.get_io().display_size, imgui.get_style().window_padding
+    viewer, passes, counts = _viewer_rows(state), pass_rows(state.renderer.timers.milliseconds), _counted(state)
+    width = max(_WIDTH, _table_width(viewer), _table_width(counts)) + 2 * padding.x
+    # imgui would fit the window to what it held a frame before, and cut off rows that are new
+    imgui.set_next_window_size((width, max(display.y - 2 * _MARGIN, 1)))
+    _begin("hud", (_MARGIN, _MARGIN), (0, 0), flags=_OVERLAY & ~_FITTED | imgui.WindowFlags_.no_background)
     imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
     _draw_rate(state)
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
-    _draw_viewer(state)
+    _draw_viewer(state, viewer)
     imgui.separator()
-    _draw_passes(state)  # last what a low window has no room for
-    _draw_counts(state)
+    _draw_passes(state, passes)  # last what a low window has no room for
+    _draw_counts(counts)
     imgui.pop_style_var()
-    right = imgui.get_window_pos().x + imgui.get_window_size().x
+    bottom = imgui.get_cursor_screen_pos().y - imgui.get_style().item_spacing.y + padding.y
     imgui.end()
-    return right
+    _draw_panel((_MARGIN, _MARGIN), (_MARGIN + width, bottom))
+    return _MARGIN + width
 
 
 def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
@@ -231,16 +239,26 @@ def _dim_wrapped(text: str) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def _draw_passes(state: State) -> None:
-    timers = state.renderer.timers
-    if rows := _rows_with_room(pass_rows(timers.milliseconds), 1):
-        imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if timers.kind == "gpu" else ""))
+def _draw_panel(upper_left: tuple[float, float], lower_right: tuple[float, float]) -> None:
+    """Draw the background of a window that has none of its own, behind it."""
+    style = imgui.get_style()
+    colour = imgui.get_color_u32(imgui.ImVec4(*list(style.color_(imgui.Col_.window_bg))[:3], _OPAQUE))
+    imgui.get_background_draw_list().add_rect_filled(upper_left, lower_right, colour, style.window_rounding)
+
+
+def _draw_passes(state: State, rows: Sequence[tuple[str, str]]) -> None:
+    if rows := _rows_with_room(rows, 1):
+        imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if state.renderer.timers.kind == "gpu" else ""))
         _table("passes", rows, right=True, labels=_PASSES)
 
 
-def _draw_counts(state: State) -> None:
+def _counted(state: State) -> list[tuple[str, str]]:
     plan = state.renderer.plan
-    if plan is not None and (rows := _rows_with_room(count_rows(plan.counts | state.shares.latest), 0)):
+    return [] if plan is None else count_rows(plan.counts | state.shares.latest)
+
+
+def _draw_counts(rows: Sequence[tuple[str, str]]) -> None:
+    if rows := _rows_with_room(rows, 0):
         imgui.separator()
         _table("counts", rows)
 
@@ -303,11 +321,16 @@ def _numbered(counts: Mapping[str, float], prefix: str) -> list[str]:
     return [f"{number}: {found[number]:,}" for number in sorted(found)]
 
 
-def _draw_viewer(state: State) -> None:
-    walker = state.walker
-    x, y, z = walker.position
+def _draw_viewer(state: State, rows: Sequence[tuple[str, str]]) -> None:
     imgui.separator()
     _dim_wrapped(state.renderer.device.renderer)
+    _table("viewer", rows)
+
+
+def _viewer_rows(state: State) -> list[tuple[str, str]]:
+    """Return names and texts of the rows that say where the viewer is, and how he moves."""
+    walker = state.walker
+    x, y, z = walker.position
     rows = [
         ("mode", _mode(state)),
         ("position", f"{x:z.2f}  {y:z.2f}  {z:z.2f} m"),
@@ -318,7 +341,7 @@ def _draw_viewer(state: State) -> None:
         rows.append(("path", f"{'playing' if playback.playing else 'P plays it'}, {playback.time:.1f} s"))
     if state.recorder is not None:
         rows.append(("recording", f"{state.recorder.seconds:.1f} s, K saves it"))
-    _table("viewer", rows)
+    return rows
 
 
 def _mode(state: State) -> str:
@@ -327,18 +350,25 @@ def _mode(state: State) -> str:
     return f"{state.mode.name.lower()}, {state.walker.speed:.3g} m/s"
 
 
-def _begin(name: str, place: tuple[float, float], pivot: tuple[float, float], alpha: float = 0.82) -> None:
+def _begin(
+    name: str,
+    place: tuple[float, float],
+    pivot: tuple[float, float],
+    alpha: float = _OPAQUE,
+    flags: int = _OVERLAY,
+) -> None:
     imgui.set_next_window_pos(place, imgui.Cond_.always, pivot)
     imgui.set_next_window_bg_alpha(alpha)
-    imgui.begin(name, None, _OVERLAY)
+    imgui.begin(name, None, flags)
 
 
 def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labels: float = _LABELS) -> None:
     """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, aligned at their right end."""
     if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, labels)
-        if right:  # else a column is as wide as what the frame before showed, and cuts off the first numbers
-            imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, _NUMBERS + 8)
+        # else a column is as wide as what the frame before showed, and cuts off new texts
+        values = _NUMBERS + 8 if right else _widest(rows)
+        imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, values)
         for label, value in rows:
             imgui.table_next_row()
             imgui.table_next_column()
@@ -349,6 +379,16 @@ def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labe
                 imgui.set_cursor_pos_x(start + max(0.0, _NUMBERS - imgui.calc_text_size(value).x))
             imgui.text(value)
         imgui.end_table()
+
+
+def _widest(rows: Sequence[tuple[str, str]]) -> float:
+    """Return the width of the widest of the values of a table, pixels."""
+    return max((imgui.calc_text_size(value).x for _, value in rows), default=0.0)
+
+
+def _table_width(rows: Sequence[tuple[str, str]]) -> float:
+    """Return the width of a table of names and values that are not numbers, pixels."""
+    return _LABELS + _widest(rows) + 4 * _CLOSE_ROWS.x
 
 
 def _lines(parts: list[str], per_line: int = 3) -> str:
