@@ -158,7 +158,8 @@ def without_garbage() -> Iterator[None]:
     """Look for no garbage in a `with` block that imports libraries and reads a scene.
 
     What that makes lives as long as the program. To search it again and again while it grows takes a tenth of the time;
-    afterwards it is never searched.
+    afterwards it is never searched. The command ends behind the block where it was interrupted within: libraries drop
+    what a signal raises while they are imported, and a window would open all the same.
     """
     gc.disable()
     try:
@@ -166,6 +167,7 @@ def without_garbage() -> Iterator[None]:
     finally:
         gc.freeze()
         gc.enable()
+    end_if_interrupted()
 
 
 def _open_closed_streams() -> None:
