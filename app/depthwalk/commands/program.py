@@ -32,6 +32,14 @@ HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 Command = TypeVar("Command", bound=Callable[..., None])
 
+# What other programs call an option, and what it may be called here; told where the command has it.
+_SIZE = "--resolution", "--dpci-resolution"
+_ELSEWHERE = {
+    "--size": _SIZE, "--width": _SIZE, "--height": _SIZE, "--fov": ("--camera-view-angle",),
+    "--position": ("--camera-position",), "--target": ("--camera-target",), "--silent": ("--quiet",),
+    "--transparent": ("--no-background",),
+}  # fmt: skip
+
 UsageError: Any = typer.BadParameter.__base__  # of the click that this typer brings along
 
 
@@ -42,6 +50,11 @@ class _OneLineErrors:
         """Run the command line; see `click.Command.main`."""
         try:
             code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # of the class it is mixed into
+        except InputError as error:  # of what the arguments name
+            if not standalone_mode:
+                raise
+            print(error, file=sys.stderr)
+            code = BAD_INPUT
         except UsageError as error:
             if not standalone_mode:
                 raise
@@ -49,12 +62,20 @@ class _OneLineErrors:
                 error.show()
             else:
                 command = error.ctx.command_path if error.ctx else "depthwalk"
+                _name_as_here(error)
                 message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
                 print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
             code = BAD_INPUT
         if standalone_mode:
             sys.exit(code)
         return code
+
+
+def _name_as_here(error: Any) -> None:
+    """Let the error of an unknown option name the one that other programs call so, where the command has that one."""
+    if error.ctx and (meant := _ELSEWHERE.get(getattr(error, "option_name", ""))):
+        own = [name for param in error.ctx.command.params for name in param.opts]
+        error.possibilities = [name for name in meant if name in own] or error.possibilities
 
 
 class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
