@@ -8,7 +8,8 @@ from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.assets.progress import Progress
-from depthwalk.walk.hud import count_rows, draw_background, draw_help, draw_hud, draw_toast, pass_rows
+from depthwalk.walk.hud import draw_background, draw_help, draw_hud, draw_toast
+from depthwalk.walk.hud_rows import count_rows, pass_rows
 from depthwalk.walk.times import FrameTimes
 from depthwalk.walk.viewer import Mode
 
