@@ -73,7 +73,8 @@ def draw_hud(state: State) -> float:
     _draw_rate(state)
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
     _draw_viewer(state, viewer)
-    imgui.separator()
+    if passes:  # not in the first picture
+        imgui.separator()
     _draw_passes(state, passes)  # last what a low window has no room for
     _draw_counts(counts)
     imgui.pop_style_var()
