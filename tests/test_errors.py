@@ -46,10 +46,15 @@ def test_messages_hold_nothing_that_a_terminal_obeys() -> None:
 
 
 def test_another_ending_of_the_same_kind_is_suggested(tmp_path: Path) -> None:
-    """The same ending comes first; that of something else never comes."""
+    """The same ending comes first; that of something else never comes. Without one, a scene is meant before a mesh."""
     for name in ("court.yaml", "court.ply", "leaf.jpeg"):
         (tmp_path / name).touch()
-    for wrong, meant in (("court.yml", "court.yaml"), ("leaf.jpg", "leaf.jpeg"), ("cuort.PLY", "court.ply")):
+    for wrong, meant in (
+        ("court.yml", "court.yaml"),
+        ("leaf.jpg", "leaf.jpeg"),
+        ("cuort.PLY", "court.ply"),
+        ("court", "court.yaml"),
+    ):
         assert str(missing_file(tmp_path / wrong)).endswith(f": no such file; did you mean {meant!r}?")
-    for wrong in ("court.png", "court"):
+    for wrong in ("court.png", "cuort"):
         assert str(missing_file(tmp_path / wrong)) == f"{tmp_path / wrong}: no such file"

@@ -1,5 +1,15 @@
-"""Run the program as `python -m depthwalk`, for installations whose scripts are not on the path."""
+"""Run the program: as `depthwalk`, or as `python -m depthwalk` for installations whose scripts are not on the path."""
 
-from depthwalk.commands.cli import main
+from depthwalk.commands.interruption import leave_when_interrupted
 
-main()
+
+def main() -> None:
+    """Run the program `depthwalk` with the arguments of the process."""
+    leave_when_interrupted()  # before the imports, which take a quarter of a second
+    from depthwalk.commands import cli
+
+    cli.main()
+
+
+if __name__ == "__main__":
+    main()

@@ -77,7 +77,8 @@ def missing_file(path: Path) -> InputError:
 def suggest_file(path: Path) -> str:
     """Return `; did you mean 'x'?`, where x is the file of its folder spelt most like `path`; or "".
 
-    The ending must be the same, or nearly so, as of `a.yml` and `a.yaml`.
+    The ending must be the same, or nearly so, as of `a.yml` and `a.yaml`. A name without ending also means the file of
+    that name with one, scenes first.
     """
     try:
         with os.scandir(path.parent) as entries:
@@ -89,4 +90,11 @@ def suggest_file(path: Path) -> str:
         alike = {name.stem: name.name for name in names if name.suffix.lower() == ending}
         if close := get_close_matches(path.stem, alike, n=1, cutoff=0.6):
             return f"; did you mean {alike[close[0]]!r}?"
+    whole = [name for name in names if name.stem == path.name and name.suffix]
+    if whole:
+        return f"; did you mean {min(whole, key=_scenes_first).name!r}?"
     return ""
+
+
+def _scenes_first(name: Path) -> tuple[bool, str]:
+    return name.suffix.lower() not in (".yaml", ".yml"), name.name

@@ -53,7 +53,13 @@ def given_or_shipped(path: Path) -> Path:
     Path
         The file; `path` itself where it exists, and where nothing that ships has this name.
     """
-    if os.path.exists(path) or path.is_absolute() or ".." in path.parts:  # false for names that the system refuses
+    if os.path.exists(path):  # false for names that the system refuses
         return path
-    shipped = (folder / path for folder in (data_root(), asset_root(), scene_root()))
-    return next((file for file in shipped if os.path.isfile(file)), path)
+    return next((file for file in shipped_places(path) if os.path.isfile(file)), path)
+
+
+def shipped_places(path: Path) -> tuple[Path, ...]:
+    """Return where a file that ships would lie if a user meant it by `path`; none for a path to somewhere else."""
+    if path.is_absolute() or ".." in path.parts:
+        return ()
+    return tuple(folder / path for folder in (data_root(), asset_root(), scene_root()))

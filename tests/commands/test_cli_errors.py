@@ -253,3 +253,30 @@ def test_a_folder_that_takes_no_file_whoever_asks(
     name = "/proc/a.png" if command[0] == "render" else "/proc/a.dpci.exr"
     result = run(*(part.format(scene=tiny_scene, mesh=mesh) for part in command), name)
     assert (result.exit_code, result.stderr) == (2, f"{name}: the folder '/proc' is not writable\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "meant"),
+    [
+        ("render", "garden", "garden.yaml"),
+        ("info", "teapot", "teapot.ply"),
+        ("check", "gardn.yaml", "garden.yaml"),
+        ("view", "paths/garden", "garden.yaml"),
+    ],
+)
+def test_a_file_that_ships_is_suggested(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, name: str, meant: str
+) -> None:
+    """Also in a folder that does not hold it, and without its ending."""
+    monkeypatch.chdir(tmp_path)
+    output = ["-o", "x.png"] if command == "render" else []
+    result = run(command, name, *output)
+    assert (result.exit_code, result.stderr) == (2, f"{name}: no such file; did you mean {meant!r}?\n")
+
+
+def test_an_option_of_other_programs_is_told_by_its_name_here(run: Callable[..., Any]) -> None:
+    """Each command names its own option, and none that it lacks."""
+    assert "(Possible options: --resolution)" in run("render", "a.yaml", "--size", "640x480").stderr
+    assert "(Possible options: --camera-view-angle)" in run("view", "a.yaml", "--fov", "60").stderr
+    assert "(Possible options: --dpci-resolution)" in run("bake", "a.ply", "--width", "256").stderr
+    assert "--resolution" not in run("check", "a.yaml", "--size", "640x480").stderr

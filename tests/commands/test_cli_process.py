@@ -67,6 +67,29 @@ def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(
     assert all(path.name.startswith("f") for path in out.iterdir())
 
 
+AT_IMPORT = """
+import os, signal, sys
+
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == sys.argv[-1]:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+from depthwalk.__main__ import main
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a single process")
+@pytest.mark.parametrize("library", ["typer", "depthwalk.commands.program"])
+def test_ctrl_c_while_libraries_are_imported_shows_no_traceback(environment: dict[str, str], library: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", AT_IMPORT, "--help", library], env=environment, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "depthwalk: interrupted\n")
+
+
 DEMO = """
 import sys
 from pathlib import Path
@@ -109,7 +132,7 @@ def test_an_interrupted_demo_leaves_whole_files_only(
 
 LOST = """
 import os, signal
-from depthwalk.commands.program import as_program, guarded
+from depthwalk.commands.program import as_program, guarded, without_garbage
 from depthwalk.commands.progress import asset_progress, frame_progress
 
 class Dropped:
@@ -136,6 +159,7 @@ as_program(guarded(main))()
         ("signal.SIGINT", 130, "advance()"),
         ("signal.SIGTERM", 143, "report('ball', 'side')"),
         ("signal.SIGTERM", 143, "1 / 0"),
+        ("signal.SIGINT", 130, "with without_garbage(): pass"),
     ],
 )
 def test_an_interruption_that_gets_lost_ends_the_command_at_its_next_step(

@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.ndimage import binary_fill_holes
 from tools.make_models.catalogue import MODELS, TEXTURES
 from tools.make_models.model import Model
 from tools.make_models.ship import shipped_name
 from trimesh.visual import ColorVisuals
 
+import depthwalk as dw
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.cook.cooked_file import read_cooked
 
@@ -66,6 +68,32 @@ def test_depth_images_show_an_object_of_the_size_of_its_mesh(name: str) -> None:
     np.testing.assert_allclose(np.ptp(points, axis=0), listed()[shipped_name(name)][1], atol=2.5 * texel)
     assert abs(points[:, 1].min()) < 0.5 * texel
     assert texture.colours[..., 0].std() > 10
+
+
+BUSTS = """version: 1
+assets: {man: {baked: head_man.dpci.npz}, venus: {baked: head_venus.dpci.npz}}
+objects:
+  - {asset: man, position: [-0.16, -0.23, 0], yaw: -100}
+  - {asset: venus, position: [0.16, -0.23, 0], yaw: -100}
+"""
+PEDESTAL = """version: 1
+assets: {pedestal: {baked: pedestal.dpci.npz}}
+objects: [{asset: pedestal, position: [0, -0.55, 0]}]
+"""
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(("scene", "place"), [(BUSTS, (0.0, 0.25, 0.7)), (PEDESTAL, (-0.5, -0.25, -1.1))])
+def test_nobody_sees_the_sky_through_what_stands_on_a_foot(
+    tmp_path: Path, scene: str, place: tuple[float, float, float]
+) -> None:
+    """Its ledges lie behind all that overhangs them: with one layer less than there are they were holes."""
+    (tmp_path / "scene.yaml").write_text(scene)
+    with dw.Renderer(dw.load_scene(tmp_path / "scene.yaml", asset_roots=[ASSETS]), size=(240, 180)) as renderer:
+        image = renderer.render(dw.Camera(position=place, target=(0.0, 0.0, 0.0), fov=0.9))
+    covered = np.isfinite(image.depth)
+    assert covered.sum() > 4000
+    assert (binary_fill_holes(covered) & ~covered).sum() <= 5  # pixels
 
 
 @pytest.mark.parametrize(("name", "count"), [("venus_of_the_paper", 67_170), ("man_of_the_paper", 78_157)])

@@ -8,7 +8,8 @@ from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.assets.progress import Progress
-from depthwalk.walk.hud import count_rows, draw_background, draw_help, draw_hud, draw_toast, pass_rows
+from depthwalk.walk.hud import draw_background, draw_help, draw_hud, draw_toast
+from depthwalk.walk.hud_rows import count_rows, pass_rows
 from depthwalk.walk.times import FrameTimes
 from depthwalk.walk.viewer import Mode
 
@@ -109,9 +110,25 @@ def test_a_low_window_cuts_off_no_row_of_the_hud(overlay_io: IO, width: int, hei
     for _ in range(3):
         imgui.new_frame()
         draw_hud(slow_walk())
+        box = hud_box()
         imgui.render()
-    window = imgui.internal.find_window_by_name("hud")
-    assert height - 70 < window.pos.y + window.size.y <= height
+    assert height - 70 < box[3] <= height
+
+
+def test_the_hud_holds_new_rows_in_their_first_frame(overlay_io: IO) -> None:
+    """At rest no other frame may follow: what it cut off then would stay cut off."""
+    overlay_io.display_size = imgui.ImVec2(1024, 768)
+    walk = slow_walk()
+    walk.renderer.plan, walk.recorder = None, SimpleNamespace(seconds=12.3)
+    long, boxes, drawn = slow_walk(), [], []
+    for shown in (walk, walk, walk, long, long, long):
+        imgui.new_frame()
+        draw_hud(shown)
+        boxes.append(hud_box())
+        imgui.render()
+        drawn.append(imgui.internal.find_window_by_name("hud").draw_list.vtx_buffer.size())
+    assert boxes[1] == boxes[2] != boxes[3] == boxes[4] == boxes[5]
+    assert drawn[1] == drawn[2] < drawn[3] == drawn[4] == drawn[5]
 
 
 def test_the_hud_fits_the_default_window_and_leaves_most_of_it_free(overlay_io: IO) -> None:
@@ -119,9 +136,9 @@ def test_the_hud_fits_the_default_window_and_leaves_most_of_it_free(overlay_io: 
     for _ in range(3):
         imgui.new_frame()
         right = draw_hud(slow_walk())
+        box = hud_box()
         imgui.render()
-    window = imgui.internal.find_window_by_name("hud")
-    assert right <= 0.31 * 1024 and window.pos.y + window.size.y <= 768
+    assert right <= 0.31 * 1024 and right == pytest.approx(box[2], abs=1) and box[3] <= 768
 
 
 def test_bar_and_messages_keep_clear_of_the_panel_and_of_each_other(overlay_io: IO) -> None:
@@ -140,7 +157,16 @@ def test_bar_and_messages_keep_clear_of_the_panel_and_of_each_other(overlay_io: 
 
 def toast_box() -> tuple[float, float, float, float]:
     """Left, top, right and bottom of what the frame has drawn over everything."""
-    vertices = imgui.get_foreground_draw_list().vtx_buffer
+    return box_of(imgui.get_foreground_draw_list())
+
+
+def hud_box() -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of what the frame has drawn behind everything."""
+    return box_of(imgui.get_background_draw_list())
+
+
+def box_of(drawn: Any) -> tuple[float, float, float, float]:
+    vertices = drawn.vtx_buffer
     x, y = ([getattr(vertices[k].pos, axis) for k in range(vertices.size())] for axis in "xy")
     return min(x), min(y), max(x), max(y)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from depthwalk.render.renderer import Renderer
 from depthwalk.types import Rows
-from depthwalk.walk.hud import count_rows
+from depthwalk.walk.hud_rows import count_rows
 from depthwalk.walk.shares import LateShares
 
 

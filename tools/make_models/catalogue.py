@@ -51,8 +51,8 @@ class Entry:
 
 
 MODELS: dict[str, Entry] = {
-    "head_venus": Entry(heads.head_venus, "bust of a woman, rasped marble", Images(288), closed=True),
-    "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(288, finest=0.5), closed=True),
+    "head_venus": Entry(heads.head_venus, "bust of a woman, rasped marble", Images(272, 3, 0.5), closed=True),
+    "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(256, 3, 0.45), closed=True),
     "statue": Entry(statue.statue, "draped woman with a bowl, chiselled limestone", Images(320, 2, 0.65), closed=True),
     "tree_oak": Entry(plants.oak, "broad-leaved tree, 19,000 lobed leaves", Images(176, 2, 1.0), closed=True),
     "tree_fir": Entry(plants.fir, "conifer, 5,700 twigs of 91 needles", Images(144, 2, 1.0), closed=True),
@@ -67,7 +67,7 @@ MODELS: dict[str, Entry] = {
     "bench": Entry(props.bench, "garden bench, faces +z", Images(160, 5, 0.45), closed=True),
     "hedge": Entry(props.hedge, "2 m of clipped hedge along x", Images(160, 1, 1.13), closed=True),
     "wall": Entry(props.wall, "2 m of low brick wall along x", Images(160, 1), closed=True),
-    "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(160, 1), closed=True),
+    "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(160, 5, 0.5), closed=True),
     "dryad": Entry(statue.dryad, "the statue, smooth and light, for the relief of meso.yaml", closed=True),
     "venus_of_the_paper": Entry(heads.venus_of_the_paper, "the woman's bust with the paper's count", closed=True),
     "man_of_the_paper": Entry(heads.man_of_the_paper, "the man's bust with the paper's count, one face open below"),

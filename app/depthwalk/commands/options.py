@@ -1,21 +1,19 @@
 """Declare the options that commands share, once each; `option_values` parses their texts."""
 
+import os
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, suggest_file
 from depthwalk.limits import (
     MAX_DPCI_RESOLUTION,
     MAX_FRAMES,
     MIN_DPCI_RESOLUTION,
 )
-from depthwalk.resources import given_or_shipped
-
-if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
-    pass
+from depthwalk.resources import given_or_shipped, shipped_places
 
 
 class Method(StrEnum):
@@ -67,13 +65,26 @@ class RepresentationName(StrEnum):
 
 
 def named_file(path: Path | None) -> Path | None:
-    """Return the file that the user names, which may be one that ships; None where none is named."""
-    return None if path is None else given_or_shipped(path)
+    """Return the file that the user names, one that ships too; None where none is named. Raises as `_found`."""
+    return None if path is None else _found(path)
 
 
 def named_files(paths: list[Path]) -> list[Path]:
-    """Return the files that the user names, some of which may ship."""
-    return [given_or_shipped(path) for path in paths]
+    """Return the files that the user names, some of which may ship. Raises as `_found`."""
+    return [_found(path) for path in paths]
+
+
+def _found(path: Path) -> Path:
+    """Return the file at `path`, or the one of this name that ships; `path` where there is neither.
+
+    Raises InputError where neither is there and only one that ships is spelt much like it; of other missing files, who
+    reads the file says what is wrong.
+    """
+    found = given_or_shipped(path)
+    if not os.path.exists(found) and not suggest_file(found):
+        for hint in filter(None, map(suggest_file, shipped_places(path))):
+            raise InputError(f"{path}: no such file{hint}")
+    return found
 
 
 def own_file(path: Path, option: str) -> Path:
@@ -208,7 +219,7 @@ ClusterOption = Annotated[
         show_default="this process and its pool",
     ),
 ]
-Verbose = Annotated[bool, typer.Option("--verbose", help="Report every step; show tracebacks.")]
-Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Report every step; show tracebacks.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 
 DEFAULT_RESOLUTION = "1024,768"

@@ -21,15 +21,24 @@ import typer
 import typer.core
 
 from depthwalk.budget import CACHE_LIMIT, cache_limit, parse_size
+from depthwalk.commands.interruption import INTERRUPTED, leave
 from depthwalk.errors import InputError, printable
 
 log = logging.getLogger("depthwalk")
 
-FAILURE, BAD_INPUT, INTERRUPTED = 1, 2, 130
+FAILURE, BAD_INPUT = 1, 2
 
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 Command = TypeVar("Command", bound=Callable[..., None])
+
+# What other programs call an option, and what it may be called here; told where the command has it.
+_SIZE = "--resolution", "--dpci-resolution"
+_ELSEWHERE = {
+    "--size": _SIZE, "--width": _SIZE, "--height": _SIZE, "--fov": ("--camera-view-angle",),
+    "--position": ("--camera-position",), "--target": ("--camera-target",), "--silent": ("--quiet",),
+    "--transparent": ("--no-background",),
+}  # fmt: skip
 
 UsageError: Any = typer.BadParameter.__base__  # of the click that this typer brings along
 
@@ -41,6 +50,11 @@ class _OneLineErrors:
         """Run the command line; see `click.Command.main`."""
         try:
             code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # of the class it is mixed into
+        except InputError as error:  # of what the arguments name
+            if not standalone_mode:
+                raise
+            print(error, file=sys.stderr)
+            code = BAD_INPUT
         except UsageError as error:
             if not standalone_mode:
                 raise
@@ -48,12 +62,20 @@ class _OneLineErrors:
                 error.show()
             else:
                 command = error.ctx.command_path if error.ctx else "depthwalk"
+                _name_as_here(error)
                 message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
                 print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
             code = BAD_INPUT
         if standalone_mode:
             sys.exit(code)
         return code
+
+
+def _name_as_here(error: Any) -> None:
+    """Let the error of an unknown option name the one that other programs call so, where the command has that one."""
+    if error.ctx and (meant := _ELSEWHERE.get(getattr(error, "option_name", ""))):
+        own = [name for param in error.ctx.command.params for name in param.opts]
+        error.possibilities = [name for name in meant if name in own] or error.possibilities
 
 
 class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
@@ -157,7 +179,8 @@ def without_garbage() -> Iterator[None]:
     """Look for no garbage in a `with` block that imports libraries and reads a scene.
 
     What that makes lives as long as the program. To search it again and again while it grows takes a tenth of the time;
-    afterwards it is never searched.
+    afterwards it is never searched. The command ends behind the block where it was interrupted within: libraries drop
+    what a signal raises while they are imported, and a window would open all the same.
     """
     gc.disable()
     try:
@@ -165,6 +188,7 @@ def without_garbage() -> Iterator[None]:
     finally:
         gc.freeze()
         gc.enable()
+    end_if_interrupted()
 
 
 def _open_closed_streams() -> None:
@@ -225,7 +249,7 @@ def _unwound_by_signals() -> Iterator[None]:
         return
     _asked_to_end.clear()
     before = {signal.SIGTERM: signal.signal(signal.SIGTERM, _end_by_signal)}
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, leave):
         before[signal.SIGINT] = signal.signal(signal.SIGINT, _end_by_signal)
     try:
         yield

@@ -244,12 +244,14 @@ class Walk:
         self.state.pull_focus(dt)
         self._take_news()
         if min(*self.window.size, *self.window.buffer_size) > 0:
-            if self._shows_all(dt):
+            rests = self._shows_all(dt)
+            self.state.times.note(dt, shows=not rests)
+            if rests:
                 self._clock.wait(_RESTING_SECONDS)
                 return
-            self.state.times.add(dt)
             self._draw(dt)
         else:  # minimised
+            self.state.times.note(dt, shows=False)
             time.sleep(_IDLE_SECONDS)
         self.window.swap_buffers()
         self.frames.work()

@@ -1,23 +1,19 @@
 """Draw the head-up display (HUD), the help, short messages and the progress of loading over the picture."""
 
-import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from depthwalk.assets.progress import Progress
-from depthwalk.render.pixel_shares import KINDS
+from depthwalk.walk.hud_rows import count_rows, pass_rows, viewer_rows
 from depthwalk.walk.native_imgui import imgui
-from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 
 _MARGIN = 10.0
 _WIDTH = 255.0
 _LABELS = 84.0  # width of the column of names
 _PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
-_PASS_CHARACTERS = 18  # that fit into it
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
 _CLOSE_ROWS = imgui.ImVec2(4, 0.5)  # cell padding: the help fits a window of 480 lines, the HUD one of 768
-_SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
 _SLOWER = 1.3  # times as long as from picture to picture: frames that are drawn in slices
 _OVERLAY = (
     imgui.WindowFlags_.no_decoration
@@ -27,12 +23,12 @@ _OVERLAY = (
     | imgui.WindowFlags_.no_focus_on_appearing
     | imgui.WindowFlags_.no_nav
 )
+_FITTED = imgui.WindowFlags_.always_auto_resize
+_OPAQUE = 0.82  # of the background of what is drawn over pictures
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
 _NARROWEST_TOAST = 300.0
 _STOP = "B stops"
-_NONE = "\u2013"
-_CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 HELP = (
     ("W A S D", "move"),
     ("E / Q", "up / down"),
@@ -67,40 +63,25 @@ def draw_hud(state: State) -> float:
 
     It shows frame times, what was drawn, and where the viewer is.
     """
-    _begin("hud", (_MARGIN, _MARGIN), (0, 0))
+    display, padding = imgui.get_io().display_size, imgui.get_style().window_padding
+    viewer, passes, counts = viewer_rows(state), pass_rows(state.renderer.timers.milliseconds), _counted(state)
+    width = max(_WIDTH, _table_width(viewer), _table_width(counts)) + 2 * padding.x
+    # imgui would fit the window to what it held a frame before, and cut off rows that are new
+    imgui.set_next_window_size((width, max(display.y - 2 * _MARGIN, 1)))
+    _begin("hud", (_MARGIN, _MARGIN), (0, 0), flags=_OVERLAY & ~_FITTED | imgui.WindowFlags_.no_background)
     imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
     _draw_rate(state)
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
-    _draw_viewer(state)
-    imgui.separator()
-    _draw_passes(state)  # last what a low window has no room for
-    _draw_counts(state)
+    _draw_viewer(state, viewer)
+    if passes:  # not in the first picture
+        imgui.separator()
+    _draw_passes(state, passes)  # last what a low window has no room for
+    _draw_counts(counts)
     imgui.pop_style_var()
-    right = imgui.get_window_pos().x + imgui.get_window_size().x
+    bottom = imgui.get_cursor_screen_pos().y - imgui.get_style().item_spacing.y + padding.y
     imgui.end()
-    return right
-
-
-def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return the names and times of a frame's passes as texts; the quickest passes are summed up as `others`.
-
-    Parameters
-    ----------
-    milliseconds
-        Time of each pass by name, milliseconds.
-
-    Returns
-    -------
-    list[tuple[str, str]]
-        A name, in several lines where passes share a program, and a text for each row.
-    """
-    smallest = _SMALLEST_SHARE * sum(milliseconds.values())
-    rows = {name: spent for name, spent in milliseconds.items() if spent > smallest}
-    if len(rows) < len(milliseconds):
-        rows["others"] = sum(milliseconds.values()) - sum(rows.values())
-    return [
-        (textwrap.fill(name, _PASS_CHARACTERS, break_long_words=False), f"{spent:.2f}") for name, spent in rows.items()
-    ]
+    _draw_panel((_MARGIN, _MARGIN), (_MARGIN + width, bottom))
+    return _MARGIN + width
 
 
 def draw_crosshair() -> None:
@@ -231,16 +212,27 @@ def _dim_wrapped(text: str) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def _draw_passes(state: State) -> None:
-    timers = state.renderer.timers
-    if rows := _rows_with_room(pass_rows(timers.milliseconds), 1):
-        imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if timers.kind == "gpu" else ""))
+def _draw_panel(upper_left: tuple[float, float], lower_right: tuple[float, float]) -> None:
+    """Draw the background of a window that has none of its own, behind it."""
+    style = imgui.get_style()
+    colour = style.color_(imgui.Col_.window_bg)
+    filled = imgui.get_color_u32((colour.x, colour.y, colour.z, _OPAQUE))
+    imgui.get_background_draw_list().add_rect_filled(upper_left, lower_right, filled, style.window_rounding)
+
+
+def _draw_passes(state: State, rows: Sequence[tuple[str, str]]) -> None:
+    if rows := _rows_with_room(rows, 1):
+        imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if state.renderer.timers.kind == "gpu" else ""))
         _table("passes", rows, right=True, labels=_PASSES)
 
 
-def _draw_counts(state: State) -> None:
+def _counted(state: State) -> list[tuple[str, str]]:
     plan = state.renderer.plan
-    if plan is not None and (rows := _rows_with_room(count_rows(plan.counts | state.shares.latest), 0)):
+    return [] if plan is None else count_rows(plan.counts | state.shares.latest)
+
+
+def _draw_counts(rows: Sequence[tuple[str, str]]) -> None:
+    if rows := _rows_with_room(rows, 0):
         imgui.separator()
         _table("counts", rows)
 
@@ -259,86 +251,31 @@ def _rows_with_room(rows: Sequence[tuple[str, str]], above: int) -> list[tuple[s
     return fitting
 
 
-def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return names and texts of the rows that say what was drawn in a frame.
-
-    Parameters
-    ----------
-    counts
-        The numbers of the frame by name, as `FrameDrawLists.counts` holds them; once they are known, also those of
-        `pixel_shares.shares`.
-
-    Returns
-    -------
-    list[tuple[str, str]]
-        A name and a text for each row.
-    """
-    kinds = [f"{name} {counts[name]:,}" for name in KINDS if counts.get(name)]
-    pixels = [f"{kind} {counts[f'share_{kind}']:.0%}" for kind in KINDS if counts.get(f"share_{kind}")]
-    cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
-    rows = [
-        ("objects", f"{counts['objects']:,}"),
-        ("made of", f"{counts['full_triangles']:,} triangles" if counts["full_triangles"] else _NONE),
-        ("occluded", f"{counts['occluded']:,}"),
-        ("drawn as", _lines(kinds)),
-        ("of pixels", _lines(pixels)),
-        ("case", _lines(cases, 2)),
-        ("Iter_step", _lines(_numbered(counts, "step_"))),
-        ("LOD level", _lines(_numbered(counts, "level_"))),
-    ]
-    if counts["dpci"]:
-        rows += [
-            ("warped", f"{counts['warped']:,} of {counts['dpci']:,} impostors"),
-            ("", f"{counts['warped_triangles']:,} triangles"),
-            ("tile cache", f"{counts['atlas_used']:.0%} full, scale {counts['tile_resolution']:.0%}"),
-        ]
-    plural = "" if counts["assets"] == 1 else "s"
-    rows.append(("on the GPU", f"{counts['assets']:,} asset{plural}, {counts['gpu_mb']:,.0f} MB"))
-    return [(name, text) for name, text in rows if text != _NONE or name == "drawn as"]
-
-
-def _numbered(counts: Mapping[str, float], prefix: str) -> list[str]:
-    """Return `number: count` for the counts whose names are `prefix` and a number, in the order of the numbers."""
-    found = {int(name.removeprefix(prefix)): count for name, count in counts.items() if name.startswith(prefix)}
-    return [f"{number}: {found[number]:,}" for number in sorted(found)]
-
-
-def _draw_viewer(state: State) -> None:
-    walker = state.walker
-    x, y, z = walker.position
+def _draw_viewer(state: State, rows: Sequence[tuple[str, str]]) -> None:
     imgui.separator()
     _dim_wrapped(state.renderer.device.renderer)
-    rows = [
-        ("mode", _mode(state)),
-        ("position", f"{x:z.2f}  {y:z.2f}  {z:z.2f} m"),
-        ("direction", f"yaw {math.degrees(walker.yaw):z.0f}\u00b0, pitch {math.degrees(walker.pitch):z.0f}\u00b0"),
-    ]
-    playback = state.playback
-    if playback is not None:
-        rows.append(("path", f"{'playing' if playback.playing else 'P plays it'}, {playback.time:.1f} s"))
-    if state.recorder is not None:
-        rows.append(("recording", f"{state.recorder.seconds:.1f} s, K saves it"))
     _table("viewer", rows)
 
 
-def _mode(state: State) -> str:
-    if state.turned is not None:
-        return f"orbit, {distance(state.turned):.3g} m"
-    return f"{state.mode.name.lower()}, {state.walker.speed:.3g} m/s"
-
-
-def _begin(name: str, place: tuple[float, float], pivot: tuple[float, float], alpha: float = 0.82) -> None:
+def _begin(
+    name: str,
+    place: tuple[float, float],
+    pivot: tuple[float, float],
+    alpha: float = _OPAQUE,
+    flags: int = _OVERLAY,
+) -> None:
     imgui.set_next_window_pos(place, imgui.Cond_.always, pivot)
     imgui.set_next_window_bg_alpha(alpha)
-    imgui.begin(name, None, _OVERLAY)
+    imgui.begin(name, None, flags)
 
 
 def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labels: float = _LABELS) -> None:
     """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, aligned at their right end."""
     if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, labels)
-        if right:  # else a column is as wide as what the frame before showed, and cuts off the first numbers
-            imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, _NUMBERS + 8)
+        # else a column is as wide as what the frame before showed, and cuts off new texts
+        values = _NUMBERS + 8 if right else _widest(rows)
+        imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, values)
         for label, value in rows:
             imgui.table_next_row()
             imgui.table_next_column()
@@ -351,7 +288,11 @@ def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labe
         imgui.end_table()
 
 
-def _lines(parts: list[str], per_line: int = 3) -> str:
-    """Return the parts in lines of `per_line`, or a dash where there are none."""
-    lines = [", ".join(parts[k : k + per_line]) for k in range(0, len(parts), per_line)]
-    return "\n".join(lines) or _NONE
+def _widest(rows: Sequence[tuple[str, str]]) -> float:
+    """Return the width of the widest of the values of a table, pixels."""
+    return max((imgui.calc_text_size(value).x for _, value in rows), default=0.0)
+
+
+def _table_width(rows: Sequence[tuple[str, str]]) -> float:
+    """Return the width of a table of names and values that are not numbers, pixels."""
+    return _LABELS + _widest(rows) + 4 * _CLOSE_ROWS.x

@@ -10,7 +10,7 @@ from depthwalk.walk.focus import FocusPull
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recorder import Recorder, save_path, tolerance_in
 from depthwalk.walk.shares import LateShares
-from depthwalk.walk.times import FrameTimes
+from depthwalk.walk.times import FrameTimes, PictureTimes
 from depthwalk.walk.viewer import Viewer
 
 
@@ -43,7 +43,7 @@ class State(Viewer):
     """
 
     recorder: Recorder | None = None
-    times: FrameTimes = field(default_factory=FrameTimes)
+    times: PictureTimes = field(default_factory=PictureTimes)
     scene_times: FrameTimes = field(default_factory=FrameTimes)
     scene_scale: float = 1.0
     shares: LateShares = field(default_factory=LateShares)

@@ -32,3 +32,28 @@ class FrameTimes:
             if total >= _AVERAGED:
                 break
         return total / count if count else 0.0
+
+
+class PictureTimes(FrameTimes):
+    """Keep how long it took from each of the last pictures to the next.
+
+    A picture counts only where the round before showed one too: the first one, and one that ends a rest, follow none.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._follows = False
+
+    def note(self, seconds: float, *, shows: bool) -> None:
+        """Note a round of the window.
+
+        Parameters
+        ----------
+        seconds
+            From the beginning of the round before to that of this one.
+        shows
+            Whether it shows a picture.
+        """
+        if shows and self._follows:
+            self.add(seconds)
+        self._follows = shows
