@@ -9,6 +9,9 @@ from pathlib import Path
 # Names of a folder that are compared with a misspelt one.
 _MAX_NAMES = 10_000
 
+# Characters of a name that a message quotes.
+_MAX_QUOTED = 60
+
 
 class InputError(Exception):
     """Report that what the user gave cannot be used; the message says where and why, in one line.
@@ -41,6 +44,11 @@ def printable(text: object) -> str:
     if plain.isprintable():
         return plain
     return "".join(one if one.isprintable() else repr(one)[1:-1] for one in plain)
+
+
+def quoted(name: str) -> str:
+    """Return `name`, which stands in a file, in quotes, as messages show it: at most 60 characters of it."""
+    return repr(name if len(name) <= _MAX_QUOTED else name[: _MAX_QUOTED - 3] + "...")
 
 
 def suggest(word: str, choices: Iterable[str]) -> str:

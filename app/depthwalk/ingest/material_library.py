@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.errors import quoted
 from depthwalk.ingest.formats import IMAGE_SUFFIXES
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import phong_from_mtl
@@ -66,13 +67,12 @@ class MaterialLibrary:
 
         Raises InputError where its texture cannot be decoded.
         """
-        found = self._materials.get(name) if name is not None else None
-        if found is None:
+        if name is None or (found := self._materials.get(name)) is None:
             return None
         if found.mask is not None and found.mask != found.image:
             log.warning("%s: map_d %s is ignored: it is not the picture of map_Kd", self._mesh, found.mask)
         cut_out = found.mask is not None and found.mask == found.image
-        called = f"{self._mesh}: material {name!r}"
+        called = f"{self._mesh}: material {quoted(name)}"
         texture, glow = self._decoded(found.image), self._decoded(found.glow)
         return phong_from_mtl(
             found.terms, texture, called, cut_out=cut_out, emission_texture=glow, textures=self._textures

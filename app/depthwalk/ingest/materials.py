@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.errors import quoted
 from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
@@ -162,7 +163,7 @@ def _cuts_out(texture: NDArray[np.uint8]) -> bool:
 
 def _called(file: str, name: str | None) -> str:
     """Return what messages call the material `name` of a file."""
-    return f"{file}: material {name!r}" if name else f"{file}: a material"
+    return f"{file}: material {quoted(name)}" if name else f"{file}: a material"
 
 
 def _material(

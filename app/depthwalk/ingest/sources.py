@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from urllib.parse import unquote
 
-from depthwalk.errors import InputError, missing_file
+from depthwalk.errors import InputError, missing_file, quoted
 from depthwalk.limits import MAX_LOOKUPS, MAX_MESH_BYTES
 
 log = logging.getLogger(__name__)
@@ -147,7 +147,7 @@ def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = N
         if sources.is_inside(path, root):
             return path
     if mesh is not None:
-        log.warning("%s: %r is missing or outside the folder; ignored", mesh, name)
+        log.warning("%s: %s is missing or outside the folder; ignored", mesh, quoted(name))
     return None
 
 

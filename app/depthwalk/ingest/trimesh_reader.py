@@ -21,7 +21,7 @@ from trimesh.visual.color import to_rgba
 from trimesh.visual.texture import TextureVisuals
 
 from depthwalk.colour import srgb8_from_linear
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, quoted
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import IMAGE_SUFFIXES
 from depthwalk.ingest.image import TextureDecoder, open_image
@@ -114,7 +114,7 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
         for uri in gltf.external_uris(header, "buffers"):
             file = find(uri, folder.folders, folder.sources)
             if file is None:
-                raise InputError(f"{path}: buffer {uri!r} is missing or outside the folder")
+                raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
             length += len(folder.sources.read(file))
         vertices, triangles = gltf.placed_size(header)
         if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # as no triangle takes less than three bytes

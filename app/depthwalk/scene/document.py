@@ -16,7 +16,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
-from depthwalk.errors import InputError, missing_file
+from depthwalk.errors import InputError, missing_file, quoted
 from depthwalk.ingest.formats import MESH_SUFFIXES
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
 
@@ -255,7 +255,7 @@ class _Reader:
         if isinstance(node, ScalarNode):
             return self.scalar(node, loc)
         if str(node.tag) not in (_TAG + "map", _TAG + "seq"):
-            raise self.error(node, loc, f"the tag {_quoted(str(node.tag))} is not allowed")
+            raise self.error(node, loc, f"the tag {quoted(str(node.tag))} is not allowed")
         if isinstance(node, SequenceNode):
             return [self.value(child, (*loc, i)) for i, child in enumerate(node.value)]
         assert isinstance(node, MappingNode)
@@ -269,7 +269,7 @@ class _Reader:
                 raise self.error(key_node, loc, "a key must be text; put it in quotes")
             key = str(key_node.value)
             if not key.isprintable():
-                raise self.error(key_node, loc, f"the key {_quoted(key)} is not printable")
+                raise self.error(key_node, loc, f"the key {quoted(key)} is not printable")
             if key in values:
                 raise self.error(key_node, (*loc, key), f"duplicate key; it is in line {lines[key]} too")
             lines[key] = key_node.start_mark.line + 1
@@ -287,7 +287,7 @@ class _Reader:
         if tag in _TEXT_TAGS:
             return self.text(node, loc)
         if tag not in _SCALAR_TAGS:
-            raise self.error(node, loc, f"the tag {_quoted(tag)} is not allowed")
+            raise self.error(node, loc, f"the tag {quoted(tag)} is not allowed")
         try:
             value: bool | int | float | None = self.scalars.construct_object(node)
         except (YAMLError, ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError):
@@ -314,7 +314,3 @@ def _printable(text: str) -> str:
 
 def _shown(text: str) -> str:
     return _printable(text if len(text) <= 24 else text[:21] + "...")
-
-
-def _quoted(text: str) -> str:
-    return repr(text if len(text) <= 60 else text[:57] + "...")
