@@ -26,7 +26,7 @@ class Standing(OnScreen):
     def __init__(self, device: Device, size: tuple[int, int] = SIZE) -> None:
         shapes = [box(1.0, 1.0, 1.0, (0, 0.5, 0)), sphere(0.5, 64, 32)]
         scene = scene_of((0, (-0.6, 0, 0), 0.4, 1.0), (1, (0.9, 0.5, 1.2), 0.0, 1.0))
-        scene.environment.ground, scene.environment.sky = GroundParams(), SkyParams()
+        scene.environment.ground, scene.environment.sky = GroundParams(half_size=500.0), SkyParams()
         scene.render.shadows.enabled = True
         super().__init__(device, scene, ShapeLibrary(shapes, [bake(shape) for shape in shapes]), size)
         self.size = size

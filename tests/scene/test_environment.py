@@ -20,7 +20,7 @@ def test_an_empty_environment_has_a_sun_and_ambient_light_only() -> None:
 def test_an_empty_group_switches_on() -> None:
     environment = Environment.model_validate({"sky": {}, "ground": {}, "fog": {}})
     assert environment.sky and environment.ground and environment.fog
-    assert environment.ground.half_size == 500
+    assert environment.ground.half_size == 10_000
 
 
 @pytest.mark.parametrize("direction", [[0, 0, 0], [1e-9, 0, 0]])

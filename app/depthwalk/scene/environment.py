@@ -58,7 +58,7 @@ class GroundParams(FileParams):
     colour: Colour = param((0.45, 0.47, 0.40), "Colour; multiplies the texture", unit="sRGB")
     texture: FilePath | None = param(None, "Image that is repeated over the ground, a path relative to the scene file")
     tile: Length = param(2.0, "Side of one repetition of the texture", unit="m")
-    half_size: Length = param(500.0, "Half the side of the square", unit="m")
+    half_size: Length = param(10_000.0, "Half the side of the square; the default ends at the horizon", unit="m")
 
 
 class SunParams(FileParams):

@@ -51,7 +51,7 @@ def picket(**dof: Any) -> Scene:
         (1, (1.2, 0, -5), 0.4, 1.5),
         representation=Representation.MESH,
         sky={},
-        ground={"height": 0.0},
+        ground={"height": 0.0, "half_size": 500.0},  # it ends between two rows of pixels
     )
     settings = {"mode": "gather", "focal_length": 400, "f_number": 1.4, "focus_distance": 3.6, "max_blur": 20.0} | dof
     cast(SimpleNamespace, scene).render = RenderSettings.model_validate({"dof": settings})

@@ -10,6 +10,7 @@ from alone import Alone, MakeAlone
 from depthwalk.colour import linear_from_srgb
 from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.view.view import View, view_distance
+from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment
 from depthwalk.types import Array, Picture
 
@@ -18,7 +19,7 @@ def white(path: Path) -> Picture:
     return np.full((2, 2, 4), 255, np.uint8)
 
 
-def draw(ground: Alone, **values: tuple[float, float, float]) -> None:
+def draw(ground: Alone, **values: float | tuple[float, float, float]) -> None:
     environment = Environment.model_validate({"ground": {"height": 0.0, "half_size": 20.0, **values}})
     assets = SimpleNamespace(texture=white)
     ground.draw(environment=environment, assets=assets)
@@ -42,6 +43,16 @@ def test_it_is_where_rays_meet_its_plane(alone: MakeAlone) -> None:
     assert near.sum() > 20
     assert found[near] == pytest.approx(expected[near], rel=2e-3)
     assert np.isinf(found[np.isinf(expected)]).all()
+
+
+@pytest.mark.parametrize("half_size", [1e3, 1e6])
+def test_a_large_one_covers_the_picture_to_its_borders(alone: MakeAlone, half_size: float) -> None:
+    camera = Camera((-400.0, 1.6, 400.0), (-400.3, 0.0, 399.0), 0.87)
+    ground = alone(GroundPass(), View(camera, (1024, 64), near=0.1, far=4 * half_size))
+    ground.targets.polygons.clear(depth=1.0)
+    draw(ground, half_size=half_size)
+    found = view_distance(ground.read("depth", np.float32, 1)[..., 0], *ground.view.depth_range)
+    assert found == pytest.approx(ground_distance(ground.view), rel=1e-4)
 
 
 def test_it_has_its_colour_and_is_no_object(alone: MakeAlone) -> None:

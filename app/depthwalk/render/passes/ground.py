@@ -51,4 +51,4 @@ class GroundPass(Pass[Params]):
             tile=ground.tile,
         )
         with self.gl.state(into=frame.targets.polygons, depth_test=LESS):
-            self._program.rectangles()
+            self._program.rectangles(9)  # see ground.vert
