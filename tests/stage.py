@@ -12,6 +12,7 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.reference.gbuffer import unpacked_surfaces
 from depthwalk.render.frame import Pass
 from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.passes.shadows import ShadowsPass
@@ -127,11 +128,8 @@ class Stage(OnScreen):
 
     def normals(self) -> Array:
         """World (H, W, 3), unit."""
-        p = self.read("surface", np.uint16, 4)[..., :2] / 65535 * 2 - 1
-        n = np.dstack([p, 1 - np.abs(p).sum(-1)])
-        fold = np.maximum(-n[..., 2:], 0)
-        n[..., :2] -= np.where(n[..., :2] < 0, -fold, fold)
-        return n / np.linalg.norm(n, axis=-1, keepdims=True)
+        words = self.read("surface", np.uint32, 2)
+        return unpacked_surfaces(words.reshape(-1, 2)).normal.reshape(*words.shape[:2], 3)
 
     def raised(self) -> Array:
         """`points` along their normals by as much as what the picture shows may be off."""

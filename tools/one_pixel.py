@@ -26,6 +26,7 @@ from depthwalk.geometry.quaternions import rotate
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.failures import GpuError
 from depthwalk.params import Params
+from depthwalk.reference.gbuffer import unpacked_surfaces
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes import default_passes
@@ -64,7 +65,7 @@ class ReadPass(Pass[Params]):
     """Read what the passes before left at one pixel; draws nothing."""
 
     name = "read"
-    reads = ("atlas", "visibility", "albedo", "lit")
+    reads = ("atlas", "visibility", "surface", "lit")
     writes = ()
 
     def __init__(self, x: int, y: int) -> None:
@@ -90,7 +91,7 @@ class ReadPass(Pass[Params]):
             stored=float(_texels(targets.atlas_depth, np.float32, 1)[texel[1], texel[0], 0]),
             owner=int(visible[0]) & ((1 << IMAGE_BITS) - 1),
             distance=float(1 / visible[1:].view(np.float32)[0]),
-            albedo=(_texels(targets.albedo, np.uint8, 4)[row, column, :3] / 255.0) ** 2,
+            albedo=unpacked_surfaces(_texels(targets.surface, np.uint32, 2)[row, column][None]).albedo[0],
             lit=_texels(targets.lit_texture, np.float16, 4)[row, column, :3].astype(float),
         )
 

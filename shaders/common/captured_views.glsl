@@ -13,9 +13,8 @@ flat in vec4 rotation;
 flat in float level;
 flat in uint row;
 
-layout(location = 0) out vec4 out_albedo;
-layout(location = 1) out vec4 out_surface;
-layout(location = 2) out uvec2 visibility;
+layout(location = 0) out uvec2 surface;
+layout(location = 1) out uvec2 visibility;
 #ifdef CONSERVATIVE_DEPTH
 layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the rectangle
 #endif
@@ -40,8 +39,7 @@ ViewTexel view_texel(vec2 at, float layer) {
 
 // Writes a surface `part` times as far along the view ray as the rectangle. normal: object frame, of any length.
 void write_surface(vec3 colour, vec3 normal, float part) {
-    out_albedo = vec4(colour, specular);
-    out_surface = encode_surface(normalize(rotate(rotation, normal)), shininess);
+    surface = packed_surface(colour * colour, specular, normalize(rotate(rotation, normal)), shininess);
     visibility = captured_visibility(row);
     float inverse = gl_FragCoord.w / part;
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding

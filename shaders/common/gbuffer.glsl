@@ -1,12 +1,35 @@
-// Packs what the lighting pass must know of a pixel into the G-buffer, and unpacks it; normals are in world space.
-//   albedo:  RGBA8, colour as its square root (8 bits then suffice), a = specular strength
-//   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS
+// Packs a surface into the two words of the G-buffer, and unpacks it again for lighting. Twin: reference/gbuffer.py.
+//   x, from the lowest bits: square root of the linear colour (3 × 8 bits, as fine as sRGB), specular strength (8 bits).
+//   y: world normal on the octahedron (2 × 12 bits, at most 0.06° off), logarithm of the shininess (8 bits; 0: lit already).
+// One texture of integers costs a software rasteriser one fetch and no conversion, and a GPU 8 bytes of bandwidth per pixel.
 #include "common/octahedron.glsl"
 #from depthwalk.limits import MAX_SHININESS
-const float LIT = 0.0;          // in place of the shininess: the pixel is lit already
+#from depthwalk.render.target_table import NORMAL_BITS
+const uint NORMAL_MASK = (1u << NORMAL_BITS) - 1u, SHININESS_SHIFT = 2u * uint(NORMAL_BITS);
+const float NORMAL_STEPS = float(NORMAL_MASK - 1u);     // even, so that floors and walls have exact normals
+const float SHININESS_STEPS = 254.0;
 
-vec4 encode_albedo(vec3 linear, float specular) { return vec4(sqrt(linear), specular); }
-vec3 decode_albedo(vec4 texel) { return texel.rgb * texel.rgb; }
-vec4 encode_surface(vec3 normal, float shininess) {
-    return vec4(octahedron_from_normal(normal), max(shininess, 1.0) / MAX_SHININESS, 0.0);
+uvec2 packed_surface(vec3 linear, float specular, vec3 normal, float shininess) {
+    uvec4 colour = uvec4(clamp(vec4(sqrt(linear), specular), 0.0, 1.0) * 255.0 + 0.5);
+    uvec2 place = uvec2(octahedron_from_normal(normal) * NORMAL_STEPS + 0.5);
+    uint sharp = 1u + uint(SHININESS_STEPS * log2(max(shininess, 1.0)) / log2(MAX_SHININESS) + 0.5);
+    return uvec2(
+        colour.r | colour.g << 8 | colour.b << 16 | colour.a << 24,
+        place.x | place.y << NORMAL_BITS | sharp << SHININESS_SHIFT
+    );
+}
+// Marks the surface as lit already, so that deferred lighting leaves it alone.
+uvec2 lit_surface(uvec2 surface) { return uvec2(surface.x, surface.y & ((1u << SHININESS_SHIFT) - 1u)); }
+
+bool is_lit(uvec2 surface) { return surface.y >> SHININESS_SHIFT == 0u; }
+vec3 albedo_of(uvec2 surface) {
+    vec3 root = vec3(surface.x & 255u, surface.x >> 8 & 255u, surface.x >> 16 & 255u) / 255.0;
+    return root * root;
+}
+float specular_of(uvec2 surface) { return float(surface.x >> 24) / 255.0; }
+vec3 normal_of(uvec2 surface) {
+    return normal_from_octahedron(vec2(surface.y & NORMAL_MASK, surface.y >> NORMAL_BITS & NORMAL_MASK) / NORMAL_STEPS);
+}
+float shininess_of(uvec2 surface) {
+    return exp2((float(surface.y >> SHININESS_SHIFT) - 1.0) * (log2(MAX_SHININESS) / SHININESS_STEPS));
 }

@@ -1,8 +1,7 @@
 // Declares a pixel as those passes see it that need no other one; their functions are compiled into one program, in which
 // each finds here what those before have left (render/pixel_pass.py).
 #include "common/distance.glsl"
-uniform sampler2D albedo_texture;
-uniform sampler2D surface_texture;
+uniform usampler2D surface_texture;
 uniform sampler2D shadow_texture;
 uniform sampler2D lit_texture;
 
@@ -10,8 +9,7 @@ struct Pixel {
     vec2 uv;        // over the picture, 0 to 1
     vec3 ray;       // world, from the viewer to one metre along the view axis
     float depth;    // of the depth buffer; from here on as the targets of these names hold it
-    vec4 albedo;
-    vec4 surface;
+    uvec2 surface;  // common/gbuffer.glsl unpacks it
     float shadow;
     vec4 lit;
     vec4 screen;

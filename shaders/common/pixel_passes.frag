@@ -22,11 +22,8 @@ void main() {
 #endif
 #endif
 #endif
-#ifdef READS_ALBEDO
-    pixel.albedo = texelFetch(albedo_texture, here, 0);
-#endif
 #ifdef READS_SURFACE
-    pixel.surface = texelFetch(surface_texture, here, 0);
+    pixel.surface = texelFetch(surface_texture, here, 0).xy;
 #endif
 #ifdef READS_SHADOW
     pixel.shadow = texelFetch(shadow_texture, here, 0).r;

@@ -4,7 +4,7 @@
 #include "common/distance.glsl"
 #include "common/gbuffer.glsl"
 #include "gpaa/line.glsl"
-uniform sampler2D surface_texture;
+uniform usampler2D surface_texture;
 uniform float least_fold;           // cosine: surfaces that meet at less are smooth neighbour
 
 flat in vec4 ends;
@@ -21,7 +21,7 @@ float part_beyond(float away, float spread) {
     return left * left / max(2.0 * spread, 1e-6);
 }
 
-vec3 normal_at(ivec2 pixel) { return normal_from_octahedron(texelFetch(surface_texture, pixel, 0).xy); }
+vec3 normal_at(ivec2 pixel) { return normal_of(texelFetch(surface_texture, pixel, 0).xy); }
 
 void main() {
     Line line = line_of(ends);

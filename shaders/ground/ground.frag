@@ -9,9 +9,8 @@ uniform float tile;         // metres
 in vec3 from_viewer;
 in vec2 at;
 
-layout(location = 0) out vec4 out_albedo;
-layout(location = 1) out vec4 out_surface;
-layout(location = 2) out uvec2 visibility;
+layout(location = 0) out uvec2 surface;
+layout(location = 1) out uvec2 visibility;
 
 void main() {
     // Flat textures repeat visibly; a second, larger and turned copy breaks the pattern up.
@@ -19,7 +18,6 @@ void main() {
     vec3 near = texture(ground_texture, uv).rgb;
     vec3 far = texture(ground_texture, mat2(0.8, 0.6, -0.6, 0.8) * uv * 0.23).rgb;
     vec3 albedo = colour * near * mix(vec3(1.0), far / mean, 0.5);
-    out_albedo = encode_albedo(min(albedo, 1.0), 0.0);
-    out_surface = encode_surface(vec3(0.0, 1.0, 0.0), 1.0);
+    surface = packed_surface(albedo, 0.0, vec3(0.0, 1.0, 0.0), 1.0);
     visibility = GROUND;
 }

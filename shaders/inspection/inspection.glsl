@@ -10,10 +10,10 @@ void draw_inspection(inout Pixel pixel) {
 #elif defined(SKY)
     pixel.lit = vec4(0.0, 0.0, 0.0, 1.0);
 #elif defined(NORMALS)
-    pixel.lit = vec4(linear_from_srgb(0.5 + 0.5 * normal_from_octahedron(pixel.surface.xy)), 1.0);
+    pixel.lit = vec4(linear_from_srgb(0.5 + 0.5 * normal_of(pixel.surface)), 1.0);
 #elif defined(DISTANCE)
     pixel.lit = vec4(linear_from_srgb(vec3(exp2(-distance_of(pixel.depth) / half_distance))), 1.0);
 #else
-    pixel.lit = vec4(decode_albedo(pixel.albedo), 1.0);
+    pixel.lit = vec4(albedo_of(pixel.surface), 1.0);
 #endif
 }

@@ -15,10 +15,10 @@ void draw_light(inout Pixel pixel) {
     pixel.lit = background_at(view, to_sun);
 #else
 #ifdef FORWARD
-    if (pixel.surface.z == LIT) discard;
+    if (is_lit(pixel.surface)) discard;
 #endif
-    vec3 albedo = decode_albedo(pixel.albedo), normal = normal_from_octahedron(pixel.surface.xy);
-    float specular = pixel.albedo.a, shininess = pixel.surface.z * MAX_SHININESS;
+    vec3 albedo = albedo_of(pixel.surface), normal = normal_of(pixel.surface);
+    float specular = specular_of(pixel.surface), shininess = shininess_of(pixel.surface);
     vec3 direct = sun;
 #ifdef SHADOWS
     direct *= pixel.shadow;

@@ -13,7 +13,7 @@
 #ifdef SHADOWS
 #include "common/sun_maps.glsl"
 #endif
-layout(location = 2) out vec4 lit;
+layout(location = 1) out vec4 lit;
 #endif
 #ifdef LIT_TILES
 uniform sampler2D tile_light;
@@ -22,8 +22,7 @@ uniform sampler2D tile_light;
 in vec2 uv;
 in vec3 ray;
 
-layout(location = 0) out vec4 out_albedo;
-layout(location = 1) out vec4 out_surface;
+layout(location = 0) out uvec2 words;
 
 void main() {
     uvec2 visibility = texture(visibility_texture, uv).xy;
@@ -31,8 +30,7 @@ void main() {
     bool tiled = object_texel(object_of(visibility), SURFACE_RECORD_MATERIAL_DEPTH).y > 0.0;
 #ifndef SURFACE_TOO
     if (tiled) {
-        out_albedo = vec4(0.0);
-        out_surface = vec4(0.5, 0.5, LIT, 0.0);
+        words = lit_surface(packed_surface(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 1.0));
         lit = texture(tile_light, uv);
         return;
     }
@@ -57,9 +55,8 @@ void main() {
         surface.specular = 0.0;
     }
 #endif
-    out_albedo = encode_albedo(surface.albedo, surface.specular);
     vec3 normal = rotate(rotation, surface.normal);
-    out_surface = encode_surface(normal, shininess);
+    words = packed_surface(surface.albedo, surface.specular, normal, shininess);
 #ifdef FORWARD
     float share = 1.0;
 #ifdef SHADOWS
@@ -74,6 +71,6 @@ void main() {
         lit.rgb = left * texture(tile_light, uv).rgb;
     }
 #endif
-    out_surface.z = LIT;
+    words = lit_surface(words);
 #endif
 }

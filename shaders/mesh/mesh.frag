@@ -16,9 +16,8 @@ centroid in vec3 colour;
 centroid in vec2 uv;
 #endif
 
-layout(location = 0) out vec4 out_albedo;
-layout(location = 1) out vec4 out_surface;
-layout(location = 2) out uvec2 visibility;
+layout(location = 0) out uvec2 surface;
+layout(location = 1) out uvec2 visibility;
 
 void main() {
     vec3 albedo = base_colour;
@@ -31,7 +30,6 @@ void main() {
 #endif
     // An open mesh shows its inside; lit as if it had two sides.
     vec3 facing = gl_FrontFacing ? normal : -normal;
-    out_albedo = encode_albedo(albedo, specular);
-    out_surface = encode_surface(normalize(facing), shininess);
+    surface = packed_surface(albedo, specular, normalize(facing), shininess);
     visibility = NO_OBJECT;
 }

@@ -7,7 +7,6 @@ void draw_sun(inout Pixel pixel) {
 #ifdef SKY
     pixel.shadow = 1.0;
 #else
-    vec3 normal = normal_from_octahedron(pixel.surface.xy);
-    pixel.shadow = sun_share_at(pixel.ray, distance_of(pixel.depth), normal);
+    pixel.shadow = sun_share_at(pixel.ray, distance_of(pixel.depth), normal_of(pixel.surface));
 #endif
 }

@@ -81,7 +81,7 @@ class Vignette(Pass[VignetteParams]):
 class Careless(Pass[Params]):
     name = "careless"
     writes = ("lit",)
-    touches = "albedo"
+    touches = "surface"
 
     def setup(self, gl: Scope) -> None:
         pass
@@ -180,7 +180,7 @@ def test_a_pass_serves_one_renderer_at_a_time(gl_device: Device, library: ShapeL
     ground.release()
 
 
-@pytest.mark.parametrize("touches", ["albedo", "visibility", "lit_texture", "polygon"])
+@pytest.mark.parametrize("touches", ["surface", "visibility", "lit_texture", "polygon"])
 def test_undeclared_targets_are_out_of_reach_and_state_is_restored(
     gl_device: Device, library: ShapeLibrary, touches: str
 ) -> None:
@@ -190,7 +190,7 @@ def test_undeclared_targets_are_out_of_reach_and_state_is_restored(
     passes = default_passes()
     passes.insert(-1, careless)
     with OnScreen(gl_device, still_life(), library, SIZE, passes) as stage:
-        with pytest.raises(AttributeError, match=r"careless.*(albedo|visible|lit|polygon)"):
+        with pytest.raises(AttributeError, match=r"careless.*(surface|visible|lit|polygon)"):
             stage.draw(VIEW)
         assert gl_device.state.now == State()
         assert not gl_device.context.wireframe

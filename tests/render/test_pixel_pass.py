@@ -177,7 +177,7 @@ def test_a_sky_that_is_not_even_is_drawn(
             assert np.ptp(read_pixels(stage.screen)[..., :3]) > 50
 
 
-@pytest.mark.parametrize("targets", [(), ("lit", "shadow"), ("albedo",), ("depth",)])
+@pytest.mark.parametrize("targets", [(), ("lit", "shadow"), ("surface",), ("depth",)])
 def test_it_writes_one_target_that_it_can(targets: tuple[str, ...]) -> None:
     with pytest.raises(TypeError, match="pass wrong: a pass of pixels writes one target of shadow, lit, screen"):
         type("Wrong", (Inverted,), {"name": "wrong", "writes": targets})

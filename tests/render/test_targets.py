@@ -14,7 +14,7 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.tile_atlas import TileAtlas, atlas_size
 
 SIZE = (20, 12)
-MADE = ("visibility", "albedo", "surface", "depth", "material_depth", "shadow")
+MADE = ("visibility", "surface", "depth", "material_depth", "shadow")
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def test_framebuffers_consist_of_declared_textures() -> None:
 def test_every_target_is_written_and_read_by_a_pass() -> None:
     written = {name for pass_ in PASSES for name in pass_.writes}
     read = {name for pass_ in PASSES for name in pass_.reads}
-    assert TARGETS.keys() - written == {"samples"}  # these are written as `visibility`, `albedo` and so on
+    assert TARGETS.keys() - written == {"samples"}  # these are written as `visibility`, `surface` and so on
     assert TARGETS.keys() == read
 
 
@@ -48,7 +48,7 @@ def test_textures_have_the_declared_formats(targets: Targets) -> None:
 
 
 def test_with_one_sample_objects_are_drawn_into_the_gbuffer_itself(targets: Targets) -> None:
-    assert targets.drawn.albedo is targets.albedo and targets.drawn.depth is targets.depth
+    assert targets.drawn.surface is targets.surface and targets.drawn.depth is targets.depth
     assert targets.defines == () and targets.offsets.tolist() == [[0, 0]]
 
 
@@ -56,7 +56,7 @@ def test_with_several_they_have_textures_of_their_own(gl_device: Device) -> None
     if gl_device.max_samples < 4:
         pytest.skip("the device has fewer samples")
     several = Targets(gl_device, SIZE, 4)
-    assert several.drawn.albedo.samples == 4 and several.albedo.samples == 0
+    assert several.drawn.surface.samples == 4 and several.surface.samples == 0
     assert several.offsets.shape == (4, 2) and several.defines == ("MULTISAMPLED",)
     several.release()
 

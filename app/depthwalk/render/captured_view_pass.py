@@ -33,7 +33,7 @@ class CapturedViewPass(Pass[P]):
     """
 
     draws_objects = True
-    writes = ("albedo", "surface", "visibility", "depth")
+    writes = ("surface", "visibility", "depth")
     representation: ClassVar[Representation]
 
     def setup(self, gl: Scope) -> None:
@@ -51,7 +51,7 @@ class CapturedViewPass(Pass[P]):
         return ()
 
     def draw(self, frame: Frame, params: P) -> None:
-        """Draw what `frame` shows in this representation into albedo, normals, visibility and depth.
+        """Draw what `frame` shows in this representation into surfaces, visibility and depth.
 
         params: which views are drawn. Objects whose views are still being captured are left out.
         """

@@ -31,7 +31,7 @@ Colour = tuple[float, float, float, float]
 _VERTEX, _FRAGMENT = "common/far_plane.vert", "common/pixel_passes.frag"
 _STRIP_PIXELS = 1 << 18  # in software some 10 ms of light
 # The fields of `Pixel` in shaders/common/pixel.glsl that hold targets, and how one becomes the colour that is written.
-_FIELDS = {"depth": "", "albedo": "", "surface": "", "shadow": "vec4(pixel.shadow)", "lit": "pixel.lit"}
+_FIELDS = {"depth": "", "surface": "", "shadow": "vec4(pixel.shadow)", "lit": "pixel.lit"}
 RESULTS = _FIELDS | {"screen": "pixel.screen"}
 _TEXELS = {"f1": (np.uint8, 255.0), "f2": (np.float16, 1.0)}  # by moderngl's name, how texels are read, and what 1 is
 _SKY_TESTED = "SKY", "TESTED"  # the half of the pixels where nothing is, which a test of the depth finds

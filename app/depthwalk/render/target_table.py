@@ -44,13 +44,13 @@ class TextureFormat(NamedTuple):
 
 
 RGBA8 = TextureFormat("RGBA8", 4, "f1")
-RGBA16 = TextureFormat("RGBA16", 4, "nu2")
 RGBA16F = TextureFormat("RGBA16F", 4, "f2")
 RG32UI = TextureFormat("RG32UI", 2, "u4")
 R16UI = TextureFormat("R16UI", 1, "u2")
 R8 = TextureFormat("R8", 1, "f1")
 DEPTH24 = TextureFormat("DEPTH24", 0, "")
-_ALL_FORMATS = TextureFormat("RG32UI, RGBA8, RGBA16, DEPTH24", 0, "")
+NORMAL_BITS = 12  # of each octahedral coordinate in `surface`, see shaders/common/gbuffer.glsl
+_ALL_FORMATS = TextureFormat("RG32UI, RGBA16F, DEPTH24", 0, "")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,13 +89,9 @@ TARGETS: dict[str, Target] = {
         textures={"tile_light": RGBA16F},
         holds="rgb = linear light, filtered from the tile that the pixel shows; only with `light.mode: warp`",
     ),
-    "albedo": Target(
-        textures={"albedo": RGBA8},
-        holds="G-buffer: rgb = square root of the linear colour, a = specular strength",
-    ),
     "surface": Target(
-        textures={"surface": RGBA16},
-        holds="G-buffer: rg = world normal, octahedral; b = shininess / MAX_SHININESS, 0 where lit already",
+        textures={"surface": RG32UI},
+        holds="G-buffer: r = square root of the linear colour, specular; g = octahedral world normal, shininess",
     ),
     "depth": Target(
         textures={"depth": DEPTH24},
@@ -103,7 +99,7 @@ TARGETS: dict[str, Target] = {
     ),
     "samples": Target(
         textures={"drawn": _ALL_FORMATS},
-        holds="With several samples per pixel, `visibility`, `albedo`, `surface` and `depth` of each of them",
+        holds="With several samples per pixel, `visibility`, `surface` and `depth` of each of them",
     ),
     "material_depth": Target(
         textures={"material_depth_texture": DEPTH24},
@@ -147,21 +143,20 @@ class Framebuffer(NamedTuple):
     all_samples: bool = False
 
 
-_SURFACES = ("albedo", "surface")
-ALL_SURFACES = (*_SURFACES, "visibility_texture")
+ALL_SURFACES = ("surface", "visibility_texture")
 FRAMEBUFFERS: dict[str, Framebuffer] = {
     "atlas": Framebuffer(("atlas_owner",), "atlas_depth"),
     "lit_atlas": Framebuffer(("atlas_owner", "atlas_light"), "atlas_depth"),
     "visibility": Framebuffer(("visibility_texture",), "depth", all_samples=True),  # what depth images write
     "lit_visibility": Framebuffer(("visibility_texture", "tile_light"), "depth", all_samples=True),  # and lit tiles
     "polygons": Framebuffer(ALL_SURFACES, "depth", all_samples=True),  # what polygons write
-    "first_polygons": Framebuffer(_SURFACES, "depth", all_samples=True),  # and those that nothing is drawn before
+    "first_polygons": Framebuffer(("surface",), "depth", all_samples=True),  # and those that nothing is drawn before
     "one_sample": Framebuffer(ALL_SURFACES, "depth"),  # one of the samples of `polygons`
     "one_lit_sample": Framebuffer((*ALL_SURFACES, "tile_light"), "depth"),  # and of `lit_visibility`
     "material_depth": Framebuffer((), "material_depth_texture"),
-    "shaded": Framebuffer(_SURFACES, "material_depth_texture"),  # the pixels of one asset
-    "shaded_lit": Framebuffer((*_SURFACES, "lit_texture"), "material_depth_texture"),  # and their light, forward
-    "gbuffer": Framebuffer(_SURFACES, "depth"),
+    "shaded": Framebuffer(("surface",), "material_depth_texture"),  # the pixels of one asset
+    "shaded_lit": Framebuffer(("surface", "lit_texture"), "material_depth_texture"),  # and their light, forward
+    "gbuffer": Framebuffer(("surface",), "depth"),
     "shadow": Framebuffer(("shadow_texture",)),
     "lighting": Framebuffer(("lit_texture",), "depth"),
     "lit": Framebuffer(("lit_texture",)),

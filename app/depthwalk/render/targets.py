@@ -22,11 +22,10 @@ class Drawn:
 
     Attributes
     ----------
-    albedo, surface, visibility_texture, depth : as the attributes of `Targets` with these names.
+    surface, visibility_texture, depth : as the attributes of `Targets` with these names.
     tile_light : likewise; None where tiles are not lit.
     """
 
-    albedo: moderngl.Texture
     surface: moderngl.Texture
     visibility_texture: moderngl.Texture
     depth: moderngl.Texture
@@ -62,7 +61,6 @@ class Targets:
 
     visibility_texture: moderngl.Texture
     tile_light: moderngl.Texture
-    albedo: moderngl.Texture
     surface: moderngl.Texture
     depth: moderngl.Texture
     material_depth_texture: moderngl.Texture
@@ -103,7 +101,6 @@ class Targets:
         """Create the textures and framebuffers but for those of the atlas. lit: whether tiles are."""
         made = [
             "visibility",
-            "albedo",
             "surface",
             "depth",
             "material_depth",

@@ -8,6 +8,7 @@ import pytest
 
 from alone import Alone, MakeAlone
 from depthwalk.colour import linear_from_srgb
+from depthwalk.reference.gbuffer import unpacked_surfaces
 from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera
@@ -59,8 +60,11 @@ def test_it_has_its_colour_and_is_no_object(alone: MakeAlone) -> None:
     ground = alone(GroundPass())
     ground.targets.polygons.clear(depth=1.0)
     draw(ground, colour=(0.5, 0.25, 1.0))
-    albedo, number = ground.read("albedo", np.uint8, 4)[0, 6], ground.read("visibility_texture", np.uint32, 2)[0, 6]
-    assert albedo[:3] == pytest.approx(255 * np.sqrt(linear_from_srgb(np.array([0.5, 0.25, 1.0]))), abs=1)
+    surface = unpacked_surfaces(ground.read("surface", np.uint32, 2)[0, 6:7])
+    number = ground.read("visibility_texture", np.uint32, 2)[0, 6]
+    expected = np.sqrt(linear_from_srgb(np.array([0.5, 0.25, 1.0])))
+    assert np.sqrt(surface.albedo[0]) == pytest.approx(expected, abs=1 / 255)
+    assert surface.normal[0] == pytest.approx([0, 1, 0], abs=1e-6)
     assert number[0] == 0  # no depth image
     assert number[1] & 15 == 0 and number[1] != 0  # covered whole, and yet no mesh, which is 0
 

@@ -9,6 +9,7 @@ import pytest
 from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
 from depthwalk.pictures import LinearImage
+from depthwalk.reference.gbuffer import unpacked_surfaces
 from depthwalk.reference.light import lamp_light, phong, reflected
 from depthwalk.render.frame import Frame, common_settings
 from depthwalk.render.headless import HeadlessRenderer
@@ -75,11 +76,10 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     targets, light, scope = Targets(gl_device, SIZE), LightPass(), gl_device.scope("test")
     light.attach(gl_device)
     ViewBlock(scope, PICTURE_VIEW).show(view)
-    albedo = rng.integers(0, 256, (*SIZE[::-1], 4), np.uint8)
-    surface = rng.integers(0, 65536, (*SIZE[::-1], 4), np.uint16)
+    words = rng.integers(0, 1 << 32, (SIZE[0] * SIZE[1], 2), np.uint32)
+    words[:, 1] |= 1 << 31  # none is lit already
     depth = rng.uniform(0.3, 0.98, SIZE[::-1]).astype(np.float32)
-    targets.albedo.write(albedo.tobytes())
-    targets.surface.write(surface.tobytes())
+    targets.surface.write(words.tobytes())
     targets.depth.write(depth.tobytes())
     frame = SimpleNamespace(
         targets=targets,
@@ -98,23 +98,13 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     column, row = np.meshgrid(*((np.arange(pixels) + 0.5) / pixels * 2 - 1 for pixels in SIZE))
     ray = np.stack([column, row, np.ones_like(row)], -1).reshape(-1, 3) @ view.ray_from_screen.T
     from_viewer = ray * view_distance(depth.reshape(-1, 1), *view.depth_range)
-    stored = albedo.reshape(-1, 4) / 255
-    shininess = surface.reshape(-1, 4)[:, 2] / 65535 * 1024
-    normal = normals_from_octahedron(surface.reshape(-1, 4)[:, :2] / 65535)
-    surfaces = stored[:, :3] ** 2, stored[:, 3], shininess, normal, from_viewer
+    stored = unpacked_surfaces(words)
+    surfaces = stored.albedo, stored.specular, stored.shininess, stored.normal, from_viewer
     expected = lit_twin(environment, *surfaces, view)
     assert (found[:, 3] == 1).all()
     np.testing.assert_allclose(found[:, :3], expected, rtol=6e-3, atol=2e-3)
     by_lamps = np.abs(expected - lit_twin(Environment(), *surfaces, view)).max(1) > 0.01
     assert by_lamps.any() == (count > 0)
-
-
-def normals_from_octahedron(encoded: Array) -> Array:
-    x, y = (encoded * 2 - 1).T
-    z = 1 - np.abs(x) - np.abs(y)
-    fold = np.maximum(-z, 0)
-    normal = np.stack([x + np.where(x < 0, fold, -fold), y + np.where(y < 0, fold, -fold), z], -1)
-    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def test_lists_name_each_lamp_where_it_is_seen() -> None:

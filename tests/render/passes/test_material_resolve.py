@@ -64,8 +64,8 @@ def test_what_is_lit_forward_is_marked_so(gl_device: Device, mode: Literal["defe
         assert targets is not None
         width, height = targets.size
         shown = np.frombuffer(targets.visibility_texture.read(alignment=1), np.uint32).reshape(height, width, 2)[..., 0]
-        surface = np.frombuffer(targets.surface.read(alignment=1), np.uint16).reshape(height, width, 4)
+        surface = np.frombuffer(targets.surface.read(alignment=1), np.uint32).reshape(height, width, 2)
         light = np.frombuffer(targets.lit_texture.read(alignment=1), np.float16).reshape(height, width, 4)
     assert (shown > 0).sum() > 500
-    assert ((surface[shown > 0, 2] == 0) == (mode == "forward")).all()
+    assert ((surface[shown > 0, 1] >> 24 == 0) == (mode == "forward")).all()
     assert (light[shown > 0, 3] == 1).all() and light[shown > 0, :3].max() > 0.1

@@ -75,7 +75,7 @@ def test_a_mesh_of_a_later_phase_hides_what_an_earlier_one_drew(
             targets = stage.renderer.targets
             assert targets is not None
             shown.append(np.frombuffer(targets.visibility_texture.read(), np.uint32).reshape(-1, 2)[:, 0] > 0)
-            shown.append(np.frombuffer(targets.albedo.read(), np.uint32))
+            shown.append(np.frombuffer(targets.surface.read(), np.uint32).reshape(-1, 2)[:, 0])
     assert continues == [False, False, True]
     assert 500 < shown[0].sum() < shown[0].size / 4
     np.testing.assert_array_equal(shown[0], shown[2])

@@ -16,7 +16,7 @@ class GroundPass(Pass[Params]):
     """Draw the ground of the environment into the G-buffer."""
 
     name = "ground"
-    writes = ("albedo", "surface", "visibility", "depth")
+    writes = ("surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
         """Create the program, and a texture of one white texel until another is asked for; `gl` owns both."""

@@ -10,7 +10,7 @@ class InspectionPass(PixelPass[InspectionParams]):
 
     name = "inspection"
     per_sample = True
-    reads = ("albedo", "surface", "depth")
+    reads = ("surface", "depth")
     writes = ("lit",)
 
     def enabled(self, frame: Frame, params: InspectionParams) -> bool:

@@ -19,7 +19,7 @@ class LightPass(PixelPass[LightParams]):
 
     name = "light"
     per_sample = True
-    reads = ("albedo", "surface", "depth", "shadow", "sun_maps", "lamp_maps")
+    reads = ("surface", "depth", "shadow", "sun_maps", "lamp_maps")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:

@@ -36,7 +36,7 @@ class MaterialResolvePass(Pass[Params]):
     name = "material_resolve"
     per_sample = True
     reads = ("visibility", "depth", "sun_maps", "tile_light")
-    writes = ("material_depth", "albedo", "surface", "lit")
+    writes = ("material_depth", "surface", "lit")
 
     def setup(self, gl: Scope) -> None:
         """Create the programs and the texture of object records; `gl` owns them."""

@@ -28,7 +28,7 @@ class MeshPass(Pass[MeshParams]):
 
     name = "mesh"
     draws_objects = True
-    writes = ("albedo", "surface", "visibility", "depth")
+    writes = ("surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
         """Prepare the variants of the program and a buffer for the indices of meshlets; `gl` owns them."""
@@ -41,7 +41,7 @@ class MeshPass(Pass[MeshParams]):
         self._seen = gl.buffer(reserve=12 * _MAX_CULLED_TRIANGLES, dynamic=True)  # indices of meshlets
 
     def draw(self, frame: Frame, params: MeshParams) -> None:
-        """Draw the meshes of `frame` into albedo, normals, visibility and depth, as `params` say.
+        """Draw the meshes of `frame` into surfaces, visibility and depth, as `params` say.
 
         Before anything else is drawn the visibility buffer holds what polygons would write, and is left alone.
         """

@@ -13,7 +13,7 @@ class SamplePass(Pass[Params]):
     name = "sample"
     per_sample = True
     reads = ("samples",)
-    writes = ("albedo", "surface", "visibility", "depth", "tile_light")
+    writes = ("surface", "visibility", "depth", "tile_light")
 
     def setup(self, gl: Scope) -> None:
         """Create the program, which `gl` owns."""
@@ -24,10 +24,9 @@ class SamplePass(Pass[Params]):
         return frame.targets.samples > 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Copy the present sample of `frame` into albedo, normals, visibility and depth; `params` is empty."""
+        """Copy the present sample of `frame` into surfaces, visibility and depth; `params` is empty."""
         drawn, lit = frame.targets.drawn, frame.common.lit_tiles
         textures = {
-            "albedo_samples": drawn.albedo,
             "surface_samples": drawn.surface,
             "visibility_samples": drawn.visibility_texture,
             "depth_samples": drawn.depth,

@@ -1,0 +1,90 @@
+"""What the G-buffer holds: as it was packed, in the shader as in its twin."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.program import Program
+from depthwalk.limits import MAX_SHININESS
+from depthwalk.reference.gbuffer import Surfaces, packed_surfaces, unpacked_surfaces
+from depthwalk.types import Array
+
+_SIZE = 64
+_PACK = """
+#include "common/gbuffer.glsl"
+uniform sampler2D colour_texture;   // linear, and specular strength
+uniform sampler2D normal_texture;   // and shininess
+layout(location = 0) out uvec2 words;
+layout(location = 1) out vec4 colour;
+layout(location = 2) out vec4 normal;
+void main() {
+    ivec2 here = ivec2(gl_FragCoord.xy);
+    vec4 look = texelFetch(colour_texture, here, 0), facing = texelFetch(normal_texture, here, 0);
+    words = packed_surface(look.rgb, look.a, facing.xyz, facing.w);
+    colour = vec4(albedo_of(words), specular_of(words));
+    normal = vec4(normal_of(words), is_lit(words) || !is_lit(lit_surface(words)) ? 0.0 : shininess_of(words));
+}
+"""
+
+
+def random_surfaces(count: int) -> Surfaces:
+    """Surfaces of all colours that face all ways, the axes and edges of the octahedron among them."""
+    rng = np.random.default_rng(3)
+    normal = rng.normal(size=(count, 3))
+    normal[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+    normal[6:9] = (1, 1, 0), (1, -1, 0), (-1, 0, -1)
+    colour, shininess = rng.random((count, 4)), MAX_SHININESS ** rng.random(count)
+    colour[:2], shininess[:2] = ((0, 0, 0, 0), (1, 1, 1, 1)), (1, MAX_SHININESS)
+    return Surfaces(
+        albedo=colour[:, :3],
+        specular=colour[:, 3],
+        normal=normal / np.linalg.norm(normal, axis=1, keepdims=True),
+        shininess=shininess,
+    )
+
+
+def angles(one: Array, other: Array) -> Array:
+    """Angles between unit vectors, degrees; chords tell small ones apart, cosines do not."""
+    return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(one - other, axis=1) / 2, 0, 1)))
+
+
+def test_what_is_packed_is_unpacked() -> None:
+    surfaces = random_surfaces(100_000)
+    found = unpacked_surfaces(packed_surfaces(surfaces))
+    assert np.abs(np.sqrt(found.albedo) - np.sqrt(surfaces.albedo)).max() <= 0.5 / 255 + 1e-9
+    assert np.abs(found.specular - surfaces.specular).max() <= 0.5 / 255 + 1e-9
+    assert angles(found.normal, surfaces.normal).max() < 0.06
+    np.testing.assert_allclose(found.normal[:6], surfaces.normal[:6], atol=1e-12)  # along the axes
+    assert np.abs(np.log(found.shininess / surfaces.shininess)).max() <= np.log(MAX_SHININESS) / 254 / 2 + 1e-9
+    assert found.shininess[:2] == pytest.approx([1, MAX_SHININESS])
+
+
+@pytest.mark.gl
+def test_the_shader_packs_as_its_twin(gl_device: Device, tmp_path: Path) -> None:
+    surfaces = random_surfaces(_SIZE**2)
+    source = tmp_path / "pack.frag"
+    source.write_text(_PACK, encoding="utf-8")
+    scope, size = gl_device.scope("test"), (_SIZE, _SIZE)
+    program = Program(scope, "common/fullscreen.vert", source)
+    program.set(colour_texture=0, normal_texture=1)
+    for unit, (vector, number) in enumerate(
+        ((surfaces.albedo, surfaces.specular), (surfaces.normal, surfaces.shininess))
+    ):
+        texture = scope.texture(size, 4, "f4")
+        texture.write(np.column_stack([vector, number]).astype(np.float32).tobytes())
+        texture.use(unit)
+    written = [scope.texture(size, 2, "u4"), scope.texture(size, 4, "f4"), scope.texture(size, 4, "f4")]
+    with scope.state(into=scope.framebuffer(written)):
+        program.fill()
+    words = np.frombuffer(written[0].read(), np.uint32).reshape(-1, 2)
+    colour, normal = (np.frombuffer(texture.read(), np.float32).reshape(-1, 4) for texture in written[1:])
+    scope.release()
+
+    found, expected = unpacked_surfaces(words), unpacked_surfaces(packed_surfaces(surfaces))
+    assert (words == packed_surfaces(surfaces)).all(1).mean() > 0.99  # the others fall between two steps
+    assert np.abs(np.sqrt(found.albedo) - np.sqrt(expected.albedo)).max() < 1.5 / 255
+    assert angles(found.normal, expected.normal).max() < 0.08
+    np.testing.assert_allclose(colour, np.column_stack([found.albedo, found.specular]), atol=1e-6)
+    np.testing.assert_allclose(normal, np.column_stack([found.normal, found.shininess]), rtol=1e-4, atol=1e-6)
