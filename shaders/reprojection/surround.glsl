@@ -4,7 +4,7 @@
 #include "common/octahedron.glsl"
 #from depthwalk.render.surround import SURROUND_STEPS
 uniform sampler2D surround;             // sRGB; alpha 0 where nothing was seen
-uniform sampler2D surround_surfaces;    // xyz: from where it was seen; w: how far away the surface is, metres; 0: nothing was
+uniform sampler2D surround_surfaces;    // xyz: where it was seen from; w: distance of the surface, metres; 0: nothing was seen
 uniform vec3 surround_viewer;
 
 vec3 direction_at(vec2 place) { return normal_from_octahedron(place).xzy; }
