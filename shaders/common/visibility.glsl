@@ -7,7 +7,7 @@ const uint ASIDE_MASK = 3u, ASIDE_BITS = 2u, PART_MASK = (1u << (uint(COVERAGE_B
 const uint COVERAGE_STEPS = 12u;           // whole numbers of four texels are exact
 const uint COVERED_ASIDE = COVERAGE_MASK;      // instead: the whole pixel is covered, but its distance is that of a point aside
 const uvec2 NO_OBJECT = uvec2(0u);     // polygons; depth-image objects are numbered from 1
-const uvec2 GROUND = uvec2(0u, COVERAGE_MASK + 1u);     // distinct only for counting pixels of objects; infinitely far, as NO_OBJECT
+const uvec2 GROUND = uvec2(0u, COVERAGE_MASK + 1u);     // as NO_OBJECT, but not counted as a pixel of objects
 
 // What fills the pixel. `inverse` is good to 1e-6.
 uvec2 visibility_from(uint object, uint image, float inverse) {
