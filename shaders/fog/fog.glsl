@@ -38,7 +38,7 @@ vec3 fog_towards(vec3 direction) {
 #endif
 }
 
-// The part of the light that passes through so many metres of fog.
+// The part of the light that passes through the given metres of fog.
 float through_fog(float metres) { return exp(-fog_density * metres); }
 
 void draw_fog(inout Pixel pixel) {

@@ -15,7 +15,7 @@ vec4 surface_at(vec2 place) {
     return texelFetch(surround_surfaces, clamp(ivec2(place * vec2(size)), ivec2(0), size - 1), 0);
 }
 
-// Returns what is seen in a direction, unit, world, by fixed-point steps as in reprojection.frag; alpha 0 where nothing is known.
+// Returns the colour in a direction, unit, world, by fixed-point steps as in search.glsl; alpha 0 where nothing is known.
 vec4 around(vec3 ray) {
     vec2 place = place_at(ray);
     vec4 surface = surface_at(place);

@@ -35,10 +35,10 @@ class ClusterDrawing:
 
         Parameters
         ----------
-        draws : what is drawn.
+        draws : the pairs of objects and clusters to draw.
         meshes : the store that has the clusters.
-        choose : gives the program for each part of a mesh.
-        cull : whether back faces of solids are left out.
+        choose : returns the program for each part of a mesh.
+        cull : whether back faces of solids are culled.
         """
         if not draws:
             return

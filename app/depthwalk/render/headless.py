@@ -47,7 +47,7 @@ class HeadlessRenderer:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     InputError
         For assets that cannot be used.
     """

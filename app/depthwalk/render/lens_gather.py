@@ -232,7 +232,7 @@ class LensGather:
         return image
 
     def _reduce(self, size: tuple[int, int], block: int, highest_mip: int) -> _Reduced:
-        """Create a picture for targets of `size` pixels, each of whose pixels stands for `block`² of theirs."""
+        """Create a reduced picture for targets of `size` pixels; each of its pixels represents `block`² of theirs."""
         small = -(-size[0] // block), -(-size[1] // block)
         # Software rasterisers convert half floats one by one; reduced pictures are small enough for 32-bit floats.
         colour, circles = (self._gl.texture(small, 4, "f4") for _ in range(2))

@@ -77,7 +77,7 @@ class PassSequence:
 
         Parameters
         ----------
-        frame : what is drawn.
+        frame : what to draw.
         keeps : names of targets that are read after the frame, see `Renderer`.
 
         Yields

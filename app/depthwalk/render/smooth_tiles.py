@@ -107,7 +107,7 @@ class SmoothTiles:
 
         Parameters
         ----------
-        screen : what is drawn into.
+        screen : the framebuffer to draw into.
         programs : those that draw the classes that are not smooth, with `VERTEX_SHADER` and their uniforms set.
         picture : the unit that the colours of the picture are bound to.
         unit : as for `classify`.

@@ -205,7 +205,7 @@ def _described(
     near = (distance < MIN_PLANE_DISTANCE * volumes.radius) & (volumes.has_side | (distance > 0))
     imaged, direct = objects.representation == _DPCI, objects.representation == _DMESH
     pieces = np.where(imaged & near, ALL_PIECES, pieces)  # from inside, any image may be seen
-    if lod.cases == "complete":  # silhouette lines of what is drawn directly are found once, for all viewers
+    if lod.cases == "complete":  # all pieces: their edges, for silhouette lines, are then built once for all viewers
         pieces = np.where(direct, ALL_PIECES, pieces)
     way = np.full(len(rows), POLYGONS, np.uint8)
     way[imaged] = NOTHING

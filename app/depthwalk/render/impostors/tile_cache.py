@@ -13,7 +13,7 @@ from depthwalk.types import Array, Mask, Rows
 _SHRINK = 0.7  # factor by which the resolution of a tile is lowered if it finds no room
 _TRIES = 6  # how often it is lowered at most
 _SPOILT = 1e-30  # pixels per metre: a resolution so wrong that the tile is warped again
-_SPARSE = 0.5  # an atlas of which less is used, but that has no room, is fragmented
+_SPARSE = 0.5  # part of the atlas: if less is used, and yet there is no room, it is fragmented
 _MANY = 64  # more tiles than this are placed at once if they fit; one by one they pack tighter, but take 0.1 ms each
 _SELDOM = 120  # frames between two packings of a fragmented atlas, as each costs a frame without reuse
 

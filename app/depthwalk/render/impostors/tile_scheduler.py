@@ -144,7 +144,7 @@ class TileScheduler:
 
         Returns
         -------
-        (m,) indices of the tiles, and the number of triangles, of which every phase of a frame gets a part.
+        (m,) indices of the tiles, and the number of triangles. Every phase of a frame gets a part of the limit.
         """
         if self._limit is None:
             return None

@@ -74,7 +74,7 @@ class MeshFallbacks:
 
     @classmethod
     def empty(cls, count: int) -> "MeshFallbacks":
-        """Return a table for `count` numbers of `CookedParts`, of which no depth object has a mesh."""
+        """Return a table for `count` numbers of `CookedParts`, in which no depth object has a mesh."""
         return cls(
             mesh=np.full(count, -1),
             triangles=np.full(count, np.inf),

@@ -170,7 +170,7 @@ def fit_cascades(
         Number, reach and resolution of the maps.
     extent
         Centre (3,), metres, world, and radius, metres, of a sphere that holds all shadows, see `shadow_extent`; None if
-        they may be anywhere.
+        there is no such sphere.
 
     Returns
     -------

@@ -125,7 +125,7 @@ def asset_table(objects: Objects, library: Library, parts: CookedParts, fallback
     ----------
     objects : the objects, whose `asset` holds numbers of `parts`.
     library : provides the assets.
-    parts : numbers what is drawn, and cooks it.
+    parts : numbers the parts that are drawn, and cooks them.
     fallbacks : whether meshes may replace depth images.
 
     Returns

@@ -25,7 +25,7 @@ class ObjectRows:
     ----------
     scene : the scene.
     library : knows which assets have meshes and depth images.
-    store : numbers what is drawn.
+    store : numbers meshes and parts of depth images.
     forced : draw every object whose asset has this representation by it; None: each object by its own.
     placeholders : what is drawn of assets whose depth images are not ready; None: all are ready.
     """

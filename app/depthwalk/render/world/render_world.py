@@ -49,7 +49,7 @@ class RenderWorld:
     ----------
     scene : the scene whose objects are drawn.
     library : reads meshes and depth images of the scene's assets.
-    assets : numbers what is drawn, and uploads it to the GPU.
+    assets : numbers meshes and parts of depth images, and uploads them to the GPU.
     """
 
     def __init__(self, scene: Scene, library: Library, assets: AssetStore) -> None:
