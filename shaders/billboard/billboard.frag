@@ -1,4 +1,4 @@
-// Shows a captured view on an upright plane through the object's middle, and gives the pixel the depth that the view has there
+// Shows a captured view on an upright plane through the object's middle, with the depth that the view holds at each pixel
 // (Schaufler 1997, "Nailboards"): on the plane itself it would lie in the object's own shadow.
 #include "common/captured_views.glsl"
 

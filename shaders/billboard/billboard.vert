@@ -1,5 +1,5 @@
 // Turns an upright rectangle to the viewer, and chooses the nearest of the views captured all around (Rohlf and Helman 1994).
-// VIEWS: how many there are.
+// VIEWS: the number of views.
 #include "common/captured_box.glsl"
 #include "common/per_sample.glsl"
 uniform sampler2DArray colour_views;

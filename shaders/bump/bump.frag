@@ -1,4 +1,4 @@
-// Shows the plane of the picture at each pixel; its normals alone make the relief (Blinn 1978).
+// Shows the plane of the picture at each pixel; only its normals give the impression of relief (Blinn 1978).
 #include "common/height_field.glsl"
 
 void main() {

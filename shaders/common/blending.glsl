@@ -1,5 +1,5 @@
-// Reads and writes pixels that are blended with each other, in linear light and premultiplied: those of the lit picture or,
-// SHOWN, of the finished one, where what is too bright is white already.
+// Reads and writes pixels that are blended with each other, in linear light, premultiplied. They are those of the lit picture
+// or, with SHOWN, of the finished one, in which pixels that are too bright are white already.
 uniform sampler2D before_texture;   // the picture as it was
 
 #ifdef SHOWN

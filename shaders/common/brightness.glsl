@@ -1,4 +1,4 @@
-// Computes perceived brightness, 0 to 1: the square root of the luminance (Rec. 709) of linear colour. Of transparent pixels
+// Computes perceived brightness, 0 to 1: the square root of the luminance (Rec. 709) of linear colour. For transparent pixels
 // it is −1, so that these differ from everything.
 #from depthwalk.colour import LUMINANCE
 float brightness(vec4 colour) {

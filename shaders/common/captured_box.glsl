@@ -1,4 +1,4 @@
-// Finds the rectangle in which a viewer sees the box about an object, and what its captured views must be asked.
+// Finds the rectangle in which a viewer sees the box about an object, and the inputs for looking up its captured views.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 
@@ -11,7 +11,7 @@ uniform vec3 box_centre;        // metres, object frame; the middle of all views
 uniform vec3 box_half_size;
 uniform float sphere_radius;    // half the width of each view, metres
 
-// Right and up in a picture from a direction, a unit vector toward the viewer; twin: geometry/view_directions.py.
+// Right and up of a picture taken from a direction, a unit vector toward the viewer; twin: geometry/view_directions.py.
 #from depthwalk.geometry.view_directions import POLE
 vec3 view_right(vec3 direction) {
     float squared = dot(direction.xz, direction.xz);
@@ -27,14 +27,15 @@ vec3 viewer_from_middle() { return -rotate_back(in_rotation, in_origin) / in_sca
 
 vec4 clip_from_ray(vec3 ray) { return clip_from_eye * vec4(in_scale * rotate(in_rotation, ray), 1.0); }
 
-// The level of the mip-maps whose texels are about as large as pixels. texels: on a side of a view.
+// The mip level whose texels are about as large as pixels. texels: on a side of a view.
 float view_level(vec3 viewer, int texels) {
-    float covered = pixel_angle * length(viewer) * float(texels) / (2.0 * sphere_radius);   // texels, by a pixel
+    float covered = pixel_angle * length(viewer) * float(texels) / (2.0 * sphere_radius);   // texels under a pixel
     return log2(max(covered, 1e-6));
 }
 
-// A corner of the least rectangle, at right angles to the view axis of the object and in front of all of its box, in which
-// the viewer sees it; relative to the viewer, object frame. The viewer must be farther from the middle than the box's corners.
+// A corner of the smallest rectangle, at right angles to the line of sight to the object and in front of all of its box,
+// through which the viewer sees it; relative to the viewer, object frame. The viewer must be farther from the middle than the
+// box's corners.
 vec3 rectangle_corner(vec3 viewer, int vertex) {
     const int CORNERS[6] = int[](0, 1, 2, 2, 1, 3);
     int corner = CORNERS[vertex % 6];

@@ -1,4 +1,4 @@
-// Looks up captured views, and writes what a view ray meets into the G-buffer, with its depth.
+// Looks up captured views, and writes the surface that a view ray hits into the G-buffer, with its depth.
 #include "common/gbuffer.glsl"
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
@@ -19,7 +19,7 @@ layout(location = 1) out uvec2 visibility;
 layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the rectangle
 #endif
 
-// What one view shows at a place: coverage, colour, normal, and how far toward it the surface is from the middle.
+// What one view shows at a place: coverage, colour, normal, and the height of the surface above the middle, towards the view.
 struct ViewTexel {
     float coverage;
     vec3 colour;
@@ -37,10 +37,10 @@ ViewTexel view_texel(vec2 at, float layer) {
     return ViewTexel(coverage, colour.rgb, surface.rgb * 2.0 - 1.0, 1.0 - 2.0 * surface.a);
 }
 
-// Writes a surface `part` times as far along the view ray as the rectangle. normal: object frame, of any length.
+// Writes a surface at `part` times the rectangle's distance along the view ray. normal: object frame, of any length.
 void write_surface(vec3 colour, vec3 normal, float part) {
     surface = packed_surface(colour * colour, specular, normalize(rotate(rotation, normal)), shininess);
     visibility = captured_visibility(row);
     float inverse = gl_FragCoord.w / part;
-    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding
+    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // greater despite rounding
 }

@@ -1,4 +1,4 @@
-// Fetches the object and the vertex that an index of mesh clusters stands for: see render/resources/cluster_object.py.
+// Fetches the object and the vertex that an index of mesh clusters encodes: see render/resources/cluster_object.py.
 #from depthwalk.gpu.instances import RECORDS_PER_ROW
 #from depthwalk.render.resources.cluster_object import CLUSTER_VERTEX
 #from depthwalk.render.resources.placed_records import PLACED_RECORD
@@ -7,7 +7,7 @@ uniform sampler2D cluster_objects;   // PLACED_RECORD
 uniform int vertex_count;            // of the mesh
 uniform int first_object;            // that indices count from
 
-// Texel `part` of record `number` of a texture with `texels` for each.
+// Texel `part` of record `number`, in a texture with `texels` per record.
 vec4 record_part(sampler2D records, int texels, int number, int part) {
     return texelFetch(records, ivec2(number % RECORDS_PER_ROW * texels + part, number / RECORDS_PER_ROW), 0);
 }

@@ -1,5 +1,5 @@
 // Looks up colour and normal of a depth-image object at a point of its surface, in the object frame (Liu, Liu and Wu 2007,
-// §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
+// §2.4). Geometry comes from the warp; shading is looked up here at full resolution, independent of the grid's step.
 // MESO: the object has meso-structure. COORDINATES: it has a texture, see texture_coordinates.glsl.
 #from depthwalk.cook.lod_geometry import EDGE, BORDER
 #from depthwalk.cook.texel_encoding import DEPTH_PERIOD
@@ -19,25 +19,25 @@ struct Surface {
     vec3 normal;
 };
 
-// Returns how far `depth` is from a stored depth, texels. Stored is the remainder by DEPTH_PERIOD (`depth_code` in Python).
+// Returns how far `depth` is from a stored depth, texels, of which only the remainder by DEPTH_PERIOD is stored (`depth_code`).
 float depth_off(float stored, float depth) {
     return abs(fract(stored * (255.0 / 256.0) - depth / DEPTH_PERIOD + 0.5) - 0.5) * DEPTH_PERIOD;
 }
 
-// Returns whether of the four texels of level 0 around a point any shows another surface. depth: of the point, texels.
+// Returns whether any of the four texels of level 0 around a point shows another surface. depth: of the point, texels.
 bool shows_another(Around around, float depth) {
     vec4 off;
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texelFetch(page_normals, around.at[k], 0).a, depth);
     return any(greaterThan(off, vec4(SAME_SURFACE)));
 }
 
-// Blends the four texels around a point, of those only that show its surface, which their depths tell: beside an edge others
-// show another surface, and this one continues in the layer before or behind, where it is looked for too.
+// Blends those of the four texels around a point that show its surface, judged by their depths. Beside an edge the others show
+// another surface, and this one continues in the layer before or behind, which is searched, too.
 // uv: within the image; texel: the four around it, see `page_normal`; depth: of the point, texels; around: the four texels, which
 // are replaced by those that show the surface. Returns its normal.
 vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
-    // Another layer shows this surface only so far off, texels. Where nobody has it, as beyond what a face owns, what is stored is
-    // its nearest texel, half a period off by its depth: any other surface would be nearer than that.
+    // Another layer must be within this many texels to show the same surface. Where no layer shows it, as beyond the part that a
+    // face owns, its nearest texel is stored with a depth half a period off: any other surface would be nearer than that.
     const float FARTHEST = 4.0;
     vec4 off;
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
@@ -91,7 +91,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     vec4 albedo;
     Around around = texels_around(place.xy);
     border = border && lod < float(MIP_TIER_LEVELS);    // where the finest tier serves
-    if (border && lod > 0.0) {      // means of depths tell nothing, but the texels do that they are means of
+    if (border && lod > 0.0) {      // averaged depths are meaningless, but the texels of level 0 are not
         vec2 finest;
         border = page_stored(number_of(image), position.xy, finest);
         Around texels_of_level_0 = texels_around(finest);

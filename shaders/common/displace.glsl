@@ -1,5 +1,5 @@
 // Displaces depth samples by the object's meso-structure before they are warped, in the object frame (Liu, Liu and Wu 2007,
-// §3.4): as much of it as the grid and the pixels can show; the rest is left to the normals. Without MESO samples stay.
+// §3.4), as far as grid and pixels can show it; the rest is left to the normals. Without MESO samples stay in place.
 #include "common/samples.glsl"
 #include "common/meso.glsl"
 #include "common/view.glsl"

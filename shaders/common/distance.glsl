@@ -10,7 +10,7 @@ float depth_of(float distance) {
 }
 float distance_at(ivec2 pixel) { return distance_of(texelFetch(depth_texture, pixel, 0).r); }
 
-// The distance that lies behind `distance` by as much as so many pixels are wide. What lies SURFACE_GAP pixels behind a surface
+// The distance that is behind `distance` by the width of `pixels` pixels there. A point SURFACE_GAP pixels behind a surface
 // belongs to another one.
 const float SURFACE_GAP = 2.0;
 float behind(float distance, float pixels) { return distance * (1.0 + pixels * pixel_angle); }

@@ -7,7 +7,7 @@ uniform vec4 cylinder;                  // radius, bottom, half width, half dept
 uniform float cylinder_height;
 
 const float TURN = 6.283185307179586;
-const int PER_FACE = 1 << FACE_SHIFT;   // the bits below hold the layer, as many above them the face
+const int PER_FACE = 1 << FACE_SHIFT;   // the bits below hold the layer, the same number above them the face
 
 int face_of(int image) { return image >> FACE_SHIFT & PER_FACE - 1; }
 int number_of(int image) { return first_images[face_of(image)] + (image & PER_FACE - 1); }
@@ -15,13 +15,13 @@ bool past_axis(int image) { return (image & PAST_AXIS) != 0; }
 
 vec3 box_extent() { return vec3(2.0 * cylinder.z, cylinder_height, 2.0 * cylinder.w); }
 
-// The greatest depth that a face measures, metres.
+// The greatest depth behind a face, metres.
 float max_depth(int face) {
     vec3 extent = box_extent();
     return face == FACE_SIDE ? 2.0 * cylinder.x : face <= FACE_BOTTOM ? extent.y : face <= FACE_BACK ? extent.z : extent.x;
 }
 
-// Where its image has the surface point p: u, v in [0, 1] (θ is in [−½, ½] turns: the image repeats), depth in metres.
+// The place of the surface point p in its image: u, v in [0, 1] (θ is in [−½, ½] turns: the image repeats), depth in metres.
 vec3 image_position(vec3 p, int image) {
     int face = face_of(image);
     vec3 extent = box_extent();

@@ -1,5 +1,5 @@
-// Covers the picture with one triangle at the far plane, in clip space, where a test for GREATER passes surfaces and one for
-// EQUAL what is left.
+// Covers the picture with one triangle at the far plane, in clip space. There a depth test for GREATER selects the pixels with
+// a surface, and one for EQUAL all others.
 #include "common/view.glsl"
 
 out vec2 uv;                // over the picture, 0 to 1

@@ -5,7 +5,7 @@
 #include "common/phong.glsl"
 #include "common/seen_surface.glsl"
 
-// view: unit, from the viewer; rotation: of the object; share: what part of the sun's light reaches the surface.
+// view: unit, from the viewer; rotation: of the object; share: the part of the sun's light that reaches the surface.
 vec3 forward_light(Surface surface, vec3 view, vec4 rotation, float share) {
     vec3 to_light = rotate_back(rotation, to_sun);
     vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light) * share;

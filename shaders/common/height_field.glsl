@@ -1,8 +1,8 @@
 // Follows view rays through the box about a height field, and writes where they meet its surface. Twin:
 // reference/height_field.py.
 //
-// The surface is seen from outside only: a ray meets it where it goes from in front of it to behind it. Texels without a
-// surface are infinitely deep, and no wall closes the field where they, or its edges, begin.
+// The surface is seen from outside only: a ray hits it where it passes from the front to the back. Texels without a surface are
+// infinitely deep, and there are no walls where they, or the edges of the field, begin.
 #from depthwalk.bake.images import Face
 #from depthwalk.cook.lod_geometry import FACE_SHIFT
 #include "common/per_sample.glsl"
@@ -38,21 +38,21 @@ FieldRay field_ray() {
 
 float surface_depth(vec2 uv) { return textureLod(height_field, uv, 0.0).r; }
 
-// How far behind the surface the ray is after `part` of its way, as a part of the object's depth; in front of it negative.
+// How far behind the surface the ray is after `part` of its way, as a part of the object's depth; negative in front of it.
 float behind_surface(FieldRay ray, float part) {
     vec3 at = ray.start + part * ray.way;
     return at.z - surface_depth(at.xy);
 }
 
-// Whether the ray is in front of the surface where it enters the box, as it always is by the front face.
+// Whether the ray is in front of the surface where it enters the box; it always is at the front face.
 bool starts_in_front(FieldRay ray) { return ray.start.z < 1e-6 || behind_surface(ray, 0.0) < 0.0; }
 
-// Whether the ray comes from where there is no surface: what it would meet there is the edge of one.
+// Whether the ray comes from where there is no surface, so that it would hit the edge of one.
 bool beside_surface(FieldRay ray, float part) { return surface_depth((ray.start + part * ray.way).xy) > 1.0; }
 
 // Writes that the pixel shows the surface after `part` of the ray's way.
 void write_hit(FieldRay ray, float part) {
     float inverse = gl_FragCoord.w / (1.0 + part * ray.length);
     visibility = visibility_from(object, uint(FACE_TOP << FACE_SHIFT), inverse);
-    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding
+    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // greater despite rounding
 }

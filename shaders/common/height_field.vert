@@ -8,7 +8,7 @@ in vec3 in_origin;      // of the object, world, relative to the viewer
 in vec4 in_rotation;
 in float in_scale;
 
-uniform vec2 field_margin;  // half a texel: the surface ends in the middles of the outermost ones
+uniform vec2 field_margin;  // half a texel: the surface ends at the centres of the outermost texels
 uniform uint first;         // number of the first object
 
 flat out uint object;

@@ -1,14 +1,14 @@
 // Computes meso-structure in the object frame: a tiling relief modulates the depth of an object's images before they are
 // warped (Liu, Liu and Wu 2007, §3.4). Twin: reference/meso.py.
 //
-// One relief is wound round the axis and moves every point toward it, in whichever image the point is, so that images stay
-// joined. Surfaces that face along the axis, or round it, only slide along themselves then. So caps and box faces have a second
-// relief, straight below their faces, which eases out where they meet other faces.
+// One relief is wrapped around the axis and moves every point towards it, whichever image it is in, so that images stay joined.
+// Surfaces that face along the axis, or around it, would only slide along themselves. So caps and box faces have a second
+// relief, straight below their faces, which fades out where they meet other faces.
 #include "common/faces.glsl"
 #from depthwalk.bake.meso import SQUARE_LEAST, SQUARE_RANGE, WOUND_MOST, WOUND_RANGE
 uniform sampler2D meso_relief;  // r = metres inward, gb = its slopes to the tile's right and up
 uniform vec2 meso_tile;         // width and height of a tile, metres
-uniform float meso_turn;        // tiles round the side
+uniform float meso_turn;        // tiles around the side
 uniform float meso_texels;      // per metre
 uniform float meso_height;      // metres; 0 where an object has none
 uniform float meso_fade;        // pixels: relief that covers fewer is not displaced
@@ -25,12 +25,12 @@ Meso relief_at(vec2 uv, vec3 right, vec3 up, vec3 outward, float footprint) {
     return Meso(clamp(relief.r, 0.0, meso_height), outward, relief.g * right + relief.b * up);
 }
 
-// The distance from the axis at which tiles have their width; they narrow towards the axis.
+// The distance from the axis at which tiles have their nominal width; they narrow towards the axis.
 float even_radius() { return meso_turn * meso_tile.x / TURN; }
-// Nearer to the axis the relief becomes shallower with them, so that it does not reach the axis.
+// Nearer to the axis the relief becomes shallower in proportion, so that it does not reach the axis.
 float shallow_radius() { return max(even_radius() / 3.0, 2.0 * meso_height); }
 
-// The relief round the axis at p, object frame; its depth is the one outside the shallow radius.
+// The relief around the axis at p, object frame; its depth is the one outside the shallow radius.
 Meso wound_at(vec3 p, float footprint) {
     float radius = max(length(p.xz), 1e-6);
     vec2 axis = p.xz / radius;
@@ -40,10 +40,10 @@ Meso wound_at(vec3 p, float footprint) {
     return relief_at(uv, right * narrower, vec3(0.0, 1.0, 0.0), outward, footprint * max(narrower, 1.0));
 }
 
-// Within the shallow radius a point is moved in proportion to how far it is from the axis. p: the point; depth: `part` of
-// the relief's at that point. How far inward it goes,
+// Within the shallow radius a point is moved in proportion to its distance from the axis. p: the point; depth: `part` of the
+// relief's at that point. How far inward it moves,
 float wound_in(vec3 p, float depth) { return depth * min(length(p.xz) / shallow_radius(), 1.0); }
-// how far out again, p being where it went,
+// how far outward again, p being the moved point,
 float wound_out(vec3 p, float depth) { return depth * min(length(p.xz) / (shallow_radius() - depth), 1.0); }
 // and the gradient of that way at p.
 vec3 wound_gradient(vec3 p, Meso wound) {
@@ -61,7 +61,7 @@ Meso straight_at(vec3 p, int image, float footprint) {
     return straight;
 }
 
-// How much of the straight relief a surface takes: all where it faces straight outward, none where it faces away from the axis.
+// Part of the straight relief that a surface takes: all where it faces straight outward, none where it faces away from the axis.
 // Twin: bake/meso.py.
 float straight_share(vec3 normal, vec3 outward, vec3 from_axis) {
     float square = (dot(normal, outward) - SQUARE_LEAST) / SQUARE_RANGE;
@@ -69,5 +69,5 @@ float straight_share(vec3 normal, vec3 outward, vec3 from_axis) {
     return clamp(square, 0.0, 1.0) * clamp(wound, 0.0, 1.0);
 }
 
-// What part of the depth applies where a pixel covers `footprint` metres.
+// The part of the depth that applies where a pixel covers `footprint` metres.
 float displaced_part(float footprint) { return clamp(meso_height / max(footprint * meso_fade, 1e-9) - 1.0, 0.0, 1.0); }

@@ -1,23 +1,23 @@
-// Computes what a surface sends to the viewer of the light that falls on it, linear. Twin: reference/light.py.
+// Computes the light that a surface reflects to the viewer, linear. Twin: reference/light.py.
 #from depthwalk.render.lighting.irradiance import POLYNOMIALS, UPRIGHT_POLYNOMIALS
 uniform vec3 to_sun;        // world
 uniform vec3 sun;           // linear, on a white surface that faces it
-// Light from everywhere: spherical harmonics of the normal (Ramamoorthi and Hanrahan 2001). UPRIGHT: of its y alone.
+// Ambient light: spherical harmonics of the normal (Ramamoorthi and Hanrahan 2001). UPRIGHT: of its y only.
 #ifdef UPRIGHT
 uniform vec3 ambient[UPRIGHT_POLYNOMIALS];
 #else
 uniform vec3 ambient[POLYNOMIALS];
 #endif
 
-// Returns what a surface reflects of light of strength 1 (Phong 1975). view: from the viewer; all vectors are of unit length and
-// in one frame, whichever it is.
+// Returns what a surface reflects of light of strength 1 (Phong 1975). view: from the viewer; all vectors are of unit length
+// and in the same frame.
 vec3 phong(vec3 albedo, float specular, float shininess, vec3 normal, vec3 view, vec3 to_light) {
     float lambert = max(dot(normal, to_light), 0.0);
     float mirrored = max(dot(reflect(view, normal), to_light), 0.0);
     return albedo * lambert + (lambert > 0.0 ? specular * pow(mirrored, max(shininess, 1.0)) : 0.0);
 }
 
-// Returns the light from everywhere on a white surface; n: its normal, world.
+// Returns the ambient light on a white surface; n: its normal, world.
 vec3 everywhere(vec3 n) {
     vec3 shown = ambient[0] + n.y * ambient[1] + (3.0 * n.y * n.y - 1.0) * ambient[2];
 #ifndef UPRIGHT

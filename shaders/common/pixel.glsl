@@ -1,5 +1,5 @@
-// Declares a pixel as those passes see it that need no other one; their functions are compiled into one program, in which
-// each finds here what those before have left (render/pixel_pass.py).
+// Declares a pixel as pixel passes see it, which need no other pixel. Their functions are compiled into one program, in which
+// each finds here the results of those before (render/pixel_pass.py).
 #include "common/distance.glsl"
 uniform usampler2D surface_texture;
 uniform sampler2D shadow_texture;

@@ -1,5 +1,5 @@
-// Places depth samples in the world, displaced by meso-structure, relative to the viewer or to a shadow map's centre: what
-// all 3-D warps begin with.
+// Places depth samples in the world, displaced by meso-structure, relative to the viewer or to a shadow map's centre: the first
+// step of all 3-D warps.
 #include "common/rotation.glsl"
 #include "common/displace.glsl"
 

@@ -2,9 +2,9 @@
 #from depthwalk.cook.lod_geometry import POSITION_STEPS, IMAGE_BITS, EASE_SHIFT, EASE, BORDER
 uniform vec3 box_low;   // object frame, metres
 uniform vec3 box_size;
-uniform float setback;  // metres: boundary-strip vertices, guesses at where a surface goes on, give way to samples of it
+uniform float setback;  // metres by which boundary strips, which extrapolate a surface, are set back behind its samples
 
-// The last component: number of the image with its flags, and what part of the meso-structure's depth applies.
+// The last component: number of the image with its flags, and the part of the meso-structure's depth that applies.
 uint sample_image(uvec4 texel) { return texel.w & (1u << IMAGE_BITS) - 1u; }
 float sample_ease(uvec4 texel) { return float(texel.w >> EASE_SHIFT) / float(EASE); }
 float sample_setback(uvec4 texel) { return (texel.w & uint(BORDER)) != 0u ? setback : 0.0; }

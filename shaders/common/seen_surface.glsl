@@ -1,9 +1,9 @@
 // Looks up the surface that a viewer sees at a point of an object, in the object frame.
 #include "common/depth_images.glsl"
 
-// No visible surface faces away from the viewer, but its normal may: by less than 20° where it is blended about silhouettes,
-// and by any angle on simplified leaves, whose two sides are one surface that looks up either; far trees were dark. Beyond
-// this cosine it is turned round. Relief keeps its normal: what is steeper than it is displaced lies in its own shadow.
+// No visible surface faces away from the viewer, but its normal may: by less than 20° where it is blended at silhouettes, and
+// by any angle on simplified leaves, whose two sides are one surface that looks up the normal of either, which made far trees
+// dark. Beyond this cosine it is flipped. Relief keeps its normal: where it is steeper than displaced, it is in its own shadow.
 const float AVERTED = 0.35;
 
 // image, footprint: as for `surface_at`; view: unit, from the viewer to p.

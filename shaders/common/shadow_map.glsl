@@ -1,15 +1,15 @@
 // Filters shadow maps, in texels of a tile: several maps share a texture, as tiles of equal size (percentage-closer
 // filtering, Reeves, Salesin and Cook 1987). Twin: reference/shadows.py.
 uniform int filter_width;       // texels
-uniform float error;            // texels by which what casts shadows may be off
-uniform float seen_error;       // metres at one metre by which what the picture shows may be off
+uniform float error;            // error of shadow casters, texels
+uniform float seen_error;       // error of surfaces in the picture, metres at one metre
 
 // Returns how far a point is moved along its normal so that its surface does not shadow itself, texels. Over half the width of
-// the filter a plane comes nearer to the light by that width times the tangent of its slope; along the normal that is the sine.
-// Half a texel more is for what lies between texels. sine: of the angle between the normal and the axis of the map.
+// the filter a plane comes nearer to the light by that width times the tangent of its slope; along the normal, times the sine.
+// Half a texel is added for places between texels. sine: of the angle between the normal and the axis of the map.
 float lift(float sine) { return 0.5 * float(filter_width) * sine + 0.5 + error; }
 
-// Returns how near to an edge of its tile a point may be, part of the width: the filter would read the tile beside.
+// Returns how near to an edge of its tile a point may be, as a part of the width, before the filter reads the next tile.
 float map_margin(int resolution) { return 0.5 * float(filter_width) / float(resolution); }
 
 // Returns the mean over the square of `filter_width` texels about a point, its rim weighted as bilinear filters do.

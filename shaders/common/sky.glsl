@@ -15,7 +15,7 @@ vec3 sky_at(vec3 direction) {
     return max(RGB_FROM_XYZ * xyz, 0.0);
 }
 #else
-uniform vec3 zenith;        // both the plain background where there is no sky
+uniform vec3 zenith;        // both are the plain background if there is no sky
 uniform vec3 horizon;
 
 vec3 sky_at(vec3 direction) { return mix(horizon, zenith, sqrt(clamp(direction.y, 0.0, 1.0))); }

@@ -1,4 +1,4 @@
-// Computes what part of the sun's light reaches a point, by its cascaded shadow maps (Zhang et al. 2006), in world vectors
+// Computes the part of the sun's light that reaches a point, from cascaded shadow maps (Zhang et al. 2006), in world vectors
 // from the viewer. Twin: reference/shadows.py.
 #from depthwalk.scene.effect_settings import MAX_CASCADES
 #from depthwalk.render.shadows.cascades import DEPTH as MAP_DEPTH
@@ -7,7 +7,7 @@
 uniform sampler2DShadow sun_maps;   // tiles of equal size, MAP_COLUMNS to a row
 uniform int cascades;               // the nearest first
 uniform mat3 light_from_world;      // to the right, up and away from the sun
-// Of each cascade offset (xyz) and factor (w) that take metres in the light's frame, from the viewer, to 0 … 1 across the map.
+// Offset (xyz) and factor (w) of each cascade that map metres in the light's frame, from the viewer, to 0 … 1 across the map.
 uniform vec4 places[MAX_CASCADES];
 uniform int map_resolution;         // texels along a tile's edge
 uniform float shadow_reach;         // distance from the viewer at which shadows end, metres

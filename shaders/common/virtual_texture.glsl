@@ -1,9 +1,9 @@
-// Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail. What may be
-// looked up is stored in one texture, the pages; `page_table` tells where. A tile is 2 × 2 sub-tiles of SUB_TILE × SUB_TILE
-// texels. A mip tier serves MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its side.
-// COLOURED: colours differ from texel to texel; TINTED: by more than the principal components that each texel has of its own,
-// which are one or, PAIRED, two. PARTIAL: texels of the finest tier are left out. COORDINATES: the object has a texture, and
-// pages may lack the first levels of their colours.
+// Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail. The texels
+// that may be needed are stored in one texture, the pages; `page_table` holds their places. A tile is 2 × 2 sub-tiles of
+// SUB_TILE × SUB_TILE texels. A mip tier holds MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its
+// side. COLOURED: colours differ from texel to texel. TINTED: by more than the principal components that each texel has of its
+// own, which are one or, with PAIRED, two. PARTIAL: texels of the finest tier are left out. COORDINATES: the object has a
+// texture, and pages may lack the first levels of their colours.
 #from depthwalk.cook.used_texels import SUB_TILE
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
@@ -11,9 +11,9 @@ uniform sampler2D page_colours;         // components of colours, see colour_axe
 uniform sampler2D page_tints;           // the others, at half the resolution
 uniform vec4 first_colour;              // √linear colour, specular strength; without COLOURED of all texels
 uniform mat3x4 colour_axes;             // what each component adds
-uniform isampler2DArray page_table;     // per tile: what takes a texel to its place, and which of its sub-tiles are stored
+uniform isampler2DArray page_table;     // per tile: the offset of its texels in the pages, and which sub-tiles are stored
 uniform vec2 image_size;                // texels
-uniform int first_rows[MAX_MIP_TIERS];  // of the table, where the tiles of each mip tier begin
+uniform int first_rows[MAX_MIP_TIERS];  // rows of the table at which the tiles of each mip tier begin
 uniform int last_mip_tier;              // the coarsest that is stored
 #ifdef PARTIAL
 uniform int page_detail;                // of the finest tier: 1 every second texel is stored, 2 none; see `Detail`
@@ -21,20 +21,20 @@ uniform int page_detail;                // of the finest tier: 1 every second te
 const int page_detail = 0;              // all is stored
 #endif
 #ifdef COORDINATES
-uniform int colour_level;               // of the pages that `page_colours` begins with
+uniform int colour_level;               // mip level of the pages that `page_colours` begins with
 #else
 const int colour_level = 0;
 #endif
 #define tint_level max(colour_level, 1)
 
-// From texels of an image to those of one of its mip tiers, counted from half a sub-tile before it on. From one tier to the
-// next it is t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel, FIXED, where it is.
+// Converts texels of an image to those of one of its mip tiers, counted from half a sub-tile before it. From one tier to the
+// next this is t' = t / SUB_TILE + SUB_TILE / 2, which has a fixed point, FIXED.
 vec2 texel_in_tier(vec2 texel, int tier) {
     const float FIXED = float(SUB_TILE * SUB_TILE) / float(2 * (SUB_TILE - 1));
     return (texel + float(SUB_TILE / 2) - FIXED) * exp2(-float(MIP_TIER_LEVELS * tier)) + FIXED;
 }
 
-// Whether a mip tier of an image is stored around a texel of the image; if so, `place` is where, in texels of the pages.
+// Whether a mip tier of an image is stored around a texel of the image; if so, `place` is its place, in texels of the pages.
 bool in_pages(int image, vec2 texel, int tier, out vec2 place) {
     place = texel_in_tier(texel, tier);
     ivec2 sub_tile = ivec2((place - float(SUB_TILE / 2)) / float(SUB_TILE));
@@ -45,8 +45,8 @@ bool in_pages(int image, vec2 texel, int tier, out vec2 place) {
     return (row >> (sub_tile.x & 1) & 1) != 0;
 }
 
-// Returns where a point of an image is stored, in the finest mip tier that is stored and that `lod` asks for. xy: texels of
-// the pages; z: the level of detail within the tier. uv: within the image.
+// Returns the place at which a point of an image is stored, in the finest mip tier that is stored and that `lod` asks for. xy:
+// texels of the pages; z: the level of detail within the tier. uv: within the image.
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
     // Lanes that draw nothing may have any lod, but must end the loop.
@@ -57,7 +57,7 @@ vec3 page_at(int image, vec2 uv, float lod) {
     return vec3(place, clamp(lod - float(MIP_TIER_LEVELS * tier), 0.0, float(MIP_TIER_LEVELS)));
 }
 
-// Whether the finest mip tier of an image is stored around uv; if so, `place` is where. Only where all is stored.
+// Whether the finest mip tier of an image is stored around uv; if so, `place` is its place. Only without PARTIAL.
 bool page_stored(int image, vec2 uv, out vec2 place) {
     return in_pages(image, clamp(uv * image_size, vec2(0.0), image_size - 0.01), 0, place);
 }
@@ -67,10 +67,10 @@ vec4 page_texel(sampler2D picture, vec3 place) {
     return textureLod(picture, place.xy / vec2(textureSize(picture, 0)), place.z);
 }
 
-// The same place in a picture that begins with a mip-map of the pages.
+// The same place in a picture whose first level is a mip level of the pages.
 vec3 at_level(vec3 place, int level) { return vec3(place.xy * exp2(-float(level)), max(place.z - float(level), 0.0)); }
 
-// All three components of a colour, from those that a texel has of its own and those that it shares with its neighbours.
+// All three components of a colour, from the texel's own ones and those that it shares with its neighbours.
 vec3 colour_components(vec2 own, vec2 tints) {
 #ifdef PAIRED
     return vec3(own, tints.r);
@@ -91,7 +91,7 @@ vec4 page_colour(vec3 place) {
 #endif
 }
 
-// Four texels of level 0 around a place, at (0,0) (1,0) (0,1) (1,1), and how much each of them counts: 1 in all.
+// Four texels of level 0 around a place, at (0,0) (1,0) (0,1) (1,1), and their weights, which sum to 1.
 struct Around {
     ivec2 at[4];
     vec4 weight;
@@ -125,8 +125,8 @@ vec4 page_colour(Around around) {
 #endif
 }
 
-// The normal, not of length 1, at a place of level 0, by the cubics of Catmull and Rom 1974 through the texels: magnified, it
-// keeps ridges that a blend of two texels blurs. around: the texels that a blend would take, at (0,0) (1,0) (0,1) (1,1).
+// The normal, not of length 1, at a place of level 0, by the cubics of Catmull and Rom 1974 through the texels. Under
+// magnification it keeps ridges that bilinear filtering blurs. around: the texels of that filter, at (0,0) (1,0) (0,1) (1,1).
 vec3 page_normal(vec2 place, out vec4 around[4]) {
     vec2 low = floor(place - 0.5), f = place - 0.5 - low, g = 1.0 - f;
     vec4 across = 0.5 * vec4(-f.x * g.x * g.x, g.x * (2.0 + 2.0 * f.x - 3.0 * f.x * f.x),

@@ -1,2 +1,2 @@
-// Writes the owner of a pixel and its distance along the view axis, as triangles between warped samples do.
+// Writes the owner of a pixel and its distance along the view axis into the visibility buffer.
 #include "dmesh/dmesh.frag"

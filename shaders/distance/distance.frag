@@ -1,6 +1,6 @@
-// Finds the surface behind a pixel by sphere tracing: each step along the view ray is as long as the distance to the surface
-// that a volume holds (Donnelly 2005). Where the steps do not suffice, what they reached is shown, as published.
-// STEPS: of the ray; they end early where it is behind the surface or has left the box.
+// Finds the surface behind a pixel by sphere tracing: each step along the view ray is as long as the distance to the surface in
+// a volume (Donnelly 2005). If the steps do not suffice, the last point is shown, as published.
+// STEPS: most steps of the ray; it stops early behind the surface or outside the box.
 #include "common/height_field.glsl"
 #include "common/field_frame.glsl"
 uniform sampler3D distances;    // metres, 0 behind the surface
@@ -15,7 +15,7 @@ void main() {
         if (clear <= 0.0 || part > 1.0) break;
     }
     part = min(part, 1.0);
-    if (part == 1.0 && behind_surface(ray, 1.0) < 0.0) discard;     // left by a side; by the back only where it is a surface's
+    if (part == 1.0 && behind_surface(ray, 1.0) < 0.0) discard;     // it left by a side, or by the back without hitting a surface
     if (surface_depth((ray.start + part * ray.way).xy) > 1.0) discard;
     write_hit(ray, part);
 }

@@ -1,5 +1,5 @@
-// Warps depth samples in 3-D, straight to clip space, for a viewer inside the cylinder, where no plane lies between (and as a
-// rival: Pajarola et al. 2004, "DMesh").
+// Warps depth samples in 3-D, straight to clip space, for a viewer inside the cylinder, who has no plane in front of the object
+// (and as a rival: Pajarola et al. 2004, "DMesh").
 #include "common/per_sample.glsl"
 #include "common/placed_samples.glsl"
 uniform uint first;     // number of the first object

@@ -1,5 +1,5 @@
-// Traces rays from each pixel to points of the lens. Where its own circle of confusion is wide, it takes what was gathered in
-// the picture of half the size instead, but not from pixels there that are sharp. Twin: reference/dof.py.
+// Traces rays from each pixel to points of the lens. Where its own circle of confusion is wide, it uses the result from the
+// picture of half the size instead, but not of pixels there that are sharp. Twin: reference/dof.py.
 #from depthwalk.render.view.lens import SHARP_RADIUS, RAY_DENSITY, LEAST_HALF, NEARLY, MIN_RAYS
 #include "dof/circle.glsl"
 #include "dof/passed_on.glsl"
@@ -13,7 +13,7 @@ uniform int most_rays;
 float circle_near(vec2 at) { return circle_of(textureLod(depth_texture, at / vec2(textureSize(depth_texture, 0)), 0.0).r); }
 #include "dof/rays.glsl"
 
-// What was gathered there about the pixel, and by how much of it a: 0 where none was.
+// The result gathered there about the pixel; a: its weight, 0 where there is none.
 vec4 gathered(out float total) {
     vec2 at = 0.5 * gl_FragCoord.xy - 0.5;
     ivec2 low = ivec2(floor(at)), last = textureSize(gathered_texture, 0) - 1;

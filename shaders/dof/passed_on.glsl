@@ -1,4 +1,4 @@
-// Hands light on to those passes that follow in the same program: DRAW_PASSES calls them, RESULT is what the last one draws.
+// Passes light on to the pixel passes that share the program: DRAW_PASSES calls them, RESULT is what the last one draws.
 // Without DRAW_PASSES the light itself is drawn.
 layout(location = 0) out vec4 result;
 

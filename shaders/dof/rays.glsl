@@ -1,13 +1,13 @@
 // Traces rays from a pixel's point of the focal plane to points of the lens through the circles of confusion (Lee, Eisemann
-// and Seidel 2010). Where the circle is c, a ray to the point u of the unit disc passes c·u beside the pixel. So it meets the
-// surface that has the circle c at that place. From the nearest on: what is in front hides what is behind. What includes it
-// defines `float circle_near(vec2)`, the circle of the pixel that holds a place of the picture. Twin: reference/dof.py.
+// and Seidel 2010). Where the circle is c, a ray to the point u of the unit disc passes c·u beside the pixel. So it hits the
+// surface that has the circle c at that place. Rays start at the nearest, as surfaces in front hide those behind. The including
+// shader defines `float circle_near(vec2)`, the circle of the pixel at a place of the picture. Twin: reference/dof.py.
 #from depthwalk.render.view.lens import SHARP_RADIUS, RAY_STRIDE, HIDDEN_WEIGHT
 #include "dof/disc.glsl"
 
-// Where in the picture a ray ends, pixels, and what it counts. middle: of the pixel; own: its circle, where all rays that meet
-// nothing before it end. What a ray meets may be hidden from the viewer: the farthest surface that it passed behind the pixel's
-// own stands for that; where there was none, the ray counts next to nothing.
+// The place in the picture at which a ray ends, pixels, and its weight. middle: of the pixel; own: its circle, where all rays
+// end that hit nothing before. The surface that a ray hits may be hidden from the viewer. Then the farthest surface that it
+// passed behind the pixel's own is used instead; if there was none, the ray has next to no weight.
 vec3 traced(vec2 middle, vec2 lens, float own, vec2 range) {
     float stride = RAY_STRIDE / max(length(lens), 0.05);
     float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
@@ -18,7 +18,7 @@ vec3 traced(vec2 middle, vec2 lens, float own, vec2 range) {
         vec2 at = middle + circle * lens;
         float found = circle_near(at);
         if (found <= circle + SHARP_RADIUS && found >= last - SHARP_RADIUS) {
-            // Met since the last step, unless the ray came out from behind another surface.
+            // Hit since the last step, unless the ray came out from behind another surface.
             vec2 met = middle + found * lens;
             if (abs(circle_near(met) - found) <= 2.0 * SHARP_RADIUS)
                 return vec3(mix(floor(met) + 0.5, met, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0)), 1.0);

@@ -1,9 +1,9 @@
-// Reduces a picture to half of its width and height: of each block of four pixels the surface that covers most of it, its
-// circle of confusion and its mean colour. Surfaces are not mixed, so that what is sharp does not run into what is blurred; where
-// circles hardly differ, all four pixels count, as those of one surface that is seen at a slant.
+// Reduces a picture to half of its width and height: for each block of four pixels, circle of confusion and mean colour of the
+// surface that covers most of it. Surfaces are not mixed, so that sharp ones do not bleed into blurred ones; where circles
+// hardly differ, all four pixels count, as those of one surface seen at a slant.
 // FIRST: the picture itself, whose circles follow from the depth buffer. Twin: reference/dof_tiles.py.
 #from depthwalk.render.view.lens import ONE_SURFACE
-uniform sampler2D sharp_texture;    // unfiltered at its pixels' middles, where software fetches half as fast
+uniform sampler2D sharp_texture;    // unfiltered, read at pixel centres: texelFetch takes software twice as long
 #ifdef FIRST
 #include "dof/circle.glsl"
 #else

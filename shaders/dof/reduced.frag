@@ -1,10 +1,10 @@
-// Gathers what rays from all over the lens meet, in a reduced picture. Twin: reference/dof.py.
-// EVEN_TILES: where circles are about as large all around, no ray is traced.
+// Gathers what rays from all over the lens hit, in a reduced picture. Twin: reference/dof.py.
+// EVEN_TILES: all circles around are about equal, and no ray is traced.
 #from depthwalk.render.view.lens import LEAST_HALF, NEARLY, REDUCED_RAYS, EVEN_RAYS, MIP_RADIUS, LINEAR_BLUR
 uniform sampler2D colour_texture;   // of `reduce`, linear filter
 uniform sampler2D circles_texture;
 uniform sampler2D range_texture;
-uniform float block;                // pixels of the whole picture along one of this picture's
+uniform float block;                // pixels of the whole picture along a pixel of this one
 uniform float highest_mip;          // of the colours
 uniform int most_rays;
 uniform int tile_side;              // of this picture's pixels
@@ -20,7 +20,7 @@ void main() {
     vec2 size = vec2(textureSize(circles_texture, 0));
     vec4 sum = vec4(0.0);
 #ifdef EVEN_TILES
-    // The texels of level 2^l, their filter and that of what is shown blur too: the disc is smaller by their variance.
+    // The texels of level 2^l, their filter and the one that magnifies the result blur too: the disc shrinks by their variance.
     float level = clamp(floor(log2(abs(own) / MIP_RADIUS) + 1.0), 0.0, highest_mip), texel = exp2(level);
     float reach = sqrt(max(own * own - LINEAR_BLUR - texel * texel, 0.25 * own * own));
     int count = min(EVEN_RAYS, most_rays);

@@ -1,4 +1,4 @@
-// Multiplies a picture by a factor, in linear light: what a frame adds to the sum, and the mean of the frames so far.
+// Multiplies a picture by a factor, in linear light: to add a frame to the sum, and for the mean of the frames so far.
 uniform sampler2D picture;
 uniform float factor;
 layout(location = 0) out vec4 scaled;

@@ -1,7 +1,7 @@
-// Covers the tiles of some classes with a point each, which is a square: of two triangles a software rasteriser would compute
-// the blocks along the diagonal twice, and what a shader leaves out by a branch as well.
+// Covers the tiles of given classes with a point each, which is a square. With two triangles a software rasteriser would compute
+// the blocks along the diagonal twice, and with a branch in the shader both of its sides.
 uniform sampler2D class_texture;    // of `classes`
-uniform int tile_side;              // pixels of what is drawn into, whose viewport has whole tiles
+uniform int tile_side;              // pixels of the target, whose viewport has whole tiles
 uniform int drawn_class;            // the classes to draw
 uniform int beside_class;           // and those beside which to draw all but `left_out`
 uniform int left_out;

@@ -1,4 +1,4 @@
-// Magnifies what was gathered in a reduced picture, where all circles of confusion are wide.
+// Magnifies the result of a reduced picture, where all circles of confusion are wide.
 uniform sampler2D gathered_texture;   // of `reduced`, linear filter
 uniform float block;                // pixels along one of its pixels
 layout(location = 0) out vec4 lit;

@@ -1,8 +1,8 @@
 // Smooths edges of the lit picture, in texture space: fast approximate anti-aliasing (Lottes 2009, the variant with five
-// taps of brightness): where brightness jumps, the picture is blurred along the edge, which runs across the gradient.
+// taps of brightness). Where brightness jumps, the picture is blurred along the edge, which is perpendicular to the gradient.
 #include "common/brightness.glsl"
 uniform sampler2D lit_texture;      // as it was, linear filter
-uniform float contrast;             // of the brightest of the pixels around: less is no edge
+uniform float contrast;             // least contrast of an edge, as a part of the brightest pixel around
 
 in vec2 uv;
 layout(location = 0) out vec4 lit;
@@ -28,5 +28,5 @@ void main() {
     vec4 narrow = 0.5 * (at(uv - along / 6.0) + at(uv + along / 6.0));
     vec4 wide = 0.5 * narrow + 0.25 * (at(uv - along / 2.0) + at(uv + along / 2.0));
     float reached = brightness(wide);
-    lit = reached < darkest || reached > brightest ? narrow : wide;    // beyond the edge's own brightness lies something else
+    lit = reached < darkest || reached > brightest ? narrow : wide;    // beyond the edge's brightness is something else
 }

@@ -1,17 +1,22 @@
-// Blends a pixel that an edge divides with its neighbour across that edge, in pixels, by the part of it that lies beyond
+// Blends a pixel that an edge crosses with its neighbour beyond that edge, in pixels, by the part of its area that lies beyond
 // (Persson 2011; edge-optimised GPAA, §1.3, with the area in place of the distance). Twin: reference/gpaa.py.
 #include "common/blending.glsl"
 #include "common/distance.glsl"
 #include "common/gbuffer.glsl"
 #include "gpaa/line.glsl"
+<<<<<<< HEAD
 uniform usampler2D surface_texture;
 uniform float least_fold;           // cosine: surfaces that meet at less are smooth neighbour
+=======
+uniform sampler2D surface_texture;
+uniform float least_fold;           // cosine of the angle below which surfaces that meet are smooth neighbours
+>>>>>>> words-render
 
 flat in vec4 ends;
 flat in float silhouette;           // 1, or 0 for a crease between faces that are both seen
 layout(location = 0) out vec4 blended;
 
-const float INFINITELY = 1e30;      // far: the sky is behind what ends at the far plane, too
+const float INFINITELY = 1e30;      // far: the sky is behind surfaces at the far plane, too
 const float MAX_SLOPE = 8.0;        // faces that meet at a crease may be this many times as deep as wide
 
 // The part of a unit square beyond a line that passes `away` ≥ 0 above its middle and rises by 0 ≤ `spread` ≤ 1 over it.

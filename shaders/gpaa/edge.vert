@@ -1,5 +1,5 @@
-// Expands an edge of a polygon, a line in pixels, to a rectangle in clip space, as wide along its minor axis as the pixels are
-// that it divides (Persson 2011).
+// Expands an edge of a polygon, a line in pixels, to a rectangle in clip space that covers the pixels that it crosses, along its
+// minor axis (Persson 2011).
 #include "common/view.glsl"
 #include "gpaa/line.glsl"
 in vec4 in_ends;        // pixels; the surface is on the left of the way from one to the other

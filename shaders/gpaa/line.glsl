@@ -1,4 +1,4 @@
-// Tells how a line on the screen runs past the middle of a pixel, both in pixels.
+// Describes how a line on the screen passes the centre of a pixel, in pixels.
 struct Line {
     bool steep;     // its major axis is y
     float slope;    // along the major axis

@@ -13,7 +13,7 @@ layout(location = 0) out uvec2 surface;
 layout(location = 1) out uvec2 visibility;
 
 void main() {
-    // Flat textures repeat visibly; a second, larger and turned copy breaks the pattern up.
+    // Flat textures repeat visibly; a second, larger and rotated copy breaks up the pattern.
     vec2 uv = at / tile;
     vec3 near = texture(ground_texture, uv).rgb;
     vec3 far = texture(ground_texture, mat2(0.8, 0.6, -0.6, 0.8) * uv * 0.23).rgb;

@@ -1,5 +1,5 @@
-// Places a level square around the world's origin, from world to clip space, as nine rectangles: the one about the viewer
-// is small, since clipped corners and interpolated places are as exact as the rectangle is small.
+// Places a level square around the world's origin, from world to clip space, as nine rectangles. The one about the viewer is
+// small, since clipped corners and interpolated positions are the more exact the smaller a rectangle is.
 #include "common/view.glsl"
 const float NEAR_BY = 100.0;    // metres, half the side of the rectangle about the viewer
 uniform float height;

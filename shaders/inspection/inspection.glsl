@@ -1,4 +1,4 @@
-// Shows what light is computed from in the place of light: normals, distances or albedo. Twin: reference/inspection.py.
+// Shows the inputs of lighting instead of light: normals, distances or albedo. Twin: reference/inspection.py.
 #include "common/gbuffer.glsl"
 #include "common/pixel.glsl"
 #include "common/srgb.glsl"

@@ -1,4 +1,4 @@
-// Takes the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED: see mesh.frag.
+// Transforms the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED: see mesh.frag.
 #include "common/cluster_vertex.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"

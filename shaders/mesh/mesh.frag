@@ -28,7 +28,7 @@ void main() {
 #ifdef CUT_OUT
     if (texel.a < cutoff) discard;
 #endif
-    // An open mesh shows its inside; lit as if it had two sides.
+    // An open mesh shows its inside; it is lit as two-sided.
     vec3 facing = gl_FrontFacing ? normal : -normal;
     surface = packed_surface(albedo, specular, normalize(facing), shininess);
     visibility = NO_OBJECT;

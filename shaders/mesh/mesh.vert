@@ -1,4 +1,4 @@
-// Takes ordinary polygons, instanced, from their asset's frame to clip space. PAINTED: see mesh.frag.
+// Transforms ordinary polygons, instanced, from their asset's frame to clip space. PAINTED: see mesh.frag.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 

@@ -1,4 +1,4 @@
-// Takes the vertices of mesh clusters to clip space as mesh/clusters.vert does, and counts the objects.
+// Transforms the vertices of mesh clusters to clip space as mesh/clusters.vert does, and numbers the objects.
 #include "common/cluster_vertex.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"

@@ -1,4 +1,4 @@
-// Takes polygons, instanced, to clip space as mesh.vert does, and counts the instances.
+// Transforms polygons, instanced, to clip space as mesh.vert does, and numbers the instances.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 

@@ -13,7 +13,7 @@ PER_SAMPLE in vec3 ray_2;
 float coverage = 0.0, part = 0.0;
 vec3 colour = vec3(0.0), normal = vec3(0.0);
 
-// Follows the ray to the plane of a view, looks up how far before or behind it the surface is, and follows the ray to there.
+// Follows the ray to the plane of a view, looks up the surface's height above that plane, and follows the ray to this height.
 void add_view(vec3 viewer, vec3 ray, float number, float share) {
     vec2 at = viewer.xy - viewer.z / ray.z * ray.xy;
     for (int k = 0; k < STEPS; ++k) at = viewer.xy + (height_in(at, number) - viewer.z) / ray.z * ray.xy;

@@ -1,6 +1,6 @@
 // Finds the three captured views nearest to the direction of the viewer, and their weights (Brucks 2018, "Octahedral
 // impostors"). Twin: reference/octahedral.py.
-// VIEWS: along a side of the octahedral map. HEMISPHERE: the map is that of the upper half alone.
+// VIEWS: along a side of the octahedral map. HEMISPHERE: the map covers only the upper half.
 #include "common/captured_box.glsl"
 #include "common/per_sample.glsl"
 uniform sampler2DArray colour_views;

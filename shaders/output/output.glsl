@@ -1,12 +1,12 @@
-// Converts linear, premultiplied light to sRGB (IEC 61966-2-1) with alpha apart.
-// SUPERSAMPLED: of a square of texels, whose mean is shown.
+// Converts linear, premultiplied light to sRGB (IEC 61966-2-1) with straight alpha.
+// SUPERSAMPLED: shows the mean of a square of texels.
 #include "common/pixel.glsl"
 #include "common/srgb.glsl"
 #include "output/tone.glsl"
 uniform float exposure;
 uniform int samples;    // per pixel, along either axis
 
-// What the screen shows of a texel, linear, not premultiplied. What is too bright is white before it is averaged.
+// What the screen shows of a texel, linear, not premultiplied; clipped to white before it is averaged.
 vec4 shown_of(vec4 lit) {
     return vec4(clamp(tone(exposure * lit.rgb / max(lit.a, 1e-4)), 0.0, 1.0), lit.a);
 }

@@ -1,6 +1,6 @@
-// Finds the surface behind a pixel by parallax occlusion mapping: linear steps, the more the flatter the view ray is, then one
-// secant between the last two (Tatarchuk 2006). Rays that leave the picture's sides show what is there.
-// MIN_STEPS, MAX_STEPS: of rays at a right angle to the picture and along it.
+// Finds the surface behind a pixel by parallax occlusion mapping: linear steps, more of them for rays at grazing angles, then
+// one secant between the last two (Tatarchuk 2006). Rays that leave the picture by its sides show the surface there.
+// MIN_STEPS, MAX_STEPS: for rays perpendicular to the picture and along it.
 #include "common/height_field.glsl"
 #include "common/field_frame.glsl"
 

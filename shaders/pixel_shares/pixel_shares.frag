@@ -1,4 +1,4 @@
-// Copies which object is in front at some pixels, spread evenly over the picture: a number is read back sooner than a buffer.
+// Copies the number of the front object at some pixels, spread evenly over the picture, which is quicker to read back than all.
 #include "common/visibility.glsl"
 #from depthwalk.render.pixel_shares import CAPTURED_VIEW, POLYGON
 uniform usampler2D visibility_texture;

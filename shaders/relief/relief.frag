@@ -1,7 +1,7 @@
 // Finds the surface behind a pixel by relief mapping: a linear search along the view ray for a point behind the surface, then
 // a binary search between it and the one before (Policarpo, Oliveira and Comba 2005).
-// LINEAR_STEPS, BINARY_STEPS: of the two searches. The linear one ends where it has found a point, unlike the published
-// program, for which hardware could not leave loops.
+// LINEAR_STEPS, BINARY_STEPS: of the two searches. The linear one stops when it has found a point, unlike the published
+// program, whose hardware could not leave loops early.
 #include "common/height_field.glsl"
 
 void main() {

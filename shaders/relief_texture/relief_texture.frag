@@ -5,7 +5,7 @@
 #include "common/per_sample.glsl"
 #include "common/view.glsl"
 #include "common/visibility.glsl"
-uniform sampler2DArray images;      // how far along its ray the plane is, 1 where the surface is on it; 0 where nothing is seen
+uniform sampler2DArray images;      // λ: distance of the plane over that of the surface, along the ray; 0 where nothing is seen
 
 flat in uint object;
 flat in int layer;
@@ -27,11 +27,11 @@ void main() {
     vec2 part = texel - vec2(low);
     vec4 ratio = vec4(ratio_at(low), ratio_at(low + ivec2(1, 0)), ratio_at(low + ivec2(0, 1)), ratio_at(low + 1));
     vec4 weight = vec4((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y);
-    // Bilinear, of texels that show something: those that do not have no depth to blend with.
+    // Bilinear, of texels with a surface; the others have no depth to blend with.
     weight *= vec4(greaterThan(ratio, vec4(0.0)));
     float covered = dot(weight, vec4(1.0));
     if (covered < 0.5) discard;
     float inverse = gl_FragCoord.w * dot(weight, ratio) / covered;
     visibility = visibility_from(object, uint(FACE_TOP << FACE_SHIFT), inverse);
-    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // as promised, against rounding
+    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // greater despite rounding
 }

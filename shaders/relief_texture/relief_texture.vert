@@ -17,7 +17,7 @@ uniform uint first;         // number of the first object
 flat out uint object;
 flat out int layer;
 flat out ivec2 texels;
-PER_SAMPLE out vec2 texel;      // of the image; in the middle of the first one 0
+PER_SAMPLE out vec2 texel;      // of the image; 0 at the centre of the first one
 
 void main() {
     const int CORNERS[6] = int[](0, 1, 2, 2, 1, 3);

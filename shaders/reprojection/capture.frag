@@ -1,9 +1,9 @@
-// Keeps what a finished picture shows in a map of all directions. Twin: reference/surround.py.
+// Writes a finished picture into a map of all directions. Twin: reference/surround.py.
 #from depthwalk.render.surround import SURROUND_SIZE
 #include "reprojection/surround.glsl"
 uniform sampler2D picture;          // sRGB
 uniform sampler2D distances;        // metres ahead, of either sign
-uniform mat3 picture_from_world;    // takes directions to the picture's camera: right, up and ahead
+uniform mat3 picture_from_world;    // takes directions to the axes of the picture's camera: right, up and ahead
 uniform vec2 half_extent;           // tangents of half the picture's angles
 uniform vec3 seen_from;             // the picture's camera, relative to the map's origin
 

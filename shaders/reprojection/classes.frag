@@ -1,7 +1,7 @@
 // Decides how each tile of the screen is drawn (`TileClass`). Twin: reference/reprojection.py.
 //
-// Whatever one of its pixels may show lies in the picture between where the nearest surface that has come there would be and
-// where the search has ended. If all that is plane enough there, places in between are interpolated instead of searched.
+// The pixels of a tile show places of the picture between those of the nearest surface that may have moved there and those at
+// which the search ended. If the picture is plane enough in all of that area, places are interpolated instead of searched.
 #from depthwalk.render.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TileClass as CLASS
 #from depthwalk.render.smooth_tiles import TOLERANCE
 #include "reprojection/search.glsl"
@@ -40,7 +40,7 @@ void main() {
     low = clamp(min(low, seen_low), 0.0, 1.0);
     high = clamp(max(high, seen_high), 0.0, 1.0);
     ivec2 first = ivec2(low * size) / ROUGHNESS_CELL, last = min(ivec2(high * size), ivec2(size) - 1) / ROUGHNESS_CELL;
-    // By how many pixels of the screen a surface moves for each 1/m of its inverse distance.
+    // Pixels of the screen by which a surface moves for each 1/m of its inverse distance.
     vec2 tangents = (seen_low + seen_high - 1.0) * half_extent;
     float parallax = focal_pixels * length(tangents * viewer.z - viewer.xy), most = 0.0;
     bool is_small = all(lessThan(last - first, ivec2(MOST_CELLS)));

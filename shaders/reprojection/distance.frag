@@ -1,5 +1,5 @@
-// Keeps how far along the view axis a finished picture's surfaces are, metres; BEYOND where nothing was drawn. It is negative
-// where a nearer surface begins beside a pixel.
+// Writes the distances of a finished picture's surfaces along the view axis, metres; BEYOND where nothing was drawn. They are
+// negative where a nearer surface begins beside a pixel.
 #from depthwalk.render.reprojection import BEYOND, HIDDEN
 uniform sampler2D depth_texture;
 uniform vec2 planes;            // near and far plane, metres

@@ -5,8 +5,8 @@ uniform sampler2D nearest;          // of each cell, metres
 uniform vec2 picture_size;          // pixels
 uniform vec2 half_extent;           // tangents of half the picture's angles
 uniform vec3 viewer;                // the new camera
-uniform mat3 screen_from_ray;       // takes what is seen from there, × metres ahead, to (x, y, 1) × metres ahead, −1 to 1
-uniform vec2 screen_cells;          // columns and rows of cells on the screen, of which the last may be in part
+uniform mat3 screen_from_ray;       // takes a point relative to that camera to (x, y, 1) × metres ahead, x and y from −1 to 1
+uniform vec2 screen_cells;          // columns and rows of cells on the screen; the last ones may be cut off
 
 flat out float ahead;
 
@@ -29,7 +29,7 @@ void main() {
         gl_Position = NOWHERE;
         return;
     }
-    // Cells of the screen that it touches only are covered, too.
+    // Also cover cells of the screen that it only touches.
     vec2 corner = mix(low, high, vec2(gl_VertexID & 1, gl_VertexID >> 1));
     vec2 at = (0.5 + 0.5 * corner) * screen_cells + vec2(gl_VertexID & 1, gl_VertexID >> 1) - 0.5;
     gl_Position = vec4(2.0 * at / ceil(screen_cells) - 1.0, 1.0 - 2.0 * LEAST_AHEAD / ahead, 1.0);

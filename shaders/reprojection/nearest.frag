@@ -1,4 +1,4 @@
-// Keeps how far ahead the nearest surface in each cell of a finished picture is, metres.
+// Writes the distance ahead of the nearest surface in each cell of a finished picture, metres.
 #from depthwalk.render.reprojection import CELL, STRIDE
 uniform sampler2D distances;
 

@@ -1,10 +1,10 @@
-// Finds which places of a finished picture the corners of the screen's tiles, and the points midway between them, show.
+// Finds the places of a finished picture that appear at the corners of the screen's tiles and at the points midway between.
 // Twin: reference/reprojection.py.
 #from depthwalk.render.smooth_tiles import TILE
 #include "reprojection/search.glsl"
 uniform vec2 pixel;     // of the screen, as a part of it
 
-layout(location = 0) out vec4 found_place;  // x, y; z: 0 where what should be seen there is hidden in the picture, else 1
+layout(location = 0) out vec4 found_place;  // x, y; z: 0 where the surface to show is hidden in the picture, else 1
 
 void main() {
     vec2 uv = floor(gl_FragCoord.xy) * (0.5 * float(TILE)) * pixel;

@@ -1,7 +1,7 @@
 // Shows a finished picture as it appears to a camera that has moved since. Twin: reference/reprojection.py.
 //
-// EXACT: the camera is that of the picture; TURNED: it stands where that stood. AROUND: what lies beyond the picture's edges is
-// what earlier pictures saw there. DISTANCE: how far ahead the surface is that one place of the screen shows, not its colour.
+// EXACT: the camera is that of the picture; TURNED: it is at the same position. AROUND: beyond the picture's edges, shows what
+// earlier pictures saw there. DISTANCE: writes how far ahead the surface at one place of the screen is, not its colour.
 #from depthwalk.render.reprojection import BEYOND, REFLECTED
 #include "reprojection/search.glsl"
 #ifdef AROUND
@@ -10,7 +10,7 @@ uniform mat3 world_from_screen; // takes (x, y, 1), −1 to 1, to the ray of the
 #endif
 uniform sampler2D picture;      // sRGB
 uniform vec2 pixel;             // of the screen, as a part of it
-uniform ivec2 margin;           // pixels that the picture has beyond the screen's on each side, of EXACT
+uniform ivec2 margin;           // with EXACT: pixels by which the picture is wider than the screen on each side
 
 #ifdef DISTANCE
 uniform vec2 place_asked; // 0 to 1 over the screen, to the right and up
@@ -21,15 +21,15 @@ layout(location = 0) out vec4 screen;
 #define uv (gl_FragCoord.xy * pixel)
 #endif
 
-// Beyond its edges, where no earlier picture has seen anything either, a picture goes on as the mirror image of what lies along
-// them, to and fro: more of the same, and no sky where ground must be.
+// Beyond its edges, where no earlier picture has seen anything either, a picture is continued by mirroring its border, to and
+// fro: more of the same, and no sky where ground must be.
 vec2 mirrored(vec2 place) {
     vec2 inside = clamp(place, 0.0, 1.0);
     vec2 beyond = mod(abs(place - inside), 2.0 * REFLECTED);
     return abs(inside - min(beyond, 2.0 * REFLECTED - beyond));
 }
 
-// Returns the colour that the picture, or what was seen around it, has at a place. alone: not blended with its neighbours.
+// Returns the colour of the picture, or of its surround, at a place. alone: not blended with its neighbours.
 vec4 colour_at(vec2 place, bool alone) {
 #ifdef AROUND
     if (place != clamp(place, 0.0, 1.0)) {
@@ -55,7 +55,7 @@ void main() {
     float ahead = abs(texture(distances, place).r);
     distance_shown = ahead < BEYOND ? dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead - viewer) : BEYOND;
 #else
-    // Beside what is nearer a pixel keeps to itself: in the blend of four it would take the edge of that with it.
+    // Beside a nearer surface a pixel is not filtered: a blend of four would include that surface's edge.
     screen = colour_at(hidden ? found.behind : found.place, hidden || found.ahead < 0.0);
 #endif
 #endif

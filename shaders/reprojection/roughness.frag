@@ -1,5 +1,5 @@
-// Measures how far from plane each cell of a finished picture is: the most by which an inverse distance in it is off the plane
-// through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
+// Measures how far from plane each cell of a finished picture is: the largest deviation of an inverse distance in it from the
+// plane through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
 #from depthwalk.render.smooth_tiles import ROUGHNESS_CELL
 uniform sampler2D distances;
 
@@ -10,7 +10,7 @@ float inverse_at(ivec2 texel) {
 }
 
 void main() {
-    // A cell shares its edges with those beside it, so that a step between two is seen.
+    // A cell includes the edges of its neighbours, so that a step between two is found.
     ivec2 first = ivec2(gl_FragCoord.xy) * ROUGHNESS_CELL, beyond = ivec2(ROUGHNESS_CELL, 0);
     vec4 corners = vec4(inverse_at(first), inverse_at(first + beyond.xy), inverse_at(first + beyond.yx),
                         inverse_at(first + beyond.xx));

@@ -1,11 +1,11 @@
-// Finds where a finished picture shows what a camera that has moved since sees. Twin: reference/reprojection.py.
+// Finds the place in a finished picture of what a camera that has moved since sees. Twin: reference/reprojection.py.
 //
 // Coordinates are those of the picture's camera: right, up and ahead of it, metres. The surface on a ray is found by
-// fixed-point steps: how far away the picture's surface is in one place tells in which place to look next (Bowles et al. 2012,
-// "Iterative Image Warping"). They begin with the nearest surface that has come there, since a thing may have moved by more
-// than its width: a ray that misses it meets what is behind it in the next step.
+// fixed-point iteration: the distance of the picture's surface at one place determines the next place to look at (Bowles et al.
+// 2012, "Iterative Image Warping"). It starts with the nearest surface that may have moved there, since an object may have
+// moved by more than its width: a ray that misses it hits what is behind it in the next step.
 #from depthwalk.render.reprojection import FIXED_POINT_STEPS, HIDDEN
-uniform sampler2D distances;    // metres ahead, negative beside what is nearer
+uniform sampler2D distances;    // metres ahead, negative beside a nearer surface
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
 uniform vec2 cells_shown;       // part of these cells that the screen covers, to the right and up
 uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the new camera, one metre long along its axis
@@ -17,7 +17,7 @@ struct Found {
     vec2 place;         // in the picture
     float ahead;        // how far the picture's surface is there, as `distances` have it
     float expected;     // how far it should be
-    vec2 behind;        // of all places looked at, that of the farthest surface
+    vec2 behind;        // the place with the farthest surface of all that were visited
 };
 
 // Beyond the picture's edges, distances go on as they are at the edge.
@@ -25,7 +25,7 @@ vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * 
 
 vec3 ray_at(vec2 place) { return ray_from_screen * vec3(2.0 * place - 1.0, 1.0); }
 
-// Returns where in the picture the nearest surface that has come to a place of the screen would be, seen there.
+// Returns the place in the picture of the nearest surface that may have moved to a place of the screen.
 vec2 nearest_place(vec2 place, vec3 ray) { return place_of(viewer + texture(nearest, place * cells_shown).r * ray); }
 
 // Looks for the surface on a ray, from a place in the picture.
@@ -43,5 +43,5 @@ Found search(vec3 ray, vec2 place) {
     return Found(place, ahead, expected, behind);
 }
 
-// Returns whether something nearer stands in the picture where a surface should be: what was behind it was never seen.
+// Returns whether the picture has something nearer where a surface should be, so that the surface was never seen.
 bool is_hidden(Found found) { return abs(found.ahead) < HIDDEN * found.expected; }

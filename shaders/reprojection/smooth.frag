@@ -1,4 +1,4 @@
-// Shows a tile of a finished picture in which the places of the corners tell those of all pixels.
+// Shows a tile of the screen whose places in the finished picture are interpolated from those of its corners.
 #from depthwalk.render.smooth_tiles import TILE
 uniform sampler2D picture;  // sRGB
 

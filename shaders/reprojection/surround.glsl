@@ -4,7 +4,7 @@
 #include "common/octahedron.glsl"
 #from depthwalk.render.surround import SURROUND_STEPS
 uniform sampler2D surround;             // sRGB; alpha 0 where nothing was seen
-uniform sampler2D surround_surfaces;    // xyz: from where it was seen; w: how far away the surface is, metres; 0: nothing was
+uniform sampler2D surround_surfaces;    // xyz: where it was seen from; w: distance of the surface, metres; 0: nothing was seen
 uniform vec3 surround_viewer;
 
 vec3 direction_at(vec2 place) { return normal_from_octahedron(place).xzy; }
@@ -15,7 +15,7 @@ vec4 surface_at(vec2 place) {
     return texelFetch(surround_surfaces, clamp(ivec2(place * vec2(size)), ivec2(0), size - 1), 0);
 }
 
-// Returns what is seen in a direction, unit, world, by fixed-point steps as in reprojection.frag; alpha 0 where nothing is known.
+// Returns the colour in a direction, unit, world, by fixed-point steps as in search.glsl; alpha 0 where nothing is known.
 vec4 around(vec3 ray) {
     vec2 place = place_at(ray);
     vec4 surface = surface_at(place);

@@ -1,10 +1,10 @@
-// Covers the tiles of one class with a point each, and tells each where in the picture its corners are.
+// Covers the tiles of one class with a point each, and passes on the places of its corners in the picture.
 #from depthwalk.render.smooth_tiles import TILE
 uniform sampler2D class_texture;    // of classes.frag
 uniform sampler2D places;           // of places.frag
 uniform int drawn_class;            // the class to draw
 
-flat out vec2 corner, across, up, twist; // the place of its lower left corner; what is added per pixel to the right, up, both
+flat out vec2 corner, across, up, twist; // place of its lower left corner; change per pixel to the right, up, and both
 
 void main() {
     ivec2 tiles = textureSize(class_texture, 0), tile = ivec2(gl_VertexID % tiles.x, gl_VertexID / tiles.x);

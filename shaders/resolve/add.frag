@@ -1,4 +1,4 @@
-// Adds a sample's part to the picture, in linear light.
+// Adds the contribution of a sample to the picture, in linear light.
 uniform sampler2D lit_texture;
 uniform int samples;
 

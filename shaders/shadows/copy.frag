@@ -1,4 +1,4 @@
-// Copies a shadow map that is finished to its tile.
+// Copies a finished shadow map to its tile.
 uniform sampler2D map_texture;
 uniform ivec2 corner;       // lower left one of the tile, texels
 

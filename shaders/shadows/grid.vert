@@ -1,5 +1,5 @@
-// Warps depth samples in 3-D, straight to the clip space of a shadow map, see docs/algorithms.md; the map's centre stands in
-// for the viewer.
+// Warps depth samples in 3-D, straight to the clip space of a shadow map, see docs/algorithms.md; positions are relative to the
+// map's centre instead of the viewer.
 #include "common/placed_samples.glsl"
 
 void main() {

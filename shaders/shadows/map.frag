@@ -1,4 +1,4 @@
-// Writes nothing: depth is all that a shadow map holds. CUT_OUT: light passes where the alpha of a texture is low.
+// Writes nothing, as a shadow map holds only depth. CUT_OUT: light passes where the alpha of a texture is low.
 #ifdef CUT_OUT
 uniform sampler2D base_texture;
 uniform float cutoff;       // alpha

@@ -1,4 +1,4 @@
-// Projects polygons to the clip space of a shadow map, whose centre stands in for the viewer. CUT_OUT: see map.frag.
+// Projects polygons to the clip space of a shadow map; positions are relative to its centre. CUT_OUT: see map.frag.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 

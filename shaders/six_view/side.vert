@@ -1,6 +1,6 @@
 // Places the samples of a view on the unrolled cylinder, in clip space of the side image.
 uniform float far_depth;  // 2R, metres
-uniform bool wraps;       // these triangles cross the seam: what lies after it goes on beyond the right edge …
+uniform bool wraps;       // these triangles cross the seam: the part after it continues beyond the right edge …
 uniform vec2 shift;       // … and is drawn once more, one turn to the left
 
 in vec3 in_place;    // u, v in [0, 1], depth in metres

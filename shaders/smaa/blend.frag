@@ -1,4 +1,4 @@
-// Blends each pixel with its neighbours, in linear light, by what lines cut off it (SMAA, §4.4).
+// Blends each pixel with its neighbours, in linear light, by the areas that lines cut off it (SMAA, §4.4).
 uniform sampler2D lit_texture;      // as it was
 uniform sampler2D weight_texture;
 

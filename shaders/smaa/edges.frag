@@ -1,8 +1,8 @@
-// Finds edges between a pixel and its neighbours on the left (r) and below (g): where brightness jumps (SMAA, §4.1, with local
-// contrast adaptation: no edge where one beside it is so much stronger that it hides it).
+// Finds edges between a pixel and its neighbours on the left (r) and below (g), where brightness jumps (SMAA, §4.1, with local
+// contrast adaptation: no edge where a much stronger one nearby hides it).
 #include "common/brightness.glsl"
 uniform sampler2D lit_texture;
-uniform float contrast;             // of perceived brightness, from which it is a jump
+uniform float contrast;             // least difference of perceived brightness that is an edge
 
 layout(location = 0) out vec2 edges;
 

@@ -1,8 +1,8 @@
-// Computes what a line cuts off the pixels along an edge of pixels, in closed form where SMAA (§4.2) looks it up in a table
-// that it computes from this. Twin: reference/smaa.py.
+// Computes the areas that a line cuts off the pixels along an edge of pixels, in closed form; SMAA (§4.2) tabulates them.
+// Twin: reference/smaa.py.
 //
-// The edge runs from 0 to `span`; the line is at `heights` ±½ at its ends where it goes on in another row, above or below,
-// at 0 where it does not, and crosses the edge in the middle.
+// The edge runs from 0 to `span`. The line is at `heights` ±½ at those ends where it continues in another row, above or below,
+// at 0 at the others, and crosses the edge in the middle.
 
 // Area between the half of the line that is at height 1 at 0 and at 0 at span/2, and the edge, from `from` to `from` + 1.
 float wedge(float from, float span) {

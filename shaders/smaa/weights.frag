@@ -1,8 +1,8 @@
-// Computes how much of a pixel its neighbour takes across each edge (SMAA, §4.2 to §4.3): of what is above an edge below
-// (r), of what is below it (g), of what is on the right of an edge on the left (b), of what is on its left (a).
+// Computes the part of a pixel that its neighbour across each edge takes (SMAA, §4.2 to §4.3): for the edge below, of the pixel
+// above (r) and below it (g); for the edge on the left, of the pixel on its right (b) and on its left (a).
 #include "smaa/line.glsl"
 uniform sampler2D edge_texture;     // r: to the left of a pixel, g: below it
-uniform int longest;                // pixels that an edge is followed either way
+uniform int longest;                // most pixels for which an edge is followed, either way
 
 layout(location = 0) out vec4 weights;
 
@@ -11,10 +11,10 @@ bool edge(ivec2 pixel, int channel) {
     return inside && texelFetch(edge_texture, pixel, 0)[channel] > 0.0;
 }
 
-// Height of the line where edges across run from the end of an edge upward, downward, both ways or not at all.
+// Height of the line where crossing edges run from the end of an edge upward, downward, both ways or not at all.
 float height(bool up, bool down) { return up == down ? 0.0 : up ? 0.5 : -0.5; }
 
-// along: the edge's way; channel: of the edge; above it is the pixel, below it pixel − across.
+// along: the edge's direction; channel: of the edge; above it is the pixel, below it pixel − across.
 vec2 cut_along(ivec2 pixel, ivec2 along, ivec2 across, int channel) {
     if (!edge(pixel, channel)) return vec2(0.0);
     int other = 1 - channel, before = 0, after = 0;

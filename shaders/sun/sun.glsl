@@ -1,4 +1,4 @@
-// Computes what part of the sun's light reaches a pixel's surface, in world space.
+// Computes the part of the sun's light that reaches a pixel's surface, in world space.
 #include "common/gbuffer.glsl"
 #include "common/pixel.glsl"
 #include "common/sun_maps.glsl"

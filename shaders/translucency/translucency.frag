@@ -1,6 +1,6 @@
-// Lights translucent polygons (Phong 1975) to linear light, premultiplied by how much they hide, to be blended over the picture
+// Lights translucent polygons (Phong 1975) to linear light, premultiplied by their opacity, to be blended over the picture
 // (Porter and Duff 1984). Twin: reference/translucency.py.
-// GLOW: adds what opaque polygons send out. LAMPS, LAMP_SHADOWS, SHADOWS: as in light/light.glsl. FOG: there is fog.
+// GLOW: adds the light that opaque polygons emit. LAMPS, LAMP_SHADOWS, SHADOWS: as in light/light.glsl. FOG: there is fog.
 #include "common/phong.glsl"
 #include "common/shadow_map.glsl"
 #include "common/view.glsl"
@@ -31,7 +31,7 @@ flat in vec2 highlight;
 layout(location = 0) out vec4 lit;
 
 #ifndef GLOW
-// Highlights keep their strength however clear a surface is: they are mirrored where light enters it.
+// Highlights do not depend on opacity, as light is reflected where it enters the surface.
 vec3 light_from(vec3 hidden) {
     vec3 view = normalize(from_viewer), facing = normalize(gl_FrontFacing ? normal : -normal);
     float away = 1.0 / gl_FragCoord.w;

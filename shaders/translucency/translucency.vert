@@ -1,10 +1,10 @@
-// Takes translucent and glowing polygons, instanced, from their asset's frame to clip space.
-// GLOW: of surfaces that are drawn already, from which they may be off as far as `tolerance` says.
+// Transforms translucent and glowing polygons, instanced, from their asset's frame to clip space.
+// GLOW: polygons of surfaces that are drawn already, whose depth may differ by `tolerance`.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 #ifdef GLOW
 uniform float tolerance;        // metres in the asset's frame
-uniform float seen_error;       // metres at one metre by which what the picture shows may be off
+uniform float seen_error;       // error of surfaces in the picture, metres at one metre
 #endif
 
 in vec3 in_position;    // asset frame, metres
@@ -34,7 +34,7 @@ void main() {
     emission = in_emission;
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
 #ifdef GLOW
-    // The depth of a point that much nearer on the same ray.
+    // The depth of a point on the same ray, nearer by that much.
     float part = max(1.0 - seen_error - tolerance * in_scale / max(length(from_viewer), 1e-6), 0.5);
     gl_Position.z = (clip_from_eye * vec4(part * from_viewer, 1.0)).z / part;
 #else

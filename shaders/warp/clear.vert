@@ -1,4 +1,4 @@
-// Covers a slot of the atlas that is emptied, in clip space of the atlas, at the far plane.
+// Covers a slot of the atlas that is cleared, in clip space of the atlas, at the far plane.
 uniform vec2 atlas_size;
 in vec4 in_slot;    // x, y, width, height in texels
 

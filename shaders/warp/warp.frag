@@ -1,5 +1,5 @@
 // Writes which image owns the tile's texel; 1 − nearest·λ/w goes to the depth buffer.
-// LIT: writes the light of its surface too (Liu, Liu and Wu 2007, §2.4).
+// LIT: also writes the light of its surface (Liu, Liu and Wu 2007, §2.4).
 flat in uint image;
 layout(location = 0) out uint owner;
 #ifdef LIT

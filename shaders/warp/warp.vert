@@ -8,11 +8,11 @@ in uvec4 in_sample;      // position within the box, number of the image
 in vec4 in_right;       // plane axes, object frame; w: the epipole in them
 in vec4 in_up;
 in vec4 in_normal;      // toward the viewer; w: plane · normal
-in vec3 in_depths;      // D_t, of the viewer to the plane; the least w / λ of the tile; what is added to numbers of images
+in vec3 in_depths;      // D_t, from the viewer to the plane; the least w / λ of the tile; a number to add to image numbers
 in vec3 in_to_x;        // homography from plane coordinates, relative to the epipole, to the atlas in clip space
 in vec3 in_to_y;
 in vec3 in_to_w;
-in vec4 in_bounds;      // of the tile in clip space: a near object's samples reach beyond what the camera sees of it
+in vec4 in_bounds;      // of the tile in clip space: a near object's samples reach beyond the cropped tile
 
 flat out uint image;
 #ifdef LIT
@@ -41,7 +41,7 @@ void main() {
     gl_ClipDistance[3] = in_bounds.w * w - gl_Position.y;
     image = sample_image(in_sample) + uint(in_depths.z);
 #ifdef LIT
-    // λ and, with it, λ·P are linear over the plane, and so stay right between the samples; P is not.
+    // λ and with it λ·P are linear over the plane, so that interpolating them is exact; P is not.
     surface_point = vec4(lambda * sample_point, lambda);
     seen_from = viewer;
     rotation = in_rotation;

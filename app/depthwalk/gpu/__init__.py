@@ -1,5 +1,5 @@
-"""Create GL objects: the one package that does.
+"""Create and own GL objects; no other package creates any.
 
-`device` has the context and the scopes that own objects, `program` makes programs of shader files, `state` sets GL
-state for a block, `instances` uploads records per object, `timers` measures passes.
+`device` holds the context and the scopes that own objects, `program` compiles programs from shader files, `state` sets
+GL state for a block, `instances` uploads records per object, `timers` measures passes.
 """

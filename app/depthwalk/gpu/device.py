@@ -1,9 +1,9 @@
-"""Hold a GL context and everything that is made in it.
+"""Hold a GL context and everything that is created in it.
 
-moderngl frees no GL object by itself and hides failed allocations. So all objects are created through a `Scope`, which
-checks the driver's error after each, and owns it: whoever asks the device for a scope releases the scope, and with it
-everything made in it. `Device.live` counts what has been made and not released, which tests compare with nothing.
-Where the GPU has failed half-way through something, `Device.release` frees what all scopes own.
+moderngl does not free GL objects automatically, and hides failed allocations. So all objects are created through a
+`Scope`, which checks the driver's error after each and owns it; releasing the scope frees everything in it.
+`Device.live` counts the objects that exist; tests check that none are left. After a failure of the GPU
+`Device.release` frees what all scopes own.
 """
 
 import logging
@@ -23,7 +23,7 @@ from depthwalk.gpu.textures import TextureLimits, TextureMaker
 log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
-PROGRAM_POINT_SIZE = 0x8642  # GL_PROGRAM_POINT_SIZE: the vertex shader says how large a point is
+PROGRAM_POINT_SIZE = 0x8642  # GL_PROGRAM_POINT_SIZE: the vertex shader sets the size of points
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
 
 
@@ -33,29 +33,29 @@ class Device:
     Attributes
     ----------
     context
-        The moderngl context. Whoever made the device releases it last.
+        The moderngl context. Whoever created the device releases it last.
     live
-        How many objects live, by kind.
+        Number of existing objects, by kind.
     state
         Sets GL state and remembers it; `Scope.state` calls it.
     renderer
         The driver's name for the hardware.
     driver
-        The version of OpenGL that it offers, and its own.
+        The driver's versions of OpenGL and of itself.
     software
-        Whether the CPU does the drawing.
+        Whether it is a software rasteriser.
     limits
         How large textures may be.
     max_samples
         Samples per pixel that textures of every kind may have; 1 where shaders cannot run per sample.
     shaders
-        The folder of the shaders that programs are compiled of; None: `resources.shader_root`.
+        The folder of the shaders; None: `resources.shader_root`.
     """
 
     def __init__(self, context: moderngl.Context, address_of: AddressOf | None = None) -> None:
-        """Find out what `context`, moderngl's, can do; it must be the current one.
+        """Query what `context`, moderngl's, can do; it must be the current one.
 
-        address_of: returns the address of the GL function of a name; None where the context is not a robust one.
+        address_of: returns the address of the GL function of a name; None if the context is not robust.
         """
         self.context = context
         self._status = never_reset if address_of is None else reset_status(context, address_of)
@@ -76,16 +76,16 @@ class Device:
         return scope
 
     def check(self) -> None:
-        """Ask the driver whether the context still lives, once for each picture. Raises ContextLostError."""
+        """Ask the driver whether the context was lost; call it once per picture. Raises ContextLostError."""
         check_reset(self._status)
 
     @property
     def notices_loss(self) -> bool:
-        """Return whether the driver tells when the context is lost."""
+        """Return whether the driver reports when the context is lost."""
         return self._status is not never_reset
 
     def release(self) -> None:
-        """Release everything in all scopes: after a failure, of which nobody knows how far it let their owners come."""
+        """Release everything in all scopes, after a failure that may have left their owners half finished."""
         for scope in list(self._scopes):
             scope.release()
 
@@ -93,7 +93,7 @@ class Device:
 def _max_samples(context: moderngl.Context) -> int:
     """Return the most samples per pixel that textures of every kind may have and shaders can run for.
 
-    That is 1 where shaders cannot run per sample, which OpenGL 3.3 does by extensions only.
+    That is 1 where shaders cannot run per sample, which in OpenGL 3.3 needs extensions.
     """
     if not {"GL_ARB_gpu_shader5", "GL_ARB_sample_shading"} <= set(context.extensions):
         return 1
@@ -144,7 +144,7 @@ class Scope(TextureMaker):
         reserve
             Size in bytes, above 0, of a buffer without `data`.
         dynamic
-            Whether the contents will be replaced often, which the driver is told.
+            A hint to the driver that the contents will be replaced often.
         """
         size = reserve if data is None else len(memoryview(data).cast("B"))
         if not size:
@@ -159,7 +159,7 @@ class Scope(TextureMaker):
         Parameters
         ----------
         vertex, fragment
-            The text of its two shaders, GLSL without `#include` and `#from`, which `gpu.program` resolves.
+            The text of its two shaders; `gpu.program` has resolved `#include` and `#from`.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class Scope(TextureMaker):
         return program
 
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
-        """Create and return a vertex array, which tells a program where its attributes lie in buffers.
+        """Create and return a vertex array, which maps a program's attributes to buffers.
 
         Parameters
         ----------
@@ -200,12 +200,12 @@ class Scope(TextureMaker):
         return self.device.state.changed(into, depth_write=depth_write, **changes)
 
     def free(self, *objects: Any) -> None:
-        """Release some objects of this scope before the scope itself.
+        """Release single objects before the scope itself.
 
         Parameters
         ----------
         *objects
-            What methods of this scope have created.
+            Objects that this scope has created.
 
         Raises
         ------
@@ -214,7 +214,7 @@ class Scope(TextureMaker):
         """
         for gl_object in objects:
             kind, _ = self._objects.pop(id(gl_object))
-            if gl_object is self.device.context.fbo:  # moderngl binds the last one again whenever it creates another
+            if gl_object is self.device.context.fbo:  # moderngl would bind it again when it creates another
                 self.device.context.detect_framebuffer(0).use()
             self.device.live[kind] -= 1
             gl_object.release()
@@ -224,7 +224,7 @@ class Scope(TextureMaker):
         self.free(*[gl_object for _, gl_object in reversed(self._objects.values())])
 
     def _make(self, kind: str, size: Any, create: Callable[[], Any]) -> Any:
-        """Create an object, own it, and ask the driver whether it really exists."""
+        """Create an object, own it, and check that the driver has really created it."""
         if (stale := self.device.context.error) != "GL_NO_ERROR":
             log.warning("%s: an earlier GL call failed: %s", self.owner, stale)
         gl_object = create()

@@ -1,7 +1,7 @@
-"""Make GL contexts without a window that tell when they are lost, by EGL.
+"""Create GL contexts by EGL, without a window, that report when they are lost.
 
-moderngl's own backend for EGL asks for contexts of which drivers tell nothing (EGL 1.5, §3.7.1.4: "No reset
-notification" is the default). Everything else, as which GPU is taken, is left to that backend.
+moderngl's own backend for EGL creates contexts that do not report it (EGL 1.5, §3.7.1.4: "No reset notification" is the
+default). Everything else, such as the choice of the GPU, is left to that backend.
 """
 
 import ctypes
@@ -38,7 +38,7 @@ _PROTOTYPES: dict[str, tuple[type | None, list[type]]] = {
 
 
 class _Current(NamedTuple):
-    """Hold what is current in a thread, by EGL's handles; None for what is not."""
+    """Hold EGL's handles of what is current in a thread; None for what is not."""
 
     display: int | None
     draw: int | None
@@ -47,15 +47,15 @@ class _Current(NamedTuple):
 
 
 class RobustContext:
-    """Own an OpenGL 3.3 core context that is lost, and tells so, where its GPU is reset.
+    """Own an OpenGL 3.3 core context that is lost, and reports it, when its GPU is reset.
 
-    `moderngl.create_context(context=…)` takes it, within its `with` block, and releases it. In the block it is current
-    in the thread; after it, what was current before. It may be entered again within, and in one thread at a time.
+    `moderngl.create_context(context=…)` takes it, within its `with` block, and releases it. The block makes it current
+    in the thread, and restores the previous context afterwards. Blocks may be nested, in one thread at a time.
 
     Raises
     ------
     GpuError
-        Where there is no EGL, or the driver makes no such context.
+        Where there is no EGL, or the driver does not create such a context.
     """
 
     def __init__(self) -> None:
@@ -89,7 +89,7 @@ class RobustContext:
             self._make_none_current()
 
     def release(self) -> None:
-        """Destroy the context; moderngl calls this, once. The thread has no current context afterwards, if it was."""
+        """Destroy the context; moderngl calls this once. If it was current, the thread has no current context then."""
         if _current(self._egl).context == self._context:
             self._make_none_current()
         self._egl.eglDestroyContext(self._display, self._context)
@@ -100,7 +100,7 @@ class RobustContext:
 
 @cache
 def _library() -> ctypes.CDLL:
-    """Return EGL's functions, of which those of `_PROTOTYPES` may be called. Raises GpuError where there are none."""
+    """Return EGL's library, with the functions of `_PROTOTYPES` declared. Raises GpuError where there is none."""
     try:
         egl = ctypes.CDLL(_LIBRARY)
         for name, (result, arguments) in _PROTOTYPES.items():
@@ -113,9 +113,9 @@ def _library() -> ctypes.CDLL:
 
 @cache
 def _display_and_config() -> tuple[int, int]:
-    """Return the display and the configuration that moderngl's own backend takes, found by a context of it.
+    """Return the display and the configuration that moderngl's own backend chooses, taken from a context of it.
 
-    They stay valid: nobody terminates the display. Raises what that backend raises, and GpuError.
+    They stay valid, as the display is never terminated. Raises what that backend raises, and GpuError.
     """
     egl = _library()
     egl.eglBindAPI(_OPENGL_API)
@@ -147,7 +147,7 @@ def _current(egl: ctypes.CDLL) -> _Current:
 
 def _make_current(egl: ctypes.CDLL, wanted: _Current) -> None:
     """Make a context current in this thread, or none. Raises GpuError where that is refused."""
-    egl.eglBindAPI(_OPENGL_API)  # of this thread; without it, what follows is about OpenGL ES
+    egl.eglBindAPI(_OPENGL_API)  # per thread; otherwise the calls below would refer to OpenGL ES
     if egl.eglMakeCurrent(wanted.display, wanted.draw, wanted.read, wanted.context):
         return
     code = egl.eglGetError()

@@ -1,4 +1,4 @@
-"""Make a device without a window, by the best way that the platform offers."""
+"""Create a device without a window, in the best way that the platform offers."""
 
 import logging
 from functools import partial
@@ -15,9 +15,9 @@ log = logging.getLogger(__name__)
 
 
 def headless_device() -> Device:
-    """Return a device without a window: by EGL where there is one, else as the platform does it.
+    """Create a device without a window: by EGL if possible, else in the platform's own way.
 
-    Its context is robust where the driver offers that. It is current within `with device.context` only; the caller
+    Its context is robust if the driver offers that. It is current only within `with device.context`; the caller
     releases it.
 
     Returns
@@ -28,7 +28,7 @@ def headless_device() -> Device:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had; the message has the reasons of all attempts.
+        Where no OpenGL 3.3 context can be created; the message has the reasons of all attempts.
     """
     guard_shader_cache()
     reasons: dict[str, None] = {}
@@ -57,7 +57,7 @@ def _robust_device() -> Device:
 
 
 def _ordinary_device(**settings: Any) -> Device:
-    """Return a device whose context moderngl makes, with these settings of it. Raises what it raises."""
+    """Return a device whose context moderngl creates with these `settings`. Raises what moderngl raises."""
     context = moderngl.create_context(require=330, standalone=True, **settings)
     with context:
         return Device(context)

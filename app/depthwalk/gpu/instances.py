@@ -1,7 +1,7 @@
-"""Draw instances: hold records per object as vertex attributes or in a texture, and one vertex array per asset.
+"""Draw instances: hold a record per object as vertex attributes or in a texture, and a vertex array per asset.
 
-An asset that is drawn many times is one draw call, in which the vertex stage reads a record for each object. GL 3.3 has
-no base instance, so that `InstanceStream.bind` points the attributes at the first record of each draw.
+All instances of an asset are one draw call, in which the vertex stage reads a record for each object. GL 3.3 has no
+base instance, so `InstanceStream.bind` points the attributes at the first record of each draw.
 """
 
 from collections.abc import Hashable
@@ -15,18 +15,18 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 
 RECORDS_PER_ROW = 1024  # records in a row of a `RecordTexture`
-_TOO_LARGE = 16  # times the room needed: drivers allocate the whole buffer again when its contents are replaced
+_TOO_LARGE = 16  # times the size needed: a larger buffer shrinks, as drivers reallocate all of it for new contents
 _TEXEL_BYTES = 16  # of four floats
 
 
 class InstanceStream:
     """Hold one frame's records in a buffer that grows and shrinks as needed.
 
-    Each field of a record is a vertex attribute, whose name in the shader is `in_` and the name of the field.
+    Each field of a record is a vertex attribute, named `in_` plus the name of the field in the shader.
     """
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
-        """Reserve a small buffer in `scope`, which owns it, for records of `dtype`, all of whose fields are float32."""
+        """Create a small buffer in `scope`, which owns it, for records of `dtype`, whose fields are all float32."""
         self._scope = scope
         self._stride = dtype.itemsize
         self._fields = []
@@ -36,7 +36,7 @@ class InstanceStream:
             components = int(np.prod(field.shape)) if field.shape else 1
             self._fields.append((f"in_{name}", f"{components}f", int(offset)))
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
-        # Of each program: location, layout and offset of the fields that it reads.
+        # For each program: location, layout and offset of the fields that it reads.
         self._attributes: dict[moderngl.Program, list[tuple[int, str, int]]] = {}
 
     def upload(self, records: NDArray[np.void]) -> None:
@@ -52,7 +52,7 @@ class InstanceStream:
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
         """Let the next draws of `array` read the records from the one numbered `first` on, one for each instance."""
         bound = self._buffer, first
-        if array.extra == bound:  # it reads them already, as many do frame after frame
+        if array.extra == bound:  # already bound, as many are frame after frame
             return
         array.extra = bound
         if array.program not in self._attributes:
@@ -68,17 +68,17 @@ class InstanceStream:
 class RecordTexture:
     """Hold records that shaders fetch by number, in a texture of floats, four to a texel.
 
-    There are `RECORDS_PER_ROW` to a row. Shaders learn from `#from` (see `gpu.program`) in which texel a field begins.
+    There are `RECORDS_PER_ROW` to a row. Shaders get the first texel of each field by `#from` (see `gpu.program`).
     """
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
-        """Make a texture of one row in `scope`, which owns it, for records of `dtype`, a multiple of 16 bytes."""
+        """Create a texture of one row in `scope`, which owns it, for records of `dtype`, a multiple of 16 bytes."""
         self._scope = scope
         self._dtype = dtype
         self._texture = self._make(1)
 
     def _make(self, rows: int) -> moderngl.Texture:
-        """Make a texture of so many rows of records."""
+        """Create a texture for `rows` rows of records."""
         return self._scope.texture((RECORDS_PER_ROW * self._dtype.itemsize // _TEXEL_BYTES, rows), 4, "f4")
 
     def upload(self, records: NDArray[np.void]) -> None:
@@ -101,21 +101,21 @@ class RecordTexture:
 
 
 class AssetArrays:
-    """Keep the vertex arrays of one program over the assets' buffers, each made when it is first drawn.
+    """Keep the vertex arrays of one program over the assets' buffers, each created when it is first drawn.
 
-    The arrays belong to the scope of the pass that draws, the buffers to the asset store. So before that releases
-    buffers, it lets every pass `forget` its arrays.
+    The arrays belong to the scope of the pass that draws, the buffers to the asset store. Before the store releases
+    buffers, it makes every pass `forget` its arrays.
     """
 
     def __init__(self, scope: Scope, program: Program, layout: str, *attributes: str) -> None:
-        """Remember what the arrays are made of, and make none yet.
+        """Store what the arrays are created from; none is created yet.
 
         Parameters
         ----------
         scope
             The scope of the pass that draws, which owns the arrays.
         program
-            The program that draws with them, compiled with the first of them.
+            The program that draws with them; it is compiled for the first of them.
         layout
             moderngl's format of a vertex, such as "3f4 2u2".
         attributes
@@ -134,7 +134,7 @@ class AssetArrays:
         Parameters
         ----------
         key
-            What tells the asset, and its level if it has several, from others.
+            Identifies the asset, and its level if it has several.
         vertices
             The asset's buffer of vertices.
         indices

@@ -1,7 +1,6 @@
-"""Make mip-maps on the CPU, and give them to textures, which moderngl cannot.
+"""Compute mip-maps on the CPU, and upload them to textures, which moderngl cannot do.
 
-A software driver compiles a program for each format of which it makes mip-maps itself: half a second before the first
-picture.
+A software driver that generates mip-maps compiles a program for each format: half a second before the first picture.
 """
 
 import ctypes
@@ -19,13 +18,13 @@ _FORMATS = {1: 0x1903, 2: 0x8227, 3: 0x1907, 4: 0x1908}  # GL_RED, GL_RG, GL_RGB
 _INTERNAL = {1: 0x8229, 2: 0x822B, 3: 0x8051, 4: 0x8058}  # GL_R8, GL_RG8, GL_RGB8, GL_RGBA8
 SNORM = {1: 0x8F94, 2: 0x8F95}  # GL_R8_SNORM, GL_RG8_SNORM
 _UNSIGNED, _SIGNED = 0x1401, 0x1400  # GL_UNSIGNED_BYTE, GL_BYTE
-_FUNCTION = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)  # OpenGL is called in another way on Windows
+_FUNCTION = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)  # on Windows OpenGL has another calling convention
 _TEX_IMAGE = _FUNCTION(None, *[ctypes.c_int] * 8, ctypes.c_void_p)
 _TEX_PARAMETER = _FUNCTION(None, *[ctypes.c_int] * 3)
 
 
 def mip_maps(texels: Texels, levels: int) -> list[Texels]:
-    """Return smaller pictures, in each of which a texel is the mean of four of the one before, rounded.
+    """Compute mip-maps: smaller pictures, in which each texel is the rounded mean of four of the level before.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ def _halved(texels: Texels) -> Texels:
     height, width, components = texels.shape
     wide = np.int16 if texels.dtype == np.int8 else np.uint16
     rows = np.add(texels[0::2], texels[1::2], dtype=wide)
-    # All components of a texel are added at once, as one long number, in which none carries into the next.
+    # All components of a texel are added at once, as one long number, in which no component carries into the next.
     is_one = components in (2, 4) and texels.dtype == np.uint8
     whole = rows.view(f"u{2 * components}")[..., 0] if is_one else rows
     sums = np.ascontiguousarray(whole[:, 0::2] + whole[:, 1::2]).view(wide)
@@ -59,14 +58,14 @@ def _halved(texels: Texels) -> Texels:
 
 
 def set_mip_maps(context: moderngl.Context, texture: moderngl.Texture, pictures: Sequence[Texels]) -> None:
-    """Give a 2-D texture its mip-maps, in place of all that it has.
+    """Replace the mip-maps of a 2-D texture.
 
     Parameters
     ----------
     context
         The context, which must be the current one; its texture unit 0 is left with the texture.
     texture
-        A texture of 8-bit components, made just now: rows of texels are still taken to follow each other closely.
+        A texture of 8-bit components that was just created, so that GL still assumes rows without padding.
     pictures
         Levels 1, 2, …, as `mip_maps` returns them.
     """
@@ -83,5 +82,5 @@ def set_mip_maps(context: moderngl.Context, texture: moderngl.Texture, pictures:
 
 
 def _load(context: moderngl.Context, name: str, kind: Any) -> Any:
-    """Return the OpenGL function `name` of the context, which takes what `kind` says."""
+    """Return the OpenGL function `name` of the context, as the ctypes prototype `kind`."""
     return kind(context.mglo._context.load_opengl_function(name))

@@ -1,4 +1,4 @@
-"""Find out where the hardware takes the samples of a pixel, since GL does not tell everywhere."""
+"""Find out where in a pixel the hardware takes its samples, as GL does not report it everywhere."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,19 +8,19 @@ from depthwalk.gpu.program import Program
 
 
 def sample_offsets(device: Device, samples: int) -> NDArray[np.float64]:
-    """Return where the samples of a pixel lie, by drawing and reading back their positions.
+    """Return the positions of the samples of a pixel, by drawing them and reading them back.
 
     Parameters
     ----------
     device
-        The device, which must be able to take so many samples (`Device.max_samples`).
+        The device, which must offer that many samples (`Device.max_samples`).
     samples
         Samples per pixel.
 
     Returns
     -------
     numpy.ndarray
-        (samples, 2) float64, pixels to the right of the pixel's middle and above it.
+        (samples, 2) float64, pixels to the right of the pixel's centre and above it.
     """
     scope = device.scope("samples")
     try:

@@ -1,24 +1,24 @@
-"""Make GLSL programs of files, with includes, constants of Python, located compiler messages and checked uniforms.
+"""Compile GLSL programs from files, with includes, constants from Python, located error messages and checked uniforms.
 
 Two kinds of lines are resolved before the compiler sees a shader:
 
 `#include "common/x.glsl"` is replaced by that file, which is looked up below `shaders/` and included at most once.
 
-`#from depthwalk.cook.used_texels import SUB_TILE` is replaced by `#define` lines. A constant that Python and GLSL must
-agree about, as a bit width or the layout of a record, is declared once, in Python, and shaders name it where they need
-it; so the two can never differ. Several names are separated by commas, and `NAME as OTHER` defines it by another name.
-What is defined depends on the value:
+`#from depthwalk.cook.used_texels import SUB_TILE` is replaced by `#define` lines. A constant that Python and GLSL
+share, such as a bit width or the layout of a record, is declared once, in Python, and shaders import it where they need
+it, so that the two cannot differ. Several names are separated by commas, and `NAME as OTHER` renames one. What is
+defined depends on the value:
 
 - an integer or a float: the number;
 - an array (3,) or (3, 3): a `vec3` or `mat3`;
-- an integer enumeration: one name per member, as `FACE_TOP` for `Face.TOP`;
-- the dtype of records in a texture of four floats per texel: how many texels a record takes, and in which of them each
-  field begins, as `LAMP_RECORD_TEXELS` and `LAMP_RECORD_PLACE` for the field `place` of `LAMP_RECORD`.
+- an integer enumeration: one name per member, such as `FACE_TOP` for `Face.TOP`;
+- the dtype of records in a texture of four floats per texel: the number of texels of a record, and the first texel of
+  each field, such as `LAMP_RECORD_TEXELS` and `LAMP_RECORD_PLACE` for the field `place` of `LAMP_RECORD`.
 
-The module is imported by its name, which runs it. A shader below `shaders/` may therefore name modules of `depthwalk`
-only, whose constants are part of the same program. A shader that a user's own code hands over as a `Path` may name any
-module, as the user's Python code may. Every mistake, from a misspelt line to a constant that does not exist, is a
-GpuError that begins with the shader's file and line.
+The module is imported by its name, which runs it. Shaders below `shaders/` may therefore only name modules of
+`depthwalk`. A shader that a user's own code hands over as a `Path` may name any module, as that code itself may. Every
+mistake, from a misspelt line to a constant that does not exist, is a GpuError that begins with the shader's file and
+line.
 """
 
 import re
@@ -42,7 +42,7 @@ T = TypeVar("T")
 _NEVER_SET = object()
 
 Packed = list[tuple[str, Callable[[bytes], None], bytes]]
-"""Uniforms of a program: the name of each, what writes it, and the bytes of its value."""
+"""Uniforms of a program: the name of each, the function that writes it, and the bytes of its value."""
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _ITEM = r"\w+(?:\s+as\s+\w+)?"
@@ -51,11 +51,11 @@ _FROM_REST = re.compile(rf"\s+(?P<module>\w+(?:\.\w+)*)\s+import\s+(?P<names>{_I
 _UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
 _OWN_PACKAGE = "depthwalk"
 _TEXEL_BYTES = 16  # of four floats
-# More than a file has: line 7 of file 3 is told as line 300007, since Mesa may forget the number of the file.
+# More lines than a file has: line 7 of file 3 is reported as line 300007, as Mesa may lose the number of the file.
 _LINES = 100_000
 _LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
 
-# Extensions that shaders use where the compiler has them; each is then also defined by its name in capitals.
+# Extensions that shaders use where the compiler has them; each is then also #defined, by its name in capitals.
 _PREAMBLE = "".join(
     f"#ifdef GL_ARB_{feature}\n#extension GL_ARB_{feature} : enable\n#define {feature.upper()} 1\n#endif\n"
     for feature in ("conservative_depth", "texture_gather")
@@ -68,9 +68,9 @@ class Source:
     Attributes
     ----------
     text
-        What the compiler gets.
+        The text for the compiler.
     files
-        The files that it was put together from, by the number that stands for each in the compiler's messages.
+        The files that it was assembled from, by their number in the compiler's messages.
     """
 
     def __init__(
@@ -81,13 +81,13 @@ class Source:
         Parameters
         ----------
         name
-            A file below `shaders/`, or the Path of a file elsewhere, which may also include files that lie beside it.
+            A file below `shaders/`, or the Path of a file elsewhere, which may also include files from its own folder.
         preamble
             Lines of GLSL to put before the first line of the shader.
         includes
             Files to include between the two, in this order.
         root
-            The folder that stands for `shaders/`; None: `shader_root`.
+            The folder to use as `shaders/`; None: `shader_root`.
 
         Raises
         ------
@@ -100,7 +100,7 @@ class Source:
         self.text = f"#version 330 core\n{preamble}{''.join(texts)}"
 
     def _expand(self, name: str | Path) -> str:
-        """Return the text of a file with its `#include` and `#from` lines resolved, and remember the file."""
+        """Return the text of a file with its `#include` and `#from` lines resolved, and add it to `files`."""
         path = self._root / name if isinstance(name, str) else name
         try:
             lines = path.read_text(encoding="utf-8").splitlines()
@@ -110,7 +110,7 @@ class Source:
         self.files.append(name)
         out = [_line(number, 1)]
         for index, line in enumerate(lines, start=1):
-            if "#" not in line:  # nearly all; a renderer reads ten thousand lines before its first picture
+            if "#" not in line:  # nearly all of the ten thousand lines that are read before the first picture
                 out.append(line)
             elif (constants := _FROM.match(line)) is not None:
                 try:
@@ -126,7 +126,7 @@ class Source:
         return "\n".join(out) + "\n"
 
     def locate(self, message: str) -> str:
-        """Return the compiler's `message` with `shaders/file:line` in place of the numbers that stand for files."""
+        """Return the compiler's `message` with `shaders/file:line` in place of file numbers."""
 
         def name(match: re.Match[str]) -> str:
             number, line = divmod(int(match[2]), _LINES)
@@ -136,19 +136,19 @@ class Source:
 
 
 def _line(number: int, line: int) -> str:
-    """Return the directive that what follows is `line`, from 1, of the file with the `number`."""
+    """Return the `#line` directive for `line`, from 1, of the file with the `number`."""
     return f"#line {number * _LINES + line} {number}"
 
 
 def _constant_defines(line: str, own_shader: bool) -> list[str]:
-    """Return the `#define` lines that take the place of a `#from` line.
+    """Return the `#define` lines that replace a `#from` line.
 
     Parameters
     ----------
     line
-        The line behind `#from`.
+        The rest of the line after `#from`.
     own_shader
-        Whether it stands in a shader below `shaders/`, which may name modules of depthwalk only.
+        Whether it is in a shader below `shaders/`, which may only name modules of depthwalk.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def _constant_defines(line: str, own_shader: bool) -> list[str]:
     ImportError
         Where there is no such module, or this shader may not name it.
     AttributeError, TypeError
-        Where the module has no such constant, or a constant that GLSL cannot have.
+        Where the module has no such constant, or one that GLSL cannot express.
     """
     match = _FROM_REST.fullmatch(line)
     if match is None:
@@ -195,12 +195,12 @@ def _glsl(value: object) -> str:
 
 
 def _shown(name: str | Path) -> str:
-    """Return how messages name a file."""
+    """Return the name of a file for messages."""
     return f"shaders/{name}" if isinstance(name, str) else str(name)
 
 
 def _included(by: str | Path, name: str) -> str | Path:
-    """Return the file that `by` includes as `name`: beside it where `by` lies elsewhere, else below `shaders/`."""
+    """Return the file that `by` includes as `name`: beside `by`, if that is a Path and has it, else in `shaders/`."""
     beside = by.parent / name if isinstance(by, Path) else None
     return beside if beside is not None and beside.is_file() else name
 
@@ -208,9 +208,8 @@ def _included(by: str | Path, name: str) -> str | Path:
 class Program:
     """Hold a linked program, whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`.
 
-    It is compiled when it is first used: of the thirty programs of a renderer most scenes use ten, and the first
-    picture waits for no other. Only shaders from elsewhere are compiled at once, so that whoever hands them over learns
-    of a mistake.
+    It is compiled when it is first used: most scenes use ten of a renderer's thirty programs, and the first picture
+    waits for no other. Only a user's own shaders are compiled at once, so that mistakes in them are reported early.
     """
 
     def __init__(
@@ -222,17 +221,16 @@ class Program:
         blocks: Mapping[str, int] = MappingProxyType({}),
         includes: Iterable[str | Path] = (),
     ) -> None:
-        """Remember what the program is made of.
+        """Store what the program is compiled from.
 
         Parameters
         ----------
         scope
-            The owner of the program and of its vertex array, once there are any.
+            The owner of the program and of its vertex array, when they are created.
         vertex, fragment
             The shaders of its two stages, as `Source` takes them.
         defines
-            Names to define in both shaders, by which #ifdef chooses code; they stand for 1 or, as NAME=VALUE, for
-            VALUE.
+            Names to #define in both shaders, for #ifdef; as 1 or, given as NAME=VALUE, as VALUE.
         blocks
             Binding points of uniform blocks by their names; those that are not named are bound to point 0.
         includes
@@ -241,7 +239,7 @@ class Program:
         Raises
         ------
         GpuError
-            Where a shader from elsewhere does not compile, with file and line.
+            Where a user's own shader does not compile, with file and line.
         """
         pairs = (define.partition("=") for define in defines)
         self._preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
@@ -253,7 +251,7 @@ class Program:
 
     @cached_property
     def gl(self) -> moderngl.Program:
-        """Return moderngl's program, of which vertex arrays are made; the first call compiles and links it.
+        """Return moderngl's program, for vertex arrays; the first call compiles and links it.
 
         Raises GpuError, with file and line, where there is no such shader or it does not compile.
         """
@@ -280,7 +278,7 @@ class Program:
 
     @cached_property
     def _uniforms(self) -> dict[str, Any]:
-        """Return moderngl's uniforms, by their names, that the compiler left; the first call compiles the program."""
+        """Return moderngl's uniforms that the compiler kept, by name; the first call compiles the program."""
         members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
         return {name: member for name, member in members.items() if isinstance(member, moderngl.Uniform)}
 
@@ -292,14 +290,13 @@ class Program:
     def set(self, **values: Any) -> None:
         """Set uniforms by name.
 
-        A uniform that the compiler removed, because nothing depends on it, is passed over, and one that has the value
-        already is not written again: comparing takes a tenth of the time, and most uniforms of a frame stay the same.
+        Uniforms that the compiler removed, because nothing depends on them, are ignored. One that has the value already
+        is not written again: comparing takes a tenth of the time, and most uniforms of a frame stay the same.
 
         Parameters
         ----------
         **values
-            A value for each uniform: a number, a tuple, a list of these for an array, or `bytes`, which are written as
-            they are.
+            A value for each uniform: a number, a tuple, a list of these for an array, or `bytes`, written unchanged.
 
         Raises
         ------
@@ -316,7 +313,7 @@ class Program:
                     uniform.write(value)
                 else:
                     uniform.value = value
-                # A list may be changed by whoever handed it over.
+                # A copy, as the caller may change the list later.
                 held[name] = list(value) if isinstance(value, list) else value
             elif name not in self._declared:
                 raise KeyError(f"no uniform {name!r} in this program")
@@ -324,7 +321,7 @@ class Program:
     def packed(self, **values: Any) -> Packed:
         """Set uniforms as `set` does, and return their bytes for `use`, which sets them again in less time.
 
-        That is for values of which a program is given many sets in turn, such as those of an asset.
+        This is for sets of values that are used in turn, such as those of each asset.
         """
         self.set(**values)
         uniforms = ((name, self._uniforms[name]) for name in values if name in self._uniforms)
@@ -344,7 +341,7 @@ class Program:
         return self._scope.vertex_array(self.gl, [])
 
     def fill(self) -> None:
-        """Draw one triangle, with which common/fullscreen.vert or common/far_plane.vert covers the whole picture."""
+        """Draw one triangle, by which common/fullscreen.vert or common/far_plane.vert covers the whole picture."""
         self.array.render(moderngl.TRIANGLES, vertices=3)
 
     def rectangles(self, count: int = 1) -> None:
@@ -357,14 +354,14 @@ class Program:
 
 
 class Variants(dict[tuple[str, ...], T]):
-    """Keep what is made of the variants of a program, by their defines; each is made when it is first asked for."""
+    """Keep the variants of a program, or objects made for them, by their defines; each is created on first use."""
 
     def __init__(self, make: Callable[[tuple[str, ...]], T]) -> None:
-        """Begin without any variant. `make` is called with the defines of a variant, and returns what to keep of it."""
+        """Start empty. `make` is called with the defines of a variant, and returns what to keep for it."""
         super().__init__()
         self._make = make
 
     def __missing__(self, defines: tuple[str, ...]) -> T:
-        """Make the variant with these `defines`, which has not been asked for before."""
+        """Create the variant with these `defines`, on first use."""
         self[defines] = made = self._make(defines)
         return made

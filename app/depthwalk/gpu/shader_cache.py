@@ -1,7 +1,7 @@
-"""Have Mesa keep no shaders on a disk that has no room for them.
+"""Disable Mesa's shader cache if its disk is nearly full.
 
-Mesa maps the index of its cache, a file with holes, into memory. Where the disk is full when a hole is first written,
-the kernel ends the process by SIGBUS, which no program can answer (Mesa 22.3, `disk_cache_mmap_cache_index`).
+Mesa maps the index of its cache, a sparse file, into memory. If the disk is full when a hole is first written, the
+kernel kills the process by SIGBUS, which a program cannot handle (Mesa 22.3, `disk_cache_mmap_cache_index`).
 """
 
 import logging
@@ -15,20 +15,20 @@ log = logging.getLogger(__name__)
 
 DISABLE = "MESA_SHADER_CACHE_DISABLE"
 _FOLDER = "MESA_SHADER_CACHE_DIR"
-_ROOM = 64 << 20  # bytes: fifty times the index, for what is written to the same disk while the program runs
+_ROOM = 64 << 20  # bytes: fifty times the index, as others write to the same disk while the program runs
 
 
 def guard_shader_cache() -> None:
-    """Set `DISABLE` in the environment where the disk of Mesa's cache has little room, unless it is set already.
+    """Set `DISABLE` in the environment if the disk of Mesa's cache has little room, unless it is set already.
 
-    Has to be called before a context is made, since Mesa reads its environment then. Other drivers do not ask for it.
+    Call this before a context is created, which is when Mesa reads the environment. Other drivers ignore it.
     """
     if DISABLE in os.environ:
         return
     folder = Path(os.environ.get(_FOLDER) or user_cache_path())
     try:
         room = shutil.disk_usage(next(place for place in (folder, *folder.parents) if place.exists())).free
-    except (OSError, StopIteration):  # a place that cannot be looked at, where Mesa keeps nothing either
+    except (OSError, StopIteration):  # a folder that cannot be accessed, in which Mesa keeps nothing either
         return
     if room < _ROOM:
         log.warning("%s: %d MB of the disk are free: compiled shaders are not kept", folder, room >> 20)

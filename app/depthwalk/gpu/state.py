@@ -1,7 +1,7 @@
-"""Set GL state for as long as a `with` block lasts; afterwards it is what it was before, after an exception too.
+"""Set GL state for a `with` block; afterwards the previous state is restored, after an exception too.
 
-No pass sets GL state by hand or resets it. What a draw needs stands in the `with` statement around it, and draws
-outside all blocks find the defaults of `State`.
+No pass sets or resets GL state directly. The state that a draw needs is given by the `with` statement around it; draws
+outside all blocks have the defaults of `State`.
 """
 
 from contextlib import AbstractContextManager
@@ -22,13 +22,13 @@ class State(NamedTuple):
         How a fragment's depth must compare with the depth buffer's, as moderngl names it; None: no test, and depth is
         not written.
     cull
-        Whether back faces are left out.
+        Whether back faces are culled.
     blend
         Factors of source and destination, as moderngl names them; None: no blending.
     wireframe
         Whether triangles are drawn as lines.
     direct
-        The capabilities to enable that moderngl has no name for, as GL numbers them.
+        Capabilities to enable that moderngl has no name for, by their GL numbers.
     """
 
     depth_test: str | None = None
@@ -49,19 +49,19 @@ class Changes(TypedDict, total=False):
 
 
 class StateKeeper:
-    """Set the state of one context and remember it; GL itself is never asked, which would be slow.
+    """Set the state of one context and track it; GL itself is never queried, which would be slow.
 
-    What is set already is not set again. So whoever else draws in this context must leave flags as they were, or
-    `restore` is called before the next block.
+    State that is set already is not set again. So other code that draws in this context must restore the flags, or
+    `restore` must be called before the next block.
 
     Attributes
     ----------
     now
-        The state at the moment.
+        The current state.
     """
 
     def __init__(self, context: moderngl.Context) -> None:
-        """Begin with the defaults of `State`, in which moderngl's `context` must be, as a new one is."""
+        """Start with the defaults of `State`; moderngl's `context` must have them, as a new one does."""
         self._context = context
         self.now = State()
 
@@ -72,7 +72,7 @@ class StateKeeper:
         depth_write: bool = True,
         **changes: Unpack[Changes],
     ) -> AbstractContextManager[None]:
-        """Set GL state for as long as a `with` block lasts; what is not named here stays as it is around the block.
+        """Set GL state for a `with` block; anything not named here stays as it is around the block.
 
         Parameters
         ----------
@@ -86,11 +86,11 @@ class StateKeeper:
         return _Block(self, self.now._replace(**changes), into, depth_write)
 
     def restore(self) -> None:
-        """Set the tests and steps of the present state anew: others may have changed them outside all blocks."""
+        """Set the flags of the current state again, as other code may have changed them outside all blocks."""
         self._context.enable_only(_flags(self.now))
 
     def set(self, state: State) -> None:
-        """Make `state` the context's, with as few GL calls as that takes."""
+        """Switch the context to `state`, with as few GL calls as possible."""
         before, self.now, context = self.now, state, self._context
         if state == before:
             return
@@ -114,7 +114,7 @@ class StateKeeper:
 
 
 class _Block(AbstractContextManager[None]):
-    """Hold the state of one `with` block, and what it was before. A generator would take twice as long to enter."""
+    """Hold the state of one `with` block and the state before. A generator would take twice as long to enter."""
 
     __slots__ = ("_before", "_changes_mask", "_depth_write", "_into", "_keeper", "_state")
 
@@ -138,7 +138,7 @@ class _Block(AbstractContextManager[None]):
 
 
 def _flags(state: State) -> int:
-    """Return what moderngl calls the tests and steps that a state switches on."""
+    """Return moderngl's flags for what a state enables."""
     flags = moderngl.NOTHING
     if state.depth_test is not None:
         flags |= moderngl.DEPTH_TEST

@@ -1,6 +1,6 @@
-"""Create textures of every kind that the program uses, each with its filter and the way it ends at its edges.
+"""Create textures of every kind that the program uses, each with its filter and wrap mode.
 
-`gpu.device.Scope` is such a maker, and owns what it makes.
+`gpu.device.Scope` implements the maker, and owns the textures.
 """
 
 from abc import ABC, abstractmethod
@@ -20,7 +20,7 @@ _NEAREST_MIP_MAP = moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR
 
 
 class TextureLimits(NamedTuple):
-    """Say how large the driver allows textures to be.
+    """Hold the driver's limits on the size of textures.
 
     Attributes
     ----------
@@ -44,13 +44,13 @@ class TextureLimits(NamedTuple):
 
 
 class TextureMaker(ABC):
-    """Create textures for an owner, which says how they are made and kept.
+    """Create textures; a subclass registers and owns them.
 
-    Every method that creates one raises GpuError where the driver refuses it, or where it would exceed the limits.
-    Their parameters mean the same everywhere: `size` is (width, height) or (width, height, layers or slices), texels;
-    `components` are the numbers per texel, 1 to 4; `dtype` is as moderngl names it, "f1" 8-bit from 0 to 1, "nu2"
-    16-bit likewise, "f2" half, "f4" float, "i2", "u4" and so on; `data` are the texels, layer by layer, the lower row
-    first, and None leaves them undefined. All but those that repeat are clamped at their edges.
+    Every method that creates one raises GpuError if the driver refuses it, or if it would exceed the limits. Parameters
+    mean the same everywhere: `size` is (width, height) or (width, height, layers or slices), texels; `components` is
+    the number of values per texel, 1 to 4; `dtype` is moderngl's name, "f1" 8-bit from 0 to 1, "nu2" 16-bit likewise,
+    "f2" half, "f4" float, "i2", "u4" and so on; `data` are the texels, layer by layer, the lower row first, and None
+    leaves them undefined. Textures are clamped at their edges, except those that repeat.
 
     Attributes
     ----------
@@ -59,16 +59,16 @@ class TextureMaker(ABC):
     """
 
     def __init__(self, context: moderngl.Context, limits: TextureLimits, owner: str) -> None:
-        """Make textures in `context`, within its `limits`; `owner` names who they are for."""
+        """Create textures in `context`, within its `limits`; `owner` is named in messages."""
         self.owner = owner
         self._context = context
         self._limits = limits
 
     @abstractmethod
     def _make(self, kind: str, size: Any, create: Callable[[], Any]) -> Any:
-        """Return what `create` makes, having checked that it exists, and own it.
+        """Call `create`, check that the object exists, own it and return it.
 
-        kind: what `Device.live` counts it as; size: how large it is, for messages, None for what has no size.
+        kind: its key in `Device.live`; size: its size for messages, None if it has none.
         """
 
     def texture(
@@ -79,30 +79,30 @@ class TextureMaker(ABC):
         return self._flat(size, lambda: make(size, components, data, dtype=dtype), _FETCHED)
 
     def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """Create and return a texture as `tiling_texture` does, of 8-bit sRGB colours with alpha, which is linear."""
+        """Create and return a texture as `tiling_texture` does, of 8-bit sRGB colours with linear alpha."""
         return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
 
     def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
-        """Create and return a 2-D texture with mip-maps that repeats, filtered trilinearly.
+        """Create and return a 2-D texture that repeats, with mip-maps and trilinear filtering.
 
-        layout: moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
+        layout: moderngl's `dtype` or `internal_format`; 8-bit if neither is given.
         """
         make = self._context.texture
         texture = self._flat(size, lambda: make(size, components, data, **layout), _TRILINEAR, clamped=False)
         texture.build_mipmaps()
-        texture.filter = _TRILINEAR  # building them has set another
+        texture.filter = _TRILINEAR  # again, as building mip-maps changes it
         return texture
 
     def mipmapped_texture(self, texels: Texels, levels: int) -> moderngl.Texture:
-        """Create and return a 2-D texture with mip-maps, filtered trilinearly.
+        """Create and return a 2-D texture with mip-maps and trilinear filtering.
 
         Parameters
         ----------
         texels
             (H, W, k) uint8 with k from 1 to 4, or int8 with k = 1 or 2; lower row first.
         levels
-            The number of the coarsest mip-map; 0 is the finest, and each is half as wide and high as the one before. It
-            is lower where a width or height becomes odd.
+            The coarsest mip level; 0 is the finest, and each is half as wide and high as the one before. Fewer are made
+            if a width or height becomes odd.
         """
         height, width, components = texels.shape
         signed = texels.dtype == np.int8
@@ -124,11 +124,11 @@ class TextureMaker(ABC):
     def filtered_array(self, size: tuple[int, int, int], components: int, data: bytes) -> moderngl.TextureArray:
         """Create and return an array texture of 8 bits, 0 to 1, with mip-maps.
 
-        Texels are filtered linearly, of the mip-map that is nearest to the level asked for.
+        Texels are filtered linearly within the nearest mip level.
         """
         array = self._array(size, components, data, "f1", _NEAREST_MIP_MAP)
         array.build_mipmaps()
-        array.filter = _NEAREST_MIP_MAP  # building them has set another
+        array.filter = _NEAREST_MIP_MAP  # again, as building mip-maps changes it
         return array
 
     def volume(self, size: tuple[int, int, int], components: int, dtype: str, data: bytes) -> moderngl.Texture3D:
@@ -146,7 +146,7 @@ class TextureMaker(ABC):
     ) -> moderngl.Texture:
         """Create and return a 2-D texture of `samples` per texel, which shaders fetch one by one.
 
-        `Device.max_samples` is the most that there may be.
+        There may be at most `Device.max_samples`.
         """
         make = self._context.texture
         return self._flat(size, lambda: make(size, components, samples=samples, dtype=dtype))
@@ -171,9 +171,9 @@ class TextureMaker(ABC):
         filtered: tuple[int, int] | None = None,
         clamped: bool = True,
     ) -> moderngl.Texture:
-        """Own the 2-D texture that `create` makes, if the driver allows its `size`, and return it.
+        """Own and return the 2-D texture that `create` makes, if the driver allows its `size`.
 
-        filtered: moderngl's filters when it is made smaller and larger; None: it has several samples and no filter.
+        filtered: moderngl's filters for minification and magnification; None: it has several samples and no filter.
         """
         self._check_size(size)
         texture: moderngl.Texture = self._make("texture", size, create)
@@ -185,7 +185,7 @@ class TextureMaker(ABC):
     def _array(
         self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str, filtered: tuple[int, int]
     ) -> moderngl.TextureArray:
-        """Return a new array texture, filtered as told, if the driver allows its size."""
+        """Return a new array texture with the filters `filtered`, if the driver allows its size."""
         self._check_size(size[:2])
         if size[2] > self._limits.layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self._limits.layers}")

@@ -1,8 +1,8 @@
 """Measure the time of each pass.
 
-A GPU works behind the CPU: its time is measured by timer queries, whose results come some frames later. On a software
-rasteriser queries tell nothing true, so the pipeline is drained before the clock is read; and since that costs time, it
-is done in few frames. The first frames are none of them: there the pipeline is busy while shaders are compiled.
+A GPU runs asynchronously: its time is measured by timer queries, whose results arrive some frames later. On a software
+rasteriser queries are meaningless, so the pipeline is drained before the clock is read. As that costs time, it is done
+in few frames, and not in the first ones, in which shaders are compiled.
 """
 
 import time
@@ -14,17 +14,16 @@ import moderngl
 
 from depthwalk.gpu.device import Device
 
-LONGEST_SUBMISSION = 250.0  # ms; the watchdog of Windows ends what takes 2 s, and other programs wait meanwhile
+LONGEST_SUBMISSION = 250.0  # ms; the watchdog of Windows kills work of 2 s, and other programs wait until it is done
 _FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, when its result no longer blocks
-_FIRST_DRAINED = 3  # those before compile shaders, which tells of no other frame; a window at rest draws few more
-_DRAINED_EVERY = 8  # frames, one of which is drained: its passes cannot share the cores, which makes it a tenth longer
+_FIRST_DRAINED = 3  # earlier frames compile shaders, which later ones do not; a window at rest draws few more
+_DRAINED_EVERY = 8  # frames, one of which is drained; that takes a tenth longer, as its passes cannot share the cores
 
 
 def frame_clock(device: Device) -> Callable[[], float]:
-    """Return the clock, seconds, by which whole frames of `device` are compared.
+    """Return the clock, seconds, for comparing whole frames of `device`.
 
-    That is the processor time of all threads where a software rasteriser draws, since other programs do not lengthen
-    it.
+    For a software rasteriser that is the processor time of all threads, which other programs do not affect.
     """
     return time.process_time if device.software else time.perf_counter
 
@@ -35,39 +34,38 @@ class PassTimers:
     Attributes
     ----------
     kind
-        "gpu": timer queries in every frame; "finish": the pipeline is drained around each pass of every eighth frame,
-        but not of the first, so that the times of its passes add up to that of the frame.
+        "gpu": timer queries in every frame; "finish": the pipeline is drained after each pass of every eighth frame,
+        except the first ones, so that the times of the passes add up to that of the frame.
     milliseconds
-        How long each pass took, by its name, in the newest frame whose times are known; the sum where a frame does a
-        pass repeatedly.
+        Time of each pass, by its name, in the newest frame whose times are known; the sum, if it runs repeatedly.
     by_clock
-        How long each step of `measure_cpu` took in the frame that ended last; unlike `milliseconds`, of every frame.
+        Time of each step of `measure_cpu` in the frame that ended last; unlike `milliseconds`, for every frame.
     frame
-        The number of the frame under way, counted from 0.
+        The number of the current frame, from 0.
     of_frame
         The number of the frame that `milliseconds` belongs to; −1 before any frame's times are known.
     """
 
     def __init__(self, device: Device) -> None:
-        """Choose the kind of measurement that suits `device`: "finish" where the CPU does the drawing, else "gpu"."""
+        """Choose the kind of measurement for `device`: "finish" for a software rasteriser, else "gpu"."""
         self._context = device.context
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
         self.by_clock: dict[str, float] = {}
         self.frame, self.of_frame = 0, -1
-        self._next = _FIRST_DRAINED  # frame to be drained
+        self._next = _FIRST_DRAINED  # the next frame to be drained
         self._measured: list[tuple[str, float | moderngl.Query]] = []
         self._clocked: dict[str, float] = defaultdict(float)
         self._pending: deque[tuple[int, list[tuple[str, float | moderngl.Query]]]] = deque()
-        self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one
+        self._spare: list[moderngl.Query] = []  # for reuse, as moderngl cannot release queries
 
     def time_next(self) -> None:
-        """Make the next frame one of those whose passes are timed."""
+        """Time the passes of the next frame, too."""
         self._next = self.frame
 
     @contextmanager
     def measure_cpu(self, name: str) -> Iterator[None]:
-        """Measure a `with` block that issues no GL commands, by the clock; `name` is its key in `milliseconds`."""
+        """Measure a `with` block without GL commands by the clock; `name` is its key in `milliseconds`."""
         start = time.perf_counter()
         yield
         milliseconds = (time.perf_counter() - start) * 1e3
@@ -91,20 +89,19 @@ class PassTimers:
 
     @property
     def _drains(self) -> bool:
-        """Return whether this frame is one of those in which the pipeline is drained."""
+        """Return whether the pipeline is drained in this frame."""
         return self.kind == "finish" and self.frame >= self._next
 
     @property
     def may_be_long(self) -> bool:
-        """Return whether a frame must be expected to keep a GPU busy for longer than LONGEST_SUBMISSION.
+        """Return whether a frame may keep a GPU busy for longer than LONGEST_SUBMISSION.
 
-        That is so before the times of any frame are known, and never where the CPU does the drawing: nothing is killed
-        there.
+        True until the times of a frame are known; never for a software rasteriser, which no watchdog kills.
         """
         return self.kind == "gpu" and (self.of_frame < 0 or sum(self.milliseconds.values()) > LONGEST_SUBMISSION)
 
     def awaited(self, frame: int) -> bool:
-        """Return whether times of the frame with the number `frame`, or of an earlier one, are still to come."""
+        """Return whether times of the frame with the number `frame`, or of an earlier one, are still pending."""
         return bool(self._pending) and self._pending[0][0] <= frame
 
     def end_frame(self) -> None:
@@ -120,13 +117,13 @@ class PassTimers:
             self._publish()
 
     def drop_frame(self) -> None:
-        """Forget what was measured since the last frame ended: it belongs to no frame."""
+        """Drop what was measured since the last frame ended, as it belongs to no frame."""
         self._spare += [value for _, value in self._measured if not isinstance(value, float)]
         self._measured = []
         self._clocked.clear()
 
     def _publish(self) -> None:
-        """Add up the times of the oldest frame that waits, which become `milliseconds`."""
+        """Set `milliseconds` to the summed times of the oldest pending frame."""
         times: dict[str, float] = {}
         self.of_frame, measured = self._pending.popleft()
         for name, value in measured:

@@ -1,1 +1,4 @@
-"""Draw what is seen of a scene, pass by pass."""
+"""Render a scene: cull its objects, plan how they are drawn, and run the passes of a frame.
+
+Start at `renderer`, the outline of a frame, and `frame`, the contract of a pass; docs/architecture.md lists the rest.
+"""

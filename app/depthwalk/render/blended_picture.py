@@ -1,9 +1,9 @@
 """Choose the picture in which a pass blends pixels along edges: the lit one, or the finished one.
 
-In the finished picture what is too bright is white before it is blended, as where several samples of a pixel are
-averaged; and `output` need not read and write the whole picture once more, but is drawn together with the light. The
-lit picture must be blended where something still happens to it: where samples are averaged and depth of field blurs,
-where somebody reads it, and where the screen is a window's, which has no texture.
+In the finished picture, pixels that are too bright are clipped to white before they are blended, as when several
+samples of a pixel are averaged; and `output` need not read and write the whole picture once more, but shares a program
+with the light. The lit picture must be blended instead where later passes change it (averaging of samples, depth of
+field), where it is read after the frame, and where the screen is a window's, which has no texture.
 """
 
 import moderngl
@@ -30,7 +30,7 @@ def picture_before(frame: Frame) -> moderngl.Texture:
 def covered_pixels(frame: Frame, kept: DepthFramebuffers) -> moderngl.Framebuffer:
     """Return a framebuffer of the picture that `frame` blends, with the material depth to test against.
 
-    kept: holds that of the screen, which may be another one in the next frame.
+    kept: caches the one of the screen, which may be another in the next frame.
     """
     if not frame.common.aa.shown:
         return frame.targets.covered

@@ -1,7 +1,7 @@
-"""Draw objects by captured views: what the passes share whose pictures were taken before, from fixed directions.
+"""Draw objects by captured views: the base of passes that show pictures taken beforehand, from fixed directions.
 
 They are rivals of the impostors that are warped for the present viewer. Each draws a rectangle about the object's box,
-and looks colour, normal and depth up in views of the object; that needs no second lookup, so it goes to the G-buffer as
+and looks up colour, normal and depth in views of the object. No second lookup is needed, so they write the G-buffer as
 polygons do, with the true depth of each pixel.
 """
 
@@ -44,7 +44,7 @@ class CapturedViewPass(Pass[P]):
 
     @abstractmethod
     def capture(self, params: P) -> CaptureParams:
-        """Return how the views are captured that `params` ask for."""
+        """Return how the views that `params` ask for are captured."""
 
     def defines(self, params: P) -> tuple[str, ...]:
         """Return the defines by which further `params` become constants of the shader; by default none."""

@@ -22,7 +22,7 @@ ChooseProgram = Callable[[ClusterObject, int], Program]
 
 
 class ClusterDrawing:
-    """Hold the buffers by which a pass draws meshes by clusters; `gl` owns them."""
+    """Hold the buffers with which a pass draws meshes by clusters; `gl` owns them."""
 
     def __init__(self, gl: Scope) -> None:
         self._gl = gl
@@ -35,10 +35,10 @@ class ClusterDrawing:
 
         Parameters
         ----------
-        draws : what is drawn.
+        draws : the pairs of objects and clusters to draw.
         meshes : the store that has the clusters.
-        choose : gives the program for each part of a mesh.
-        cull : whether back faces of solids are left out.
+        choose : returns the program for each part of a mesh.
+        cull : whether back faces of solids are culled.
         """
         if not draws:
             return
@@ -54,7 +54,7 @@ class ClusterDrawing:
                     record, cluster, start = record[~near], cluster[~near], start + clusters.most_objects
 
     def _draw(self, drawn: ClusterObject, record: Rows, cluster: Rows, first: int, choose: ChooseProgram) -> None:
-        """Draw pairs of objects, whose records count from `first`, and clusters of one asset."""
+        """Draw pairs of objects and clusters of one asset; `first` is the record that texture indices count from."""
         if not len(record):
             return
         part, parts = drawn.clusters.part[cluster], len(drawn.materials)

@@ -1,4 +1,4 @@
-"""Let each pass use the targets that it declares, and no others, so that declarations tell all that passes share."""
+"""Restrict each pass to the targets that it declares, so that the declarations show everything that passes share."""
 
 from typing import Any, cast
 
@@ -9,7 +9,7 @@ _OPEN_TO_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # number
 
 
 class DeclaredTargets:
-    """Give a pass the attributes of `Targets` that belong to the targets which it declares.
+    """Give a pass those attributes of `Targets` that belong to the targets that it declares.
 
     A framebuffer may be used by a pass that writes all its colours, and reads or writes its depth.
 
@@ -32,7 +32,7 @@ class DeclaredTargets:
         if unknown := {*reads, *writes} - TARGETS.keys():
             raise ValueError(f"pass {user}: no target {', '.join(sorted(unknown))}; there are {', '.join(TARGETS)}")
         values = {"_targets": targets, "_user": user, "_reads": frozenset(reads), "_writes": frozenset(writes)}
-        values["_allowed"] = set()  # names that were found to be declared
+        values["_allowed"] = set()  # names checked already
         self.__dict__.update(values)
 
     def __getattr__(self, name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Keep framebuffers of pictures that others own, with a depth to test against beside."""
+"""Keep framebuffers that combine a picture's texture, owned elsewhere, with a depth texture to test against."""
 
 import moderngl
 
@@ -7,11 +7,11 @@ from depthwalk.render.image import only_texture
 
 
 class DepthFramebuffers:
-    """Keep one for each name, until its picture or its depth is another.
+    """Keep one framebuffer per name, until its picture or its depth is replaced.
 
     Parameters
     ----------
-    gl : the owner of all that are made.
+    gl : owns the framebuffers.
     """
 
     def __init__(self, gl: Scope) -> None:
@@ -19,13 +19,13 @@ class DepthFramebuffers:
         self._kept: dict[str, tuple[moderngl.Framebuffer, moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def of(self, name: str, picture: moderngl.Framebuffer, depth: moderngl.Texture) -> moderngl.Framebuffer:
-        """Return the framebuffer of the texture of `picture`, its only one, and of `depth`.
+        """Return a framebuffer that draws into the texture of `picture` and tests against `depth`.
 
         Parameters
         ----------
-        name : what the picture is, of which there is one at a time.
-        picture : draws into the texture.
-        depth : as large.
+        name : the key, by which one framebuffer at a time is kept.
+        picture : a framebuffer with a single colour texture.
+        depth : a depth texture of the same size.
         """
         drawn, tested, framebuffer = self._kept.get(name, (None, None, None))
         if framebuffer is None or drawn is not picture or tested is not depth:

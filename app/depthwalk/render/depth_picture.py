@@ -1,4 +1,4 @@
-"""Draw pictures of which is kept, beside the colours, how far away what they show is."""
+"""Keep pictures together with the distance of the surface at each pixel."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ class DepthPicture:
     Attributes
     ----------
     colours : sRGB, filtered linearly.
-    distances : metres along the view axis, negative beside what is nearer; see shaders/reprojection/distance.frag.
+    distances : metres along the view axis, negative beside nearer surfaces; see shaders/reprojection/distance.frag.
     """
 
     colours: Image
@@ -31,11 +31,11 @@ class DepthPicture:
 
 
 class DepthPictures:
-    """Make such pictures.
+    """Create depth pictures, and fill in their distances.
 
     Parameters
     ----------
-    gl : the owner of all that are made.
+    gl : owns the pictures.
     """
 
     def __init__(self, gl: Scope) -> None:
@@ -54,7 +54,7 @@ class DepthPictures:
         Parameters
         ----------
         picture : the picture.
-        targets : those that it was made of, with its depths.
+        targets : those that it was drawn with, which hold its depth.
         view : its view, near and far plane fitted.
         """
         targets.depth.use(0)
@@ -63,6 +63,6 @@ class DepthPictures:
             self._distance.fill()
 
     def free(self, picture: DepthPicture) -> None:
-        """Free a picture that is needed no more."""
+        """Free a picture that is no longer needed."""
         picture.colours.free(self._gl)
         picture.distances.free(self._gl)

@@ -1,8 +1,8 @@
-"""Define what a pass is given, `Frame`, and what every pass must be, `Pass`.
+"""Define `Pass`, the contract of every pass, and `Frame`, what a pass is given.
 
-A frame is a list of passes that run one after the other. They know of each other by the targets alone that they read
-and write (`render.target_table.TARGETS`); what they draw and through which camera comes with the `Frame`, and how they
-draw it with their own parameters.
+A frame is drawn by passes that run one after the other and communicate only through targets, the textures that they
+read and write (`render.target_table.TARGETS`). What they draw, and through which camera, comes with the `Frame`; how
+they draw it is set by their own parameters.
 """
 
 from abc import ABC, abstractmethod
@@ -38,8 +38,8 @@ class Common:
     aa : the anti-aliasing of the picture.
     lod : levels of detail, `render.lod`.
     forward : whether depth images are lit where their colour is looked up, instead of later with everything else.
-    lit_tiles : whether that is in pass 1, so that impostor tiles hold lit colours; then `forward` holds too, for depth
-        images that are drawn without a tile.
+    lit_tiles : whether they are lit in pass 1, so that impostor tiles hold lit colours; `forward` is then set too, for
+        depth images that are drawn without a tile.
     wireframe : whether the triangles of depth images are drawn as lines.
     show_tiles : whether every impostor tile is painted in a colour of its own.
     """
@@ -66,7 +66,7 @@ def common_settings(settings: RenderSettings) -> Common:
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """Describe one frame to the passes that draw it.
+    """Hold everything that passes are given about the frame that they draw.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class Pass(ABC, Generic[P]):
     `views`             Once per picture: ask of which frames it consists.
     `enabled`           Once per frame, when all passes before have drawn: ask whether there is anything to draw.
     `draw`              Where `enabled` returned True: draw into the targets of `writes`, from those of `reads`.
-    `parts`             The same in several steps; the renderer calls this, which calls `draw` unless a pass says else.
+    `parts`             The same in several steps; the renderer calls this, which calls `draw` unless overridden.
     `forget_assets`     Before assets are released: drop what refers to their buffers.
     `release`           At the end: free what was created. The pass may then be attached to another renderer.
     ==================  ================================================================================================
@@ -128,16 +128,16 @@ class Pass(ABC, Generic[P]):
     `enabled` and `draw` run once per frame, but once per occlusion phase for a pass that `draws_objects`, and once per
     sample of a pixel for one that is `per_sample`.
 
-    Promised to a pass: GL state is the default of `gpu.state.State` (no depth test, no blending, no culling); the
-    uniform block `View` of shaders/common/view.glsl holds `frame.view`; no framebuffer and no texture is known to be
-    bound. Owed by a pass: it sets GL state by `self.gl.state` alone, which restores it, creates GL objects through
-    `self.gl` alone, which frees them, and touches no target but those that it declares, which `frame.targets` enforces.
+    A pass may rely on this: GL state is the default of `gpu.state.State` (no depth test, no blending, no culling), and
+    the uniform block `View` of shaders/common/view.glsl holds `frame.view`. Which framebuffer and textures are bound is
+    undefined. In return a pass sets GL state only by `self.gl.state`, which restores it, creates GL objects only
+    through `self.gl`, which frees them, and touches only the targets that it declares, as `frame.targets` enforces.
 
     Parameters
     ----------
     params
-        Parameters of its own, which hold in place of a group of the render settings. None: that group or, where there
-        is none, the defaults.
+        Its parameters, in place of its group of the render settings. None: that group or, where there is none, the
+        defaults.
 
     Attributes
     ----------
@@ -147,8 +147,8 @@ class Pass(ABC, Generic[P]):
     per_sample : whether it runs for each sample of a pixel, where targets have several.
     blends_shown : whether it runs after all other passes in frames whose `common.aa.shown` is set, and draws into the
         screen then.
-    representation : the one of `scene.arrays.HEIGHT_FIELDS` or `CAPTURED` that it draws. Such a pass is left out of
-        phases without objects drawn so, before it is asked anything. None for all others.
+    representation : the one of `scene.arrays.HEIGHT_FIELDS` or `CAPTURED` that it draws; phases without such objects
+        skip the pass before they ask `enabled`. None for all other passes.
     reads : names of the targets (`render.target_table.TARGETS`) that it reads. A depth that is only tested against
         counts as read.
     writes : names of the targets that it draws into.
@@ -181,7 +181,7 @@ class Pass(ABC, Generic[P]):
                 with self.gl.state(into=frame.targets.lit):
                     self._program.fill()
 
-    It is put where it belongs in the order of a frame::
+    Insert it into the order of passes::
 
         passes = default_passes()
         passes.insert(-1, VignettePass(VignetteParams(strength=0.3)))  # before `output`
@@ -222,8 +222,8 @@ class Pass(ABC, Generic[P]):
         Raises
         ------
         ValueError
-            Where the pass serves a renderer already: it keeps state from frame to frame, which two renderers would
-            mix.
+            Where the pass is attached to a renderer already: it keeps state from frame to frame, which two renderers
+            would mix up.
         """
         if hasattr(self, "gl"):
             raise ValueError(f"pass {self.name} belongs to a renderer already")
@@ -235,11 +235,11 @@ class Pass(ABC, Generic[P]):
             raise
 
     def params_in(self, settings: RenderSettings) -> P:
-        """Return the parameters that hold: those that the pass was made with, else its group in the render settings.
+        """Return the parameters to draw with: those that the pass was made with, else its group of the settings.
 
         Parameters
         ----------
-        settings : the render settings, of which the group with the name of the pass counts.
+        settings : the render settings, whose group with the name of the pass is used.
 
         Returns
         -------
@@ -304,11 +304,11 @@ class Pass(ABC, Generic[P]):
         """
 
     def parts(self, frame: Frame, params: P) -> Iterator[None]:
-        """Draw as `draw` does, in several parts, if that may take so long that a window should show something between.
+        """Draw as `draw` does, in several parts, so that a window can show something between them.
 
-        Whatever the caller draws between two parts leaves GL state at its default, and another framebuffer bound. So a
-        part sets all state that it needs. By default there is one part, `draw`. A pass with several implements this,
-        and has `draw` run through it.
+        Whatever the caller draws between two parts leaves GL state at its default, and another framebuffer bound. So
+        each part sets all state that it needs. By default there is one part, `draw`. A pass with several parts
+        implements this, and its `draw` runs through all of them.
 
         Parameters
         ----------
@@ -323,7 +323,7 @@ class Pass(ABC, Generic[P]):
         yield from ()
 
     def forget_assets(self) -> None:
-        """Drop whatever refers to assets, because they are about to be released; by default, nothing."""
+        """Drop all references to buffers of assets, which are about to be released; by default, nothing."""
 
     def release(self) -> None:
         """Free what the pass has created on its device; it may then be attached to another renderer."""

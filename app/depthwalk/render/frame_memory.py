@@ -1,7 +1,7 @@
-"""Say what a picture is for, and keep what pictures of one kind leave to the next ones of that kind.
+"""Define the kinds of pictures, and keep for each kind what one picture leaves to the next.
 
-A window draws frames and, beside them, pictures that are no frames: the refined one of a viewer who stands still, and
-small ones of what lies around. Each kind remembers for itself what was in sight, and has impostor tiles of its own.
+Besides frames, a window draws refined pictures for a viewer who stands still, and small pictures of the surroundings.
+Each kind remembers separately what was in sight, and has its own impostor tiles.
 """
 
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from depthwalk.scene.render_settings import RenderSettings
 
 @dataclass(frozen=True, kw_only=True)
 class PictureKind:
-    """Say what pictures are for, and so what they may change for others.
+    """Describe what pictures are for, and so what they may change for other pictures.
 
     Attributes
     ----------
-    is_frame : whether the next picture may be the one after it: it decides which shadow maps there are, sets
-        `Renderer.plan` and `Renderer.view`, and its steps are timed. The others show the shadow maps of the last frame.
-    supersampled : whether a pixel has several samples, however many the settings ask for.
-    yields : whether it leaves memory and time to the frames: assets that others need stay on the GPU, textures are as
-        fine as they happen to be there, and shadow maps that may wait do so.
+    is_frame : whether it belongs to the sequence of frames: it decides which shadow maps there are, sets
+        `Renderer.plan` and `Renderer.view`, and its steps are timed. Other pictures use the last frame's shadow maps.
+    supersampled : whether a pixel has several samples, even where the settings ask for one.
+    yields : whether it leaves memory and time to the frames: it releases no assets, keeps textures at the resolution
+        that they have on the GPU, and lets shadow maps wait.
     """
 
     is_frame: bool
@@ -40,7 +40,7 @@ REFINED = PictureKind(is_frame=False, supersampled=True)
 """A more exact picture of the frame before, or a part of it (`render.still_picture`)."""
 
 SURROUNDING = PictureKind(is_frame=False, yields=True)
-"""A small picture of any direction from where the viewer is, which frames may come to show (`render.surround`)."""
+"""A small picture in any direction from the viewer's place, for what frames may soon show (`render.surround`)."""
 
 
 class FrameMemory:
@@ -55,7 +55,7 @@ class FrameMemory:
 
     Attributes
     ----------
-    phases : which objects are drawn when.
+    phases : decides which objects are drawn in which phase.
     """
 
     def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld, timers: PassTimers) -> None:
@@ -64,10 +64,10 @@ class FrameMemory:
         self._atlas: TileAtlas | None = None
 
     def atlas(self, view: View, lit: bool) -> TileAtlas:
-        """Return an atlas for the impostor tiles of `view`, `lit` or not; that of the last such frame where it fits."""
+        """Return an atlas for the impostor tiles of `view`, `lit` or not; that of the last picture where it fits."""
         size = atlas_size(view.whole_size, self._device.limits.edge)
         if self._atlas is None or self._atlas.size != size or self._atlas.lit != lit:
-            self.release_atlas()  # should there be no memory for the next
+            self.release_atlas()  # first, as there may not be memory for two
             self._atlas = TileAtlas(self._device, size, lit)
         return self._atlas
 

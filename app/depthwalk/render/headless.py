@@ -1,4 +1,4 @@
-"""Draw pictures without a window, in a GL context of their own."""
+"""Draw a scene into memory, without a window, in a GL context of its own."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
@@ -26,16 +26,16 @@ class HeadlessRenderer:
 
     Use it in a `with` block, which frees the GL context and all in it.
 
-    Several may exist at a time: every call makes its own context current, and afterwards the one that was. A picture
-    does not depend on earlier ones; to draw a walk as the window does, set `renderer.remembers`.
+    Several may exist at a time: every call makes its own context current and restores the previous one. A picture does
+    not depend on earlier ones; to draw a walk as the window does, set `renderer.remembers`.
 
     Parameters
     ----------
     scene : what is drawn.
     library : reads, bakes and caches the scene's assets. All assets that are drawn are loaded at once.
     size : width and height of the pictures, pixels.
-    representation : how to draw every object whose asset allows it, and nothing else in its place; None: as the scene
-        says, with meshes in place of depth images near by and, by `auto`, where they are quicker.
+    representation : draw every object whose asset allows it by this one, without fallback; None: as the scene says,
+        with meshes in place of depth images near by and, by `auto`, where they are quicker.
     passes : the passes of a frame; see `Renderer`.
 
     Attributes
@@ -47,7 +47,7 @@ class HeadlessRenderer:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     InputError
         For assets that cannot be used.
     """
@@ -74,7 +74,7 @@ class HeadlessRenderer:
         """Make a context and a renderer in it; see the class."""
         self.device = headless_device()
         self._released = False
-        with ExitStack() as made:  # what a failing step leaves behind goes with the context
+        with ExitStack() as made:  # frees the context, with all in it, if a step fails
             made.callback(self.device.context.release)
             with self.device.context, ExitStack() as objects:
                 scope = self.device.scope("headless")
@@ -107,9 +107,9 @@ class HeadlessRenderer:
             self.device.context.release()
 
     def make_anew(self) -> None:
-        """Make context and renderer again, after any of `GPU_FAILURES`: the next picture is as if nothing had happened.
+        """Replace context and renderer after any of `GPU_FAILURES`; the next picture is as if nothing had happened.
 
-        Raises what the constructor raises; this may then be called again.
+        Raises what the constructor raises, and may then be called again.
         """
         representation, remembers = self.renderer.world.representation, self.renderer.remembers
         with suppress(Exception):  # a lost context refuses anything, and takes its objects along
@@ -124,7 +124,7 @@ class HeadlessRenderer:
         ----------
         view : the camera, with the size of this renderer.
         transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
-        linear : whether `linear_image` is to tell of the frame.
+        linear : whether `linear_image` shall return the frame.
         """
         self.renderer.keeps = frozenset(("lit",) if linear else ())
         with self.device.context:
@@ -145,8 +145,8 @@ class HeadlessRenderer:
 
         Returns
         -------
-        (4,) numbers of pixels that show impostors (`dpci`), samples drawn straight to the screen (`dmesh`), meshes and
-        height fields. Of large pictures only some pixels are counted, see `PixelShares`.
+        (5,) numbers of pixels that show impostors (`dpci`), samples drawn straight to the screen (`dmesh`), meshes,
+        height fields and captured views. Of large pictures only some pixels are counted, see `PixelShares`.
         """
         with self.device.context:
             return self.renderer.sample_shares().count()
@@ -158,7 +158,7 @@ class HeadlessRenderer:
             return self.renderer.frame_all(width / height)
 
     def linear_image(self) -> LinearImage:
-        """Return the frame drawn last, with `linear`, before its encoding for the screen.
+        """Return the frame drawn last, in linear colours as they are before `output` encodes them for the screen.
 
         Returns
         -------
@@ -183,7 +183,7 @@ class HeadlessRenderer:
         return LinearImage(colour.mean((1, 3))[::-1], self.distances())
 
     def distances(self) -> NDArray[np.float32]:
-        """Return how far away what the frame drawn last shows is.
+        """Return the distance of the surface at each pixel of the frame drawn last.
 
         Returns
         -------

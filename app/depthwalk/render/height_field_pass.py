@@ -1,8 +1,8 @@
-"""Draw height fields pixel by pixel: what the passes share that look for the surface along each view ray.
+"""Draw height fields pixel by pixel: the base of passes that search for the surface along each view ray.
 
 They are the rivals that Liu, Liu and Wu 2007 (Table 2) measured the warp of planar depth images against, and others of
 their kind. Each draws a box about the height field, and differs from the others only in how its fragment shader finds
-the surface behind a pixel; what is found goes to the visibility buffer, so that all are coloured and lit alike.
+the surface behind a pixel. The result goes to the visibility buffer, so that all are coloured and lit alike.
 """
 
 from typing import ClassVar, TypeVar
@@ -19,7 +19,7 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.arrays import Representation
 
 P = TypeVar("P", bound=Params)
-_BOX, _FRONT = 30, 6  # vertices of the box without its back, which nobody in front of it sees; of its front alone
+_BOX, _FRONT = 30, 6  # vertices of the box without its back, which cannot be seen from in front; of its front alone
 
 
 class HeightFieldPass(Pass[P]):

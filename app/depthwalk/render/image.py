@@ -1,4 +1,4 @@
-"""Hold a texture together with the framebuffer that draws into it, find it from that, or read what was drawn."""
+"""Pair a texture with the framebuffer that draws into it; find the texture of a framebuffer; read its pixels."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ class Image(NamedTuple):
     Attributes
     ----------
     texture : the texture.
-    framebuffer : draws into it, whole.
+    framebuffer : draws into all of it.
     """
 
     texture: moderngl.Texture
@@ -50,15 +50,15 @@ class Image(NamedTuple):
 
 
 def has_texture(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> bool:
-    """Return whether `framebuffer` draws into the whole of one texture of `size`, as that of a window does not."""
+    """Return whether `framebuffer` draws into the whole of one texture of `size`; that of a window does not."""
     attached, whole = framebuffer.color_attachments or (), (0, 0, *size)
     return len(attached) == 1 and isinstance(attached[0], moderngl.Texture) and framebuffer.viewport == whole
 
 
 def only_texture(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
-    """Return the texture that `framebuffer` draws into, which `has_texture` has found."""
+    """Return the only texture that `framebuffer` draws into; `has_texture` must be true of it."""
     (texture,) = framebuffer.color_attachments
-    assert isinstance(texture, moderngl.Texture)  # as `has_texture` found
+    assert isinstance(texture, moderngl.Texture)  # as `has_texture` has checked
     return texture
 
 

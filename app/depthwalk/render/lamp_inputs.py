@@ -1,4 +1,4 @@
-"""Hand the lamps that reach a picture to the shaders that light by shaders/light/lamps.glsl."""
+"""Upload the lamps that reach a picture, for the shaders that light with shaders/light/lamps.glsl."""
 
 from dataclasses import replace
 from typing import Any
@@ -26,7 +26,7 @@ class LampInputs:
         self._cells = RecordTexture(gl, NUMBERS_RECORD)
 
     def of(self, frame: Frame) -> PixelInputs | None:
-        """Upload the lamps that reach what is in sight of `frame`.
+        """Upload the lamps that reach anything in the view of `frame`.
 
         Returns
         -------

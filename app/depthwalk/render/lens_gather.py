@@ -1,11 +1,11 @@
 """Gather what a lens sees of each pixel, as finely as its circle of confusion asks for (`render.dof.mode: gather`).
 
 Rays go to points of the lens through the depth buffer (Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Focus
-Control*, 2010). A wide circle leaves nothing fine in the picture: it is gathered in one of half or a quarter of the
-width and height, and shown magnified. Tiles of the picture are classified by the circles that reach them (McGuire et
-al. 2012; Jimenez, *Next Generation Post Processing in Call of Duty: Advanced Warfare*, 2014), and each class is drawn
-by a program of its own, since a software rasteriser computes both sides of a branch. The passes behind that map colours
-alone are part of these programs (`render.pixel_source`). `reference/dof.py` is the twin.
+Control*, 2010). A wide circle leaves no fine detail, so it is gathered at half or a quarter of the width and height,
+and magnified. Tiles of the picture are classified by the circles that reach them (McGuire et al. 2012; Jimenez, *Next
+Generation Post Processing in Call of Duty: Advanced Warfare*, 2014), and each class has a program of its own, since a
+software rasteriser computes both sides of a branch. Later passes that only map colours are part of these programs
+(`render.pixel_source`). `reference/dof.py` is the twin.
 """
 
 from collections.abc import Mapping
@@ -33,13 +33,13 @@ class _Reduced:
 
     Attributes
     ----------
-    block : pixels of the whole picture along one of its pixels.
-    highest_mip : of its mip-maps, which the smallest picture has.
+    block : pixels of the whole picture along the side of one of its pixels.
+    highest_mip : its highest mip level, 0 without mip-maps; only the smallest picture has them.
     colour : linear light, premultiplied.
     circles : radius; the least and the greatest of the block; pixels of the whole picture.
-    surfaces : what draws into both.
-    gathered : what the passes behind make of what the lens sees, of the tiles that are gathered in this picture. Bytes
-        would magnify a little faster, and visibly worse.
+    surfaces : the framebuffer of both.
+    gathered : what the lens sees in the tiles that are gathered at this size, after the passes behind. 8 bits would
+        magnify a little faster, and visibly worse.
     """
 
     block: int
@@ -73,10 +73,10 @@ class _Drawing:
     Attributes
     ----------
     into : the finished picture: `lit`, or what the passes behind draw into.
-    drawn : the classes of tiles that are drawn into it; the others are there already.
-    programs : those that draw tiles, by their names.
+    drawn : the classes of tiles to draw into it; the others are there already.
+    programs : those that draw tiles, by name.
     following : the uniforms of the passes behind.
-    most_rays : of a pixel.
+    most_rays : the most rays per pixel.
     """
 
     into: moderngl.Framebuffer
@@ -110,7 +110,7 @@ class LensGather:
         self._classes: _Classes | None = None
 
     def release(self) -> None:
-        """Free the textures, as before targets of another size."""
+        """Free the textures, for example before targets of another size."""
         self._gl.free(*self._owned)
         self._owned.clear()
         self._reduced, self._classes = (), None
@@ -118,12 +118,12 @@ class LensGather:
     def draw(
         self, targets: Targets, samples: int, circles: Mapping[str, Any], following: ColourFunctions | None = None
     ) -> None:
-        """Draw what the lens sees in place of the target `lit`, or what the passes behind make of it.
+        """Replace the target `lit` by what the lens sees, or draw what the passes behind make of that.
 
         Parameters
         ----------
         targets : the picture: `depth`, `lit`.
-        samples : the most rays of a pixel.
+        samples : the most rays per pixel.
         circles : the uniforms of shaders/dof/circle.glsl, by which depth is at texture unit 0.
         following : the functions of the passes behind; their target is drawn into, and `lit` stays as it is.
         """
@@ -232,9 +232,9 @@ class LensGather:
         return image
 
     def _reduce(self, size: tuple[int, int], block: int, highest_mip: int) -> _Reduced:
-        """Create a picture for targets of `size` pixels, each of whose pixels stands for `block`² of theirs."""
+        """Create a reduced picture for targets of `size` pixels; each of its pixels represents `block`² of theirs."""
         small = -(-size[0] // block), -(-size[1] // block)
-        # Software rasterisers take halfs apart one by one; of reduced pictures, floats are small enough.
+        # Software rasterisers convert half floats one by one; reduced pictures are small enough for 32-bit floats.
         colour, circles = (self._gl.texture(small, 4, "f4") for _ in range(2))
         surfaces = self._gl.framebuffer([colour, circles])
         self._owned += [surfaces, colour, circles]
@@ -283,7 +283,7 @@ class LensGather:
             **uniforms,
         )
         viewport = into.viewport
-        # A point is dropped whose middle is outside, as that of a tile which the picture's edge cuts off may be.
+        # GL drops points whose centre is outside the viewport, as it may be where the picture's edge cuts off a tile.
         into.viewport = 0, 0, across * side, up * side
         try:
             with self._gl.state(into=into, direct=(PROGRAM_POINT_SIZE,)):

@@ -1,9 +1,9 @@
-"""Divide a frame into phases, and leave out what earlier phases hide: two-phase occlusion culling, continued.
+"""Divide a frame into phases, and cull what earlier phases hide: two-phase occlusion culling, with further phases.
 
-A renderer that remembers draws first what the last frame showed, and tests all else against the depth of that, as in
-two-phase occlusion culling. Without memory, or after a jump, the first phase are the nearest objects, and each further
-phase draws several times as many of those that the test leaves over. The test is `render.culling.object_occlusion`.
-Far clusters (`render.draw.far_cluster_planner`) come last.
+A renderer that remembers first draws what the last frame showed, then tests everything else against that depth, as in
+two-phase occlusion culling. Without memory, or after a jump, the first phase draws the nearest objects, and each later
+phase draws several times as many of those that pass the test (`render.culling.object_occlusion`). Far clusters
+(`render.draw.far_cluster_planner`) come last.
 """
 
 from collections.abc import Hashable, Iterator
@@ -27,13 +27,13 @@ from depthwalk.render.world.spatial_cells import in_sight, nearest, nearest_firs
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Mask, Rows
 
-_SAMPLED = 1024  # objects of far cells, which are tested for all of these
-_CROWDED = 0.25  # where more of them are hidden, testing objects singly is quicker than drawing clusters
+_SAMPLED = 1024  # objects of far cells that are tested, as a sample of all
+_CROWDED = 0.25  # part of the sample: if more is hidden, testing objects singly is quicker than drawing clusters
 
 
 @dataclass(frozen=True, kw_only=True)
 class InSight:
-    """Hold what a view may show, before anything is known to hide anything.
+    """Hold what a view may show, before occlusion culling.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class InSight:
     batches : (c,) numbers of spatial cells in each batch, whose objects are farther than those of `rows`, nearest
         first.
     far_cells : (f,) numbers of the spatial cells whose objects may be drawn as far clusters.
-    forward : (k,) distances of all this along the view axis, metres: of single objects, then of whole cells.
+    forward : (k,) distances along the view axis, metres, of the single objects, then of all cells as wholes.
     bounding_radius : (k,) how far each reaches to either side of that distance, metres.
     """
 
@@ -80,8 +80,8 @@ class PhaseInputs:
 class _Pending:
     """Hold what a frame has neither drawn nor found to be hidden yet.
 
-    rows: (m,) objects, the nearest first; before the first test neighbours stand close together instead, and distance
-    is that of each (m,), metres along the view axis. batches, far_cells: cells that are farther, and far cells.
+    rows: (m,) objects; until the first test in spatial order, with distance (m,), metres along the view axis; after it
+    nearest first, and distance is None. batches, far_cells: as in `InSight`.
     """
 
     rows: Rows
@@ -96,7 +96,7 @@ class _Pending:
 class OcclusionPhases:
     """Decide what each phase of a frame draws.
 
-    Between frames this keeps the impostor tiles, in its planner, and which objects were seen last.
+    Keeps from frame to frame the impostor tiles (in its planner) and which objects the last frame showed.
 
     Parameters
     ----------
@@ -112,12 +112,12 @@ class OcclusionPhases:
         self._cluster_planner = FarClusterPlanner(world, self._planner.tiles)
         self._occlusion = ObjectOcclusion(device, settings, world)
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
-        self._ahead: Rows = np.zeros(0, np.int64)  # of the batches, those that this frame drew first, from memory
+        self._ahead: Rows = np.zeros(0, np.int64)  # objects of the batches that this frame drew first, from memory
 
     def in_sight(self, view: View) -> InSight:
         """Return the objects in the frustum of a view.
 
-        Far objects are returned by whole cells, or, without occlusion culling, object by object.
+        Far objects are returned as whole cells, or, without occlusion culling, object by object.
 
         Parameters
         ----------
@@ -130,10 +130,10 @@ class OcclusionPhases:
         culling, bounds, cells = self._settings.culling, self._world.bounds(), self._world.cells()
         with self._timers.measure_cpu("cull"):
             batches = cells.batches(view, culling.min_pixels, FIRST_BATCH)
-            every, ends = np.concatenate(batches), np.cumsum([len(batch) for batch in batches])
-            is_far = self._cluster_planner.far_cells(view, every, self._settings)
-            if (far_cells := every[is_far]).size:
-                batches = [part[~gone] for part, gone in zip(batches, np.split(is_far, ends[:-1]), strict=True)]
+            visible_cells, ends = np.concatenate(batches), np.cumsum([len(batch) for batch in batches])
+            is_far = self._cluster_planner.far_cells(view, visible_cells, self._settings)
+            if (far_cells := visible_cells[is_far]).size:
+                batches = [batch[~far] for batch, far in zip(batches, np.split(is_far, ends[:-1]), strict=True)]
             first, *others = batches
             rows, forward = cells.visible(view, bounds, culling.min_pixels, first)
             cells_forward, cells_reach = cells.along(view, np.concatenate([far_cells, *others]))
@@ -151,12 +151,12 @@ class OcclusionPhases:
             )
 
     def plans(self, frame: PhaseInputs, in_sight: InSight) -> Iterator[FrameDrawLists]:
-        """Yield the plan of each phase, which is to be drawn into the targets before the next one is asked for.
+        """Yield the plan of each phase; the caller draws it into the targets before it asks for the next one.
 
         Parameters
         ----------
         frame : what the phases are drawn with.
-        in_sight : what the method `in_sight` has found.
+        in_sight : the result of the method `in_sight`.
 
         Yields
         ------
@@ -185,10 +185,10 @@ class OcclusionPhases:
             yield self._plan_clusters(frame, pending.far_cells, plan)
 
     def _first_phase(self, frame: PhaseInputs, pending: _Pending) -> Rows:
-        """Return the objects (m,), nearest first, that are drawn before any is tested; the others stay `pending`.
+        """Return the objects (m,), nearest first, to draw before any is tested; the others stay `pending`.
 
-        With memory they are what the last frame showed, near or far; where that is too little, as after a jump, the
-        nearest too.
+        With memory these are what the last frame showed, near or far; if that is too few, as after a jump, the nearest
+        ones too.
         """
         count, culling = len(self._world.objects()), self._settings.culling
         if len(self._last_seen) != count:
@@ -210,9 +210,9 @@ class OcclusionPhases:
         return nearest_first(np.append(visible[first], ahead), np.append(distance[first], farther))
 
     def _remembered(self, view: View, batches: list[Rows]) -> tuple[Rows, Array]:
-        """Return the objects (m,) of some batches of cells that the last frame showed and this one may show.
+        """Return the objects (m,) in `batches` of cells that the last frame showed and this one may show.
 
-        Their distances (m,) along the view axis come with them, metres.
+        Also returns their distances (m,) along the view axis, metres.
         """
         with self._timers.measure_cpu("cull"):
             cells, (rows,) = self._world.cells(), self._last_seen.nonzero()
@@ -222,7 +222,7 @@ class OcclusionPhases:
             return in_sight(view, self._world.bounds(), self._settings.culling.min_pixels, rows)
 
     def _drop_hidden(self, frame: PhaseInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
-        """Drop from what is `pending` the objects that are hidden, and open batches where few are left.
+        """Drop hidden objects from `pending`, and open batches of cells where few objects are left.
 
         Parameters
         ----------
@@ -231,7 +231,7 @@ class OcclusionPhases:
 
         Returns
         -------
-        How many times as many objects as this phase the next one draws at most.
+        By what factor the next phase may be larger than this one.
         """
         with self._timers.measure_cpu("occlusion"):
             drawn = self._occlusion.drawn(frame.view, frame.targets)
@@ -242,7 +242,7 @@ class OcclusionPhases:
             pending.rows = pending.rows[~hidden]
             if pending.distance is not None:
                 pending.rows, pending.distance = nearest_first(pending.rows, pending.distance[~hidden]), None
-        if len(self._ahead) and pending.batches:  # most of what the batches show is drawn: the rest at once
+        if len(self._ahead) and pending.batches:  # most of what the batches show is drawn: test the rest at once
             pending.batches = [np.concatenate(pending.batches)]
         while pending.batches and (len(pending.rows) < FIRST_PHASE or len(self._ahead)):
             opened, distance, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), drawn)
@@ -253,19 +253,19 @@ class OcclusionPhases:
         return growth(hidden)
 
     def _drop_cells(self, pending: _Pending, drawn: Occluders) -> int:
-        """Drop from the batches that are `pending` the cells that are hidden as a whole, and count their objects."""
+        """Drop the cells that are hidden as a whole from the `pending` batches; return how many objects that hides."""
         if not pending.batches:
             return 0
         cells, ends = self._world.cells(), np.cumsum([len(batch) for batch in pending.batches])
-        every = np.concatenate(pending.batches)
-        hidden = drawn.hide_cylinders(cells.cylinders(every))
-        ahead = np.bincount(cells.cell_of_row[self._ahead], minlength=len(cells.low))[every[hidden]].sum()
+        tested = np.concatenate(pending.batches)
+        hidden = drawn.hide_cylinders(cells.cylinders(tested))
+        ahead = np.bincount(cells.cell_of_row[self._ahead], minlength=len(cells.low))[tested[hidden]].sum()
         left = [batch[~gone] for batch, gone in zip(pending.batches, np.split(hidden, ends[:-1]), strict=True)]
         pending.batches = [batch for batch in left if len(batch)]
-        return cells.count_objects(every[hidden]) - int(ahead)
+        return cells.count_objects(tested[hidden]) - int(ahead)
 
     def _open_crowded(self, pending: _Pending, drawn: Occluders) -> None:
-        """Make a batch of the far cells, whose objects are then tested singly, if many of these are hidden."""
+        """Turn the far cells into a batch, whose objects are tested one by one, if many of these are hidden."""
         if len(pending.far_cells):
             sample = self._world.cells().sample_objects(pending.far_cells, _SAMPLED)
             if drawn.hide(sample).mean() > _CROWDED:
@@ -275,7 +275,7 @@ class OcclusionPhases:
     def _open_batch(self, view: View, batch: Rows, drawn: Occluders) -> tuple[Rows, Array, int]:
         """Return the objects of the cells `batch` (k,) that are neither drawn nor hidden, and how many are hidden.
 
-        Their rows (m,) come with their distances (m,), metres along the view axis.
+        Objects are returned as rows (m,) and distances (m,), metres along the view axis.
         """
         with self._timers.measure_cpu("cull"):
             culling, bounds = self._settings.culling, self._world.bounds()
@@ -320,7 +320,7 @@ class OcclusionPhases:
             return self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
 
     def _plan_settings(self, frame: PhaseInputs) -> PlanSettings:
-        """Return what plans of the frame follow."""
+        """Return the settings that the plans of a frame follow."""
         settings = self._settings
         layout = tile_layout(settings, settings.warp, frame.remembers)
         return PlanSettings(
@@ -340,5 +340,5 @@ class OcclusionPhases:
             return (rows, distance) if resident.all() else (rows[resident], distance[resident])
 
     def resized(self) -> None:
-        """Release what depends on the size of the targets; call this whenever that size changes."""
+        """Release what depends on the size of the targets; must be called whenever that size changes."""
         self._occlusion.resized()

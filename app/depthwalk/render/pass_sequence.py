@@ -1,4 +1,4 @@
-"""Run the passes of a frame in their order, and time each; what need not be drawn alone is drawn by one program."""
+"""Run the passes of a frame in order and time each; neighbouring pixel passes share one program where possible."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.render_settings import RenderSettings
 
-_END = object()  # of a pass: it has no further part
+_END = object()  # a pass has no further part
 
 
 class PassSequence:
@@ -33,7 +33,7 @@ class PassSequence:
 
     Attributes
     ----------
-    passes : the passes in their order; those taken out are not drawn.
+    passes : the passes in their order; one that is removed from the list is no longer drawn.
     """
 
     def __init__(
@@ -54,16 +54,16 @@ class PassSequence:
             raise
 
     def views(self, view: View) -> list[View]:
-        """Return the views whose pictures make up that of `view`, as the passes ask for them."""
+        """Return the views of the frames that make up a picture of `view`, as the passes ask for them."""
         views = [view]
         for pass_ in self.passes:
-            if type(pass_).views is Pass.views:  # a picture of one frame, as those of most passes
+            if type(pass_).views is Pass.views:  # the default, a picture of one frame
                 continue
             views = [seen for whole in views for seen in pass_.views(whole, pass_.params_in(self._settings))]
         return views
 
     def use(self, targets: Targets) -> None:
-        """Draw into other targets from now on. Raises ValueError where a pass declares what these have not."""
+        """Draw into `targets` from now on. Raises ValueError where a pass declares a target that they lack."""
         self._declared = {pass_: declared(targets, pass_.name, pass_.reads, pass_.writes) for pass_ in self.passes}
         for pass_ in self.passes:
             pass_.resize(targets.size)
@@ -77,16 +77,16 @@ class PassSequence:
 
         Parameters
         ----------
-        frame : what is drawn.
-        keeps : names of the targets that somebody reads when the frame is over, see `Renderer`.
+        frame : what to draw.
+        keeps : names of targets that are read after the frame, see `Renderer`.
 
         Yields
         ------
-        The name of each after it ran, and between its parts; of several that share a program, all names.
+        The name of each pass after it ran and between its parts; all names, where several share a program.
         """
         passes = [pass_ for pass_ in self.passes if not pass_.draws_objects]
         if frame.common.aa.shown:
-            passes.sort(key=lambda pass_: pass_.blends_shown)  # which leaves all others in their order
+            passes.sort(key=lambda pass_: pass_.blends_shown)  # stable: the others keep their order
         if frame.targets.samples == 1:
             yield from self._draw(passes, frame, keeps)
             return
@@ -97,21 +97,21 @@ class PassSequence:
                 yield from self._draw(together, replace(frame, view=seen, sample=number), keeps)
 
     def _draw(self, passes: Sequence[Pass[Any]], frame: Frame, keeps: frozenset[str]) -> Iterator[str]:
-        """Run those of `passes` that have anything to draw, neighbours in one program where that is possible."""
+        """Run those of `passes` that have anything to draw, neighbours in one program where possible."""
         self._view_block.show(frame.view)
         groups = neighbours(self._enabled(passes, frame), self.passes, keeps if self._settings.fused else None)
         for group in groups:
-            name, parts = " + ".join(each.pass_.name for each in group), self._parts(group)
+            name, parts = " + ".join(drawn.pass_.name for drawn in group), self._parts(group)
             unfinished = True
             while unfinished:
                 with self._timers.measure(name):
                     unfinished = next(parts, _END) is not _END
-                if self._timers.may_be_long:  # each part by itself, lest a driver's watchdog end them all
+                if self._timers.may_be_long:  # wait for each part, lest a driver's watchdog end all of them as one
                     self._gl.device.context.finish()
                 yield name
 
     def _parts(self, group: Sequence[DrawnPass]) -> Iterator[None]:
-        """Return what draws a group of `neighbours`, part by part."""
+        """Return an iterator that draws a group of `neighbours`, part by part."""
         pass_, frame, params = group[0]
         if len(group) == 1:
             return pass_.parts(frame, params)

@@ -1,6 +1,6 @@
-"""Draw a picture by cells, of which different ones need different programs, or none.
+"""Draw a picture cell by cell, so that each cell can use its own program, or none.
 
-A branch in a shader would not do: a processor that stands in for a GPU computes both sides of it for every pixel.
+A branch in a shader would not serve: a software rasteriser computes both of its sides for every pixel.
 """
 
 import numpy as np
@@ -10,11 +10,11 @@ from depthwalk.gpu.program import Program
 from depthwalk.types import Mask
 
 CELL_COLUMNS, CELL_ROWS = 16, 12
-VERTEX_SHADER = "reprojection/cells.vert"  # of the programs
+VERTEX_SHADER = "reprojection/cells.vert"  # of the programs that draw cells
 
 
 def places(spread: int) -> NDArray[np.float64]:
-    """Return places all over the cells of a picture, on their edges too.
+    """Return evenly spaced places in each cell of a picture, edges included.
 
     Parameters
     ----------

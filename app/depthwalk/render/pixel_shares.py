@@ -1,4 +1,4 @@
-"""Count which part of the objects' pixels each representation drew, so that nobody takes a mesh for depth images."""
+"""Count which part of the objects' pixels each representation drew, so that no mesh is mistaken for depth images."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ KINDS = (
 
 
 class _Sampled(NamedTuple):
-    """Hold where the numbers of a frame are copied to: drawn into a small picture, then copied to memory."""
+    """Hold where the object numbers of a frame go: into a small picture, and from there into a buffer."""
 
     numbers: moderngl.Texture
     framebuffer: moderngl.Framebuffer
@@ -36,7 +36,7 @@ class _Sampled(NamedTuple):
 class PixelShares:
     """Sample which object some pixels of a frame show, and count later which representation drew them.
 
-    `sample` asks the GPU and goes on; `count` waits for the answer, which some frames later is there already.
+    `sample` starts a query and returns at once; `count` waits for the result, which is there a few frames later.
 
     Parameters
     ----------
@@ -50,12 +50,12 @@ class PixelShares:
         self._drawn_as = np.zeros(0, np.uint8)  # of the frame that was sampled last, see `FrameDrawLists`
 
     def sample(self, targets: Targets, plan: FrameDrawLists) -> None:
-        """Ask the GPU which object each sampled pixel of a frame shows.
+        """Start a query of which object each sampled pixel of a frame shows.
 
         Parameters
         ----------
         targets : the textures that the passes have drawn the frame into.
-        plan : the draw lists of the whole frame, which tell how each object was drawn.
+        plan : the draw lists of the whole frame, which hold how each object was drawn.
         """
         width, height = targets.size
         columns, rows = min(width, MOST_SAMPLES), min(height, MOST_SAMPLES)

@@ -1,8 +1,8 @@
-"""Let a pass that looks at many pixels hand each on to those that follow, in the program that draws it.
+"""Let a pass that looks at many pixels call the pixel passes behind it from within its own program.
 
-What follows a pass of pixels is compiled into its program (`render.pixel_pass`). A pass that gathers colours from all
-around cannot be such a function, but those behind it can be called where it has found one: then the picture between
-them is never stored, nor read again.
+Neighbouring pixel passes are functions that are compiled into one program (`render.pixel_pass`). A pass that gathers
+colours from many pixels cannot be such a function, but it can call the functions behind it for each colour that it
+finds. The picture between them is then neither stored nor read.
 """
 
 from abc import abstractmethod
@@ -32,7 +32,7 @@ class ColourFunctions:
 
     Attributes
     ----------
-    into : what the last of them draws into.
+    into : the framebuffer that the last of them draws into.
     shaders : the files of the functions, to include before a program's own.
     defines : names to define; among them DRAW_PASSES, which calls the functions with a `Pixel`, and RESULT, what the
         last one makes of it.
@@ -46,19 +46,19 @@ class ColourFunctions:
 
     @classmethod
     def of(cls, group: Sequence[DrawnPass]) -> "ColourFunctions":
-        """Return those of `group`, passes that `maps_colour`; see `PixelPass`."""
+        """Return the functions of `group`, passes for which `maps_colour` is true; see `PixelPass`."""
         passes, inputs = passes_with_inputs(group)
         (target,) = passes[-1].writes
         return cls(
             into=getattr(group[-1].frame.targets, target),
-            shaders=tuple(each.shader for each in passes),
+            shaders=tuple(pass_.shader for pass_ in passes),
             defines=(*joined_defines(inputs), *call_defines(passes)),
             uniforms=joined_uniforms(inputs),
         )
 
 
 class PixelSource(Pass[P]):
-    """Draw into `lit` what passes behind, that map its colours alone, may take on in the same program."""
+    """Draw into `lit`; passes behind that only map its colours may share the program."""
 
     def fuses_with_next(self, frame: Frame, params: P) -> bool:
         """Return whether passes behind may be drawn together with this one; by default True.
@@ -76,7 +76,7 @@ class PixelSource(Pass[P]):
 
     @abstractmethod
     def parts_with(self, frame: Frame, params: P, following: ColourFunctions) -> Iterator[None]:
-        """Draw in parts as `parts` does, but what `following` make of the colours, into their target.
+        """Draw in parts as `parts` does, but map the colours by `following` and draw into their target.
 
         Parameters
         ----------
@@ -91,5 +91,5 @@ class PixelSource(Pass[P]):
 
 
 def maps_colour(drawn: DrawnPass) -> bool:
-    """Return whether a pass maps the colour of `lit` alone, wherever it is in the picture."""
+    """Return whether a pass only maps colours of `lit`, regardless of where in the picture they are."""
     return isinstance(drawn.pass_, PixelPass) and drawn.pass_.maps_colour

@@ -1,4 +1,4 @@
-"""Warp height fields within the planes of their pictures, so that drawn as textures they look as the surfaces do.
+"""Warp height fields within the planes of their pictures, so that, drawn as flat textures, they look like the surfaces.
 
 This is the pre-warp of relief texture mapping (Oliveira, Bishop and McAllister 2000). A texel at (u, v), d behind the
 picture's plane, is seen through the point of that plane that lies λ = D / (D + d) of the way from the epipole to
@@ -6,11 +6,11 @@ picture's plane, is seen through the point of that plane that lies λ = D / (D +
 viewer. The displacements along u and along v do not depend on each other, so that two one-dimensional passes suffice:
 each row of texels is moved and interpolated along u, then each column of the result along v.
 
-What is moved is λ alone: from it follow where a texel belongs in the second pass, which the publication carries along,
-and the true depth of the surface. On a plane in space λ changes linearly over the picture, so to interpolate it
-linearly is exact, as to interpolate 1 / depth is.
+Only λ is moved. The true depth of the surface follows from it, and so does the place of a texel in the second pass,
+which the publication carries along. On a plane in space λ changes linearly over the picture, so that interpolating it
+linearly is exact, as it is for 1 / depth.
 
-Compiled loops do the same where they are loaded (`render.kernels`); this is what they are compared with.
+Compiled loops do the same where they are loaded (`render.kernels`); this is their reference.
 """
 
 from dataclasses import dataclass
@@ -23,15 +23,15 @@ from depthwalk.render import kernels
 from depthwalk.types import Array, Rows
 
 MAX_SIDE = 2048
-"""Most texels along either side of a pre-warped image; those of a larger one are coarser than the picture's."""
+"""Most texels along either side of a pre-warped image; a larger one gets coarser texels than the picture."""
 
-_LEAST_DISTANCE = 1e-9  # of a viewer from the plane, parts of the depth: who is on the plane sees none of it
-_GROWTH = 2  # times as many texels as the picture has, at most: where somebody looks along it, its image is long
+_LEAST_DISTANCE = 1e-9  # of a viewer from the plane, parts of the depth: from the plane itself nothing is seen
+_GROWTH = 2  # most texels along a side, times the picture's: seen at a grazing angle, its image is long
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlaneImages:
-    """Say where on the picture's plane the pre-warped images for n viewers lie, in texels of the picture.
+    """Place the pre-warped images for n viewers on the picture's plane, in texels of the picture.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ def most_texels(shape: tuple[int, int]) -> Rows:
 
 
 def plane_images(shape: tuple[int, int], viewer: Array) -> PlaneImages:
-    """Return the least rectangles of the picture's plane through which viewers can see what is in the box behind it.
+    """Return the smallest rectangles of the picture's plane through which viewers see all of the box behind it.
 
     Parameters
     ----------
@@ -120,38 +120,38 @@ def warped_lines(
     ratio
         (n, m) λ of the texels of n lines, 0 where there is no surface.
     epipole
-        Toward what texels move, in texels from the first one of a line.
+        The place that texels move toward, in texels from the first one of a line.
     low, step
-        Where the first of the moved texels is, and how far apart they are, likewise.
+        Place of the first texel of the result, and spacing of its texels, likewise.
     count
-        How many there are.
+        Texels per line of the result.
 
     Returns
     -------
     NDArray[np.float32]
-        (n, count) λ of the moved texels, 0 where nothing has come.
+        (n, count) λ of the moved texels, 0 where there are none.
     """
     order = segment_order(ratio.shape[1], epipole)
-    here, there = ratio[:, order].astype(np.float64), ratio[:, order + 1].astype(np.float64)
-    start, end = epipole + (order - epipole) * here, epipole + (order + 1 - epipole) * there
+    at_start, at_end = ratio[:, order].astype(np.float64), ratio[:, order + 1].astype(np.float64)
+    start, end = epipole + (order - epipole) * at_start, epipole + (order + 1 - epipole) * at_end
     first = np.maximum(np.ceil((start - low) / step), 0).astype(np.int64)
     last = np.minimum(np.floor((end - low) / step), count - 1).astype(np.int64)
-    texels = np.where((here > 0) & (there > 0), np.maximum(last - first + 1, 0), 0).ravel()
+    texels = np.where((at_start > 0) & (at_end > 0), np.maximum(last - first + 1, 0), 0).ravel()
     segment = np.repeat(np.arange(texels.size), texels)
     within = np.arange(len(segment)) - np.repeat(np.cumsum(texels) - texels, texels)
     column = first.ravel()[segment] + within
-    here, there, start, end = (values.ravel()[segment] for values in (here, there, start, end))
+    at_start, at_end, start, end = (values.ravel()[segment] for values in (at_start, at_end, start, end))
     part = np.clip((low + step * column - start) / np.maximum(end - start, 1e-300), 0, 1)
     warped = np.zeros((len(ratio), count), np.float32)
-    warped[segment // len(order), column] = here + part * (there - here)  # of several the last one stays
+    warped[segment // len(order), column] = at_start + part * (at_end - at_start)  # the last of several wins
     return warped
 
 
 def segment_order(numbers: int, epipole: float) -> NDArray[np.int64]:
     """Return the order in which the segments between the `numbers` texels of a line are drawn.
 
-    From both ends of the line to the epipole, which lies so many texels from the first one, and last the segment in
-    which it lies: texels move toward the epipole, and of two that meet, the nearer one to it is in front.
+    They go from both ends of the line to the `epipole` (texels from the first one); the segment that contains it is the
+    last. For texels move toward the epipole, and of two that meet, the one nearer to it is in front.
     """
     before, after = (int(np.clip(end, 0, numbers - 1)) for end in (np.floor(epipole), np.ceil(epipole)))
     from_left, from_right = np.arange(before), np.arange(numbers - 2, after - 1, -1)
@@ -159,5 +159,5 @@ def segment_order(numbers: int, epipole: float) -> NDArray[np.int64]:
 
 
 def _epipoles(shape: tuple[int, int], viewer: Array) -> tuple[Array, Array]:
-    """Return viewers' nearest points (n, 2) of the plane, texels, and distances (n,) from it, parts of the depth."""
+    """Return the points (n, 2) of the plane nearest to viewers, texels, and distances (n,) from it in depths."""
     return viewer[:, :2] * shape[::-1] - 0.5, np.maximum(-viewer[:, 2], _LEAST_DISTANCE)

@@ -40,8 +40,8 @@ from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
-_SHADOW_TRIANGLES = 2_000_000  # of shadow maps that may wait, in a frame of a window where nobody moves
-_FIRST_DETAIL = 0.1  # of the triangles of shadow maps, in a first picture that somebody waits for
+_SHADOW_TRIANGLES = 2_000_000  # per frame, into shadow maps that may wait, in a window whose viewer stands still
+_FIRST_DETAIL = 0.1  # part of the shadow maps' triangles that a window's first picture draws, so that it appears soon
 
 
 class Renderer:
@@ -60,19 +60,19 @@ class Renderer:
     passes : the passes in their order.
     remembers : whether a frame uses what earlier frames found, such as impostor tiles and what was in sight. If not, no
         frame depends on another.
-    upload_seconds : how long a frame may bring assets to the GPU, seconds, where frames should take equally long; None:
-        until all are resident (see `AssetStore.stream`), and shadow maps are drawn whole.
-    warp_limit : how many triangles a frame may warp, where frames should take equally long. What is beyond and cannot
-        wait is warped coarser, and again in later frames; None: everything is warped as finely as it should be.
-    keeps : names of the targets that somebody reads when a frame is over, which are not among the results of the last
-        pass: a pass that is drawn together with the next one writes nothing (see `render.pixel_pass`).
+    upload_seconds : seconds per frame for uploading assets, to keep the frame rate even; None: upload until all are
+        resident (see `AssetStore.stream`), and draw shadow maps whole.
+    warp_limit : triangles that a frame may warp, to keep the frame rate even. Tiles beyond the limit that cannot wait
+        are warped at a coarser level, and again in later frames; None: no limit.
+    keeps : names of targets that are read after the frame, besides those that the last pass writes. They are written
+        even where passes share a program, which otherwise stores nothing in between (see `render.pixel_pass`).
     world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
     targets : the textures that passes draw into; None before the first frame.
     timers : milliseconds of each pass and of the steps on the CPU.
     plan : the draw lists of the frame drawn last; None before the first.
     view : the view of the frame drawn last, near and far plane fitted; None before the first.
-    auxiliary_view : the same of the last picture of `auxiliary_steps`.
+    auxiliary_view : the same for the last picture of `auxiliary_steps`.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Renderer:
         self._last_shadows = Shadows()
         self._shadows = ShadowPlanner(self.world, self.timers)
         self._translucency = TranslucencyPlanner(self.world, self.assets)
-        self._shares: PixelShares | None = None  # made when somebody asks for it
+        self._shares: PixelShares | None = None  # made on first use
         self._sequence = PassSequence(
             device, self.settings, self.timers, default_passes() if passes is None else passes
         )
@@ -122,26 +122,27 @@ class Renderer:
     def steps(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> Iterator[str]:
         """Draw a picture as `render` does, but stop after each pass, and between the parts of long ones (`Pass.parts`).
 
-        Neither the scene nor its settings may change before the last step, nor another picture be begun. What the
-        caller draws meanwhile must leave GL state as it was, and the targets alone. The parameters are as of `render`.
+        Until the last step, the scene and its settings must not change, and no other picture may be begun. Whatever
+        the caller draws in between must restore GL state and not touch the targets. Parameters: see `render`.
 
         Yields
         ------
-        The name of the pass whose commands were just given to the GPU; of several that share a program, all names.
+        The name of the pass whose commands were just submitted to the GPU; all names, where several share a program.
         """
         for lens_point, seen in enumerate(self._sequence.views(view)):
             yield from self._render(FRAME, seen, screen, transparent, lens_point)
         self.timers.end_frame()
 
     def auxiliary_steps(self, kind: PictureKind, view: View, screen: moderngl.Framebuffer) -> Iterator[str]:
-        """Draw a picture as `steps` does, which is no frame.
+        """Draw a picture that is not a frame, in steps as `steps` does.
 
-        It changes nothing that later frames remember, but what `targets` hold. The caller may stop after any step.
+        What later frames remember stays as it is; only the contents of `targets` change. The caller may stop after any
+        step.
 
         Parameters
         ----------
         kind : what it is for, such as `REFINED` or `SURROUNDING`.
-        view, screen : as of `render`.
+        view, screen : see `render`.
 
         Yields
         ------
@@ -153,7 +154,7 @@ class Renderer:
             self.timers.drop_frame()
 
     def rehearse(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a picture as `render` does that does not count, so that later ones need not wait for the compiler."""
+        """Draw a picture as `render` does and forget it, so that later ones need not wait for the shader compiler."""
         before, self.remembers = (self.remembers, self.plan, self.view), False
         try:
             self.render(view, screen)
@@ -220,12 +221,12 @@ class Renderer:
             translucent = self._translucency.plan(view, smallest, wait=wait)
         frame = replace(frame, shadows=self._shadow_maps(kind, frame, residency), translucent=translucent)
 
-        # 4. Finish: once for all phases, materials, shadows, light, and what is done to the finished picture.
+        # 4. Finish, once for all phases: materials, shadows, light, post-processing.
         yield from self._sequence.finish(frame, self.keeps)
         self._note(kind, whole, view)
 
     def _note(self, kind: PictureKind, whole: FrameDrawLists, view: View) -> None:
-        """Remember what a picture was drawn by, its draw lists with what the HUD shows besides."""
+        """Keep the view of a picture and, of a frame, its draw lists with further counts for the HUD."""
         whole.noted["full_triangles"] = self.world.table().full_triangles
         whole.noted["assets"] = self.assets.depth_count
         whole.noted["gpu_mb"] = self.assets.gpu_bytes / 1e6
@@ -235,13 +236,13 @@ class Renderer:
             self.auxiliary_view = view
 
     def _memory(self, kind: PictureKind) -> FrameMemory:
-        """Return what pictures of a kind remember, made when the first is drawn."""
+        """Return the memory that pictures of a kind share, made when the first is drawn."""
         if kind not in self._memories:
             self._memories[kind] = FrameMemory(self.device, self.settings, self.world, self.timers)
         return self._memories[kind]
 
     def _common(self, view: View, screen: moderngl.Framebuffer, kind: PictureKind) -> Common:
-        """Return what the settings ask of all passes, for a picture of `view` in `screen`."""
+        """Return the settings that several passes read, for a picture of `view` in `screen`."""
         shared = common_settings(self.settings)
         if kind.supersampled:
             shared = replace(shared, aa=supersampled(shared.aa))
@@ -250,7 +251,7 @@ class Renderer:
         return shared
 
     def _prepare_targets(self, view: View, common: Common, memory: FrameMemory) -> Targets:
-        """Return cleared targets for `view`; those of the last picture where they fit."""
+        """Return cleared targets for `view`, reusing those of the last picture where they fit."""
         samples = hardware_samples(self.settings, self.device)
         size, atlas = view.size, memory.atlas(view, common.lit_tiles)
         targets = self.targets
@@ -264,13 +265,13 @@ class Renderer:
                 targets.release()
                 raise
             self.targets = targets
-        # Only GPAA reads albedo and normals where nothing is.
+        # Only GPAA reads albedo and normals where nothing is drawn.
         cleared = targets.polygons if common.aa.geometric else targets.visibility
         cleared.clear(depth=1.0)
         return targets
 
     def _fitted(self, view: View, in_sight: InSight) -> View:
-        """Return `view` with near and far plane about what is `in_sight` and about the ground."""
+        """Return `view` with near and far plane fitted to what is `in_sight` and to the ground, unless it sets both."""
         if view.near is not None and view.far is not None:
             return view
         ground = self.scene.environment.ground
@@ -279,9 +280,9 @@ class Renderer:
         return replace(view, near=near, far=far)
 
     def _materials(self, view: View, plan: FrameDrawLists, *, fits: bool) -> MaterialRecords:
-        """Return what `material_resolve` looks up of the depth-image objects of `plan`, and upload their textures.
+        """Return the records of the depth-image objects of `plan` for `material_resolve`, and stream their textures.
 
-        fits: whether textures that are on the GPU are to become as fine as this view asks for.
+        fits: whether textures that are on the GPU may become finer or coarser, as this view needs them.
         """
         with self.timers.measure_cpu("plan"):
             materials = material_records(view, self.world.arrays(), plan.object_rows, plan.tiled)
@@ -315,11 +316,11 @@ class Renderer:
         return self._last_shadows
 
     def sample_shares(self) -> PixelShares:
-        """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.
+        """Sample which representation drew the pixels of the frame drawn last, without waiting for the GPU.
 
         Returns
         -------
-        The object whose `count` counts these pixels, and waits for the GPU; it is the same in every call.
+        The sampler, the same in every call; its `count` returns the numbers of pixels and waits for the GPU.
         """
         if self._shares is None:
             self._shares = PixelShares(self.device)
@@ -328,7 +329,7 @@ class Renderer:
         return self._shares
 
     def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
-        """Return how far away the surface is that the frame drawn last shows at a place. Waits for that frame.
+        """Return the distance of the surface at a place of the frame drawn last. Waits for that frame.
 
         Parameters
         ----------
@@ -348,9 +349,9 @@ class Renderer:
         return float(view_distance(depth, *self.view.depth_range)[0])
 
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
-        """Return the point, metres, world, that the frame drawn last shows at a place, which is as of `distance_at`.
+        """Return the surface point at a place of the frame drawn last, in the world, metres. Waits for that frame.
 
-        None where no surface is, or before the first frame. Waits for that frame.
+        The place is given as in `distance_at`. None where no surface is, or before the first frame.
         """
         distance = self.distance_at(across, down)
         if self.view is None or np.isinf(distance):

@@ -1,10 +1,10 @@
 """Show a finished picture as it appears to a camera that has moved since.
 
-A finished frame is itself a depth image: its colours, how far away each is, and the camera that it was seen through. So
-while the next frame is drawn, which may take long, the last one can follow the viewer at the cost of a few texture
-reads per pixel. What the picture does not hold is filled: beyond its edges by what earlier frames saw there
-(`surround`), or else by the mirror image of what lies along them; behind an object that has moved aside from the
-farther side. The shader is shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojection`.
+A finished frame is itself a depth image: colours, distances, and the camera that saw them. So while the next frame is
+drawn, which may take long, the last one can follow the viewer at the cost of a few texture reads per pixel. What the
+picture does not hold is filled in: beyond its edges from what earlier frames saw there (`surround`), or else with a
+mirror image of its border; where a nearer object has moved aside, with the background next to it. The shader is
+shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojection`.
 """
 
 import math
@@ -29,21 +29,21 @@ from depthwalk.render.view.field_of_view import shows, spread_rays
 from depthwalk.render.view.view import View
 from depthwalk.types import Mask
 
-BEYOND = 1e6  # metres: how far away that counts as being which nothing was drawn, the sky
+BEYOND = 1e6  # metres: the distance that stands for the sky, where nothing was drawn
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
-CELL = 16  # pixels along a cell, for each of which the nearest surface is known
-_NEAREST = 1.0  # metres, of surfaces, where it is decided which cells of the screen need the surround
+CELL = 16  # pixels along the side of a cell; the nearest surface of each cell is known
+_NEAREST = 1.0  # metres: nearer surfaces are ignored when choosing which cells of the screen need the surround
 _Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 _CORNERS = places(1)  # of these cells
-_JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
-REFLECTED = 0.1  # of the picture's width or height, along its edges: what is mirrored beyond them
-STRIDE = 2  # pixels of a cell from one that is looked at to the next: narrower things may be overlooked
-LEAST_AHEAD = 0.01  # metres: a cell that comes nearer to the new camera is placed nowhere
-HIDDEN = 0.95  # what is nearer than this part of the distance that a search ends at hides what the search looks for
+_JUDGED = 16, 12  # columns and rows of rays that estimate how much of a view a picture holds
+REFLECTED = 0.1  # part of the picture's width or height, along each edge, that is mirrored beyond it
+STRIDE = 2  # pixels between those of a cell that are sampled for the nearest surface; narrower things may be missed
+LEAST_AHEAD = 0.01  # metres: cells that come nearer to the new camera are not drawn
+HIDDEN = 0.95  # a surface nearer than this part of the distance at which a search ends hides what it looks for
 
 
 def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return another camera as the camera of a picture sees it: right, up and ahead of that, metres.
+    """Return another camera in the axes of a picture's camera: to its right, up and ahead of it, metres.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[n
 
 
 class _Picture(NamedTuple):
-    """Hold a picture; how far away the nearest surface in each of its cells of `CELL` pixels is; how plane it is."""
+    """Hold a picture, the distance of the nearest surface in each cell of `CELL` pixels, and how plane it is."""
 
     drawn: DepthPicture
     nearest: Image
@@ -69,7 +69,7 @@ class _Picture(NamedTuple):
 
 
 class _Cells(NamedTuple):
-    """Hold how far ahead of the viewer the nearest surfaces are, by cells of the screen."""
+    """Hold, for each cell of the screen, how far ahead of the viewer its nearest surface is."""
 
     nearest: Image
     depth: moderngl.Texture
@@ -106,14 +106,14 @@ class Reprojection:
         self.surround = Surround(self._gl, self._pictures)
         self.view: View | None = None
         self._shown: _Picture | None = None
-        self._drawn: _Picture | None = None  # what is being drawn
+        self._drawn: _Picture | None = None  # the one being drawn
         self._cells: _Cells | None = None
         self._rehearsed = False
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into."""
         if self._drawn is None or self._drawn.drawn.size != size:
-            self._free_drawn()  # should there be no memory for the next
+            self._free_drawn()  # first, as there may not be memory for two
             cells = -(-size[0] // CELL), -(-size[1] // CELL)
             nearest, roughness = Image.make(self._gl, cells, 1, "f4"), self._tiles.make_roughness(size)
             self._drawn = _Picture(self._pictures.make(size), nearest, roughness)
@@ -124,7 +124,7 @@ class Reprojection:
 
         Parameters
         ----------
-        targets : those that the picture was made of, with its depths.
+        targets : those that the picture was drawn with, which hold its depth.
         view : the view of the picture, near and far plane fitted, of the size of the canvas.
         """
         if self._drawn is None:
@@ -141,7 +141,7 @@ class Reprojection:
         self.surround.take(picture, view)
 
     def show_canvas(self, screen: moderngl.Framebuffer) -> None:
-        """Draw what was drawn into `canvas`, whether or not it is taken later, into `screen`, which is as large."""
+        """Copy what was drawn into `canvas` to `screen`, which is as large, whether or not it is taken later."""
         if self._drawn is None:
             raise ValueError("no picture was drawn: there is no canvas yet")
         self._drawn.drawn.colours.texture.use(0)
@@ -150,11 +150,11 @@ class Reprojection:
             self._copy.fill()
 
     def forget_picture(self) -> None:
-        """Count the finished picture as none: the window has shown newer ones, from elsewhere, which are not kept."""
+        """Drop the finished picture, because the window has since shown newer ones from elsewhere that are not kept."""
         self.view = None
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
+        """Draw the finished picture into `screen` as seen by `view`, which has the size of the screen."""
         if self.view is None or self._shown is None:
             raise ValueError("there is no finished picture yet")
         seen = seen_from(self.view, view)
@@ -166,7 +166,7 @@ class Reprojection:
             self._show_turned(view, seen, screen)
 
     def _show_moved(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
-        """Show the picture to a camera, `seen` from the picture's, that stands elsewhere."""
+        """Show the picture to a camera that stands elsewhere; `seen` is what `seen_from` returns."""
         assert self.view is not None and self._shown is not None
         self._move_cells(view.size, *seen[:2])
         search = self._search_uniforms(view.size, seen)
@@ -178,7 +178,7 @@ class Reprojection:
         self._tiles.draw(screen, self._tile_programs, picture=0, unit=3)
 
     def _show_turned(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
-        """Show the picture to a camera that stands where the picture's stood."""
+        """Show the picture to a camera that stands where the picture's camera stood."""
         assert self.view is not None
         wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
         same = (self.view.camera.position, self.view.camera.target) == (view.camera.position, view.camera.target)
@@ -199,12 +199,12 @@ class Reprojection:
         return {"picture": 0, "pixel": (1 / view.size[0], 1 / view.size[1])}
 
     def _around_uniforms(self, view: View, unit: int) -> dict[str, object]:
-        """Bind what lies around to two texture units from `unit` on; return the uniforms that show it."""
+        """Bind the surround to two texture units from `unit` on; return the uniforms that show it."""
         world = {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
         return world | self.surround.use(view, unit, unit + 1)
 
     def _search_uniforms(self, size: tuple[int, int], seen: _Seen) -> dict[str, object]:
-        """Bind the distances of the finished picture; return the uniforms by which a screen of `size` looks into it."""
+        """Bind the distances of the finished picture; return the uniforms to search it from a screen of `size`."""
         assert self.view is not None and self._shown is not None
         rays, viewer, axis = seen
         self._shown.drawn.distances.texture.use(1)
@@ -221,13 +221,13 @@ class Reprojection:
         }
 
     def _fill(self, defines: tuple[str, ...], cells: Mask, uniforms: dict[str, object]) -> None:
-        """Draw some cells of the screen, see `fill_cells`, by the program with these defines."""
+        """Draw those `cells` of the screen that are set (see `fill_cells`) by the program with these defines."""
         program = self._programs[defines]
         program.set(**uniforms)
         fill_cells(program, cells)
 
     def _rehearse(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
-        """Draw once by each program, so that no later picture waits for the compiler of the driver."""
+        """Draw once with each program, so that no later picture waits for the driver's compiler."""
         self._show_moved(view, seen, screen)
         whole, uniforms = screen.viewport, self._search_uniforms(view.size, seen) | self._picture_uniforms(view)
         screen.viewport = (0, 0, 1, 1)
@@ -240,9 +240,9 @@ class Reprojection:
         self._rehearsed = True
 
     def _lacking(self, rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Mask:
-        """Return in which cells of the screen the finished picture may end, (CELL_ROWS · CELL_COLUMNS,).
+        """Return which cells of the screen may reach beyond the finished picture, (CELL_ROWS · CELL_COLUMNS,).
 
-        What is nearer than `_NEAREST` is not thought of. Arguments: see `seen_from`.
+        Surfaces nearer than `_NEAREST` are ignored. Arguments: see `seen_from`.
         """
         assert self.view is not None
         far = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])]) @ rays.T
@@ -271,9 +271,9 @@ class Reprojection:
             self._moved.rectangles(math.prod(self._shown.nearest.texture.size))
 
     def unseen(self, view: View) -> float:
-        """Return which part of what `view` sees no picture holds, 0 to 1: neither the last one nor the surround.
+        """Return the part of `view`, 0 to 1, that neither the finished picture nor the surround holds.
 
-        It is judged by some rays, as if all that they meet were far away; 1 without a picture.
+        Estimated from a few rays, as if everything were far away; 1 without a picture.
         """
         if self.view is None:
             return 1.0
@@ -282,7 +282,7 @@ class Reprojection:
         return float((~self.surround.holds(beyond, view.position)).sum() / len(rays))
 
     def distance_at(self, view: View, across: float, down: float) -> float:
-        """Return how far away the surface is that `show` shows at a place. Waits for the GPU.
+        """Return the distance of the surface that `show` shows at a place. Waits for the GPU.
 
         Parameters
         ----------
@@ -307,7 +307,7 @@ class Reprojection:
 
     @cached_property
     def _distance(self) -> tuple[Program, Image]:
-        """Return what finds one distance, compiled when somebody first asks, and the texel that it is drawn into."""
+        """Return the program that finds one distance, compiled on first use, and the texel that it draws into."""
         shaders = "common/fullscreen.vert", "reprojection/reprojection.frag"
         return Program(self._gl, *shaders, defines=("DISTANCE",)), Image.make(self._gl, (1, 1), 1, "f4")
 

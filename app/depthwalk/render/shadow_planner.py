@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_LIFTED = 4.0  # texels, and what the filter is wide: where a map is read, from the point that it is read for
+_LIFTED = 4.0  # texels: how far, besides the filter's width, from a surface point its map may be read
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Found:
-    """Hold which objects cast shadows in a map, and for which state of the world that was found."""
+    """Hold the objects that cast shadows in a map, and the state of the world that they were found for."""
 
     view: LightView
     changes: int
@@ -39,11 +39,11 @@ class _Found:
 
 @dataclass(frozen=True, kw_only=True)
 class _Detail:
-    """Say how fine a map's casters are.
+    """Set how finely a map's casters are drawn.
 
     magnification: texels of the map that a texel of a depth image may cover. error: geometric, texels of the map.
-    triangles_per_texel: at most, of the map. chooses: whether meshes cast that have fewer triangles than images, which
-    would be read for them: worth it where more frames follow.
+    triangles_per_texel: at most, of the map. chooses: whether meshes with fewer triangles than their depth images are
+    read and cast instead, which pays where more frames follow.
     """
 
     magnification: float
@@ -54,10 +54,10 @@ class _Detail:
 
 @dataclass(frozen=True, kw_only=True)
 class _Planned:
-    """Hold a map, and what it was planned by.
+    """Hold a map, and what it was planned from.
 
-    resident: the rows of its casters that were on the GPU. asked: the meshes, an array for each question, of which it
-    was asked whether they are resident, and the answers.
+    resident: the rows of its casters that were on the GPU. asked: each query whether meshes are resident, with its
+    answer.
     """
 
     map: ShadowMap
@@ -68,9 +68,9 @@ class _Planned:
 
 
 class ShadowPlanner:
-    """Plan the shadow maps of each frame, by what casts shadows among the objects of a world.
+    """Plan the shadow maps of each frame, from the objects of a world that cast shadows.
 
-    Most maps stay where they are from frame to frame, and show the same: their plans are remembered.
+    Most maps stay where they are from frame to frame and show the same, so their plans are kept.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ class ShadowPlanner:
         uploads
             Brings what casts shadows to the GPU; objects that are not resident in time cast none in this frame.
         may_wait
-            Whether maps of the sun may be redrawn some frames later. If not, no other frame uses them: they hold what
-            casts its shadow on something in the view alone.
+            Whether maps of the sun may be redrawn some frames later. If not, no other frame uses them, and they hold
+            only what casts a shadow on something in the view.
         detail
             Part of the triangles that `params` allow, above 0; less than 1 for provisional maps.
 
@@ -143,7 +143,7 @@ class ShadowPlanner:
         with self._timers.measure_cpu("upload"):
             casters = [rows[uploads.resident(rows)] for rows in found]
         with self._timers.measure_cpu("plan"):
-            # Far from the viewer edges are small, so that farther maps of the sun may have fewer triangles.
+            # Far from the viewer edges are small on the screen, so farther maps of the sun may have fewer triangles.
             fraction = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
             maps = [
                 self._map(
@@ -165,7 +165,7 @@ class ShadowPlanner:
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
     def _extent(self, to_sun: Array) -> tuple[Array, float] | None:
-        """Return a sphere that holds all shadows of the sun, as it was found last where nothing has changed."""
+        """Return a sphere that holds all shadows of the sun, computed again when anything has changed."""
         state = self._world.changes, tuple(to_sun.tolist()), self._world.ground_height
         if self._shadowed[0] != state:
             self._shadowed = state, shadow_extent(self._world.bounds(), to_sun, self._world.ground_height)
@@ -180,7 +180,7 @@ class ShadowPlanner:
         return found.rows
 
     def _map(self, number: int, view: LightView, rows: Rows, detail: _Detail, is_resident: IsResident) -> ShadowMap:
-        """Return the map with the `number`, as it was planned last where nothing that it depends on has changed.
+        """Return the map with the `number`, planned again only if something that it depends on has changed.
 
         rows: (m,) of the casters on the GPU.
         """
@@ -206,7 +206,7 @@ class ShadowPlanner:
         return map_
 
     def _warn_of_lamps(self, requested: int, allowed: int) -> None:
-        """Warn, once, that some of the lamps in sight cast no shadows though the scene wants them to."""
+        """Warn, once, that some of the lamps in sight cast no shadows though the scene asks for them."""
         if requested > allowed > 0 and not self._warned:
             self._warned = True
             log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", requested, allowed)

@@ -1,9 +1,9 @@
-"""Tell where a finished picture that has moved can be interpolated, and where each pixel needs a search of its own.
+"""Find which tiles of a reprojected picture can be interpolated, and which need a search for each pixel.
 
-Most of a picture is plane enough, or so far away, that the places which the corners of a small tile show tell those of
-all pixels between them: sky, ground, walls. There a pixel takes one texture read instead of four. The search of
-shaders/reprojection/search.glsl, made at some points of each tile, and how far from plane the picture is where the
-pixels of the tile may lie in it, decide. The twin in NumPy is `reference.reprojection`.
+Sky, ground and walls, most of a picture, are plane or far away. There the places in the finished picture of all pixels
+of a small tile can be interpolated from those of its corners, and a pixel takes one texture read instead of four. A
+tile is classified by a few searches (shaders/reprojection/search.glsl) and by how far from plane the picture is where
+its pixels may lie. The twin in NumPy is `reference.reprojection`.
 """
 
 from enum import IntEnum
@@ -17,9 +17,9 @@ from depthwalk.gpu.program import Program
 from depthwalk.render.image import Image
 
 TILE = 16  # pixels along a tile of the screen
-ROUGHNESS_CELL = 4  # pixels along a cell of the picture, for each of which it is known how far from plane it is
-MOST_CELLS = 12  # along either axis, that a tile may lie in: where a near surface has come, they may be many
-TOLERANCE = 1.0  # pixels, that what is interpolated may be off
+ROUGHNESS_CELL = 4  # pixels along a cell of the picture, for which it is stored how far from plane it is
+MOST_CELLS = 12  # along either axis, that a smooth tile may lie in: near surfaces may spread a tile over many
+TOLERANCE = 1.0  # pixels by which an interpolated place may be off
 VERTEX_SHADER = "reprojection/tile.vert"  # of the programs that draw tiles
 
 
@@ -27,12 +27,12 @@ class TileClass(IntEnum):
     """Name the ways in which tiles are drawn."""
 
     SMOOTH = 0  # interpolated
-    SEARCHED = 1  # each pixel is looked for
+    SEARCHED = 1  # a search for each pixel
     AROUND = 2  # likewise, and some may lie beyond the edges of the picture
 
 
 class _Found(NamedTuple):
-    """Hold the places that are shown at the corners of tiles and midway between, and the classes of the tiles."""
+    """Hold the places in the picture of the corners of tiles and the points midway, and the classes of the tiles."""
 
     places: Image
     classes: Image
@@ -78,7 +78,7 @@ class SmoothTiles:
         roughness : of the picture, see `measure`.
         search : the uniforms of shaders/reprojection/search.glsl, whose textures are bound.
         focal_pixels : of the screen.
-        unit : the first of two texture units that nothing of these is bound to.
+        unit : the first of two texture units that none of these uses.
 
         Raises
         ------
@@ -107,10 +107,10 @@ class SmoothTiles:
 
         Parameters
         ----------
-        screen : what is drawn into.
+        screen : the framebuffer to draw into.
         programs : those that draw the classes that are not smooth, with `VERTEX_SHADER` and their uniforms set.
         picture : the unit that the colours of the picture are bound to.
-        unit : that which `classify` was called with.
+        unit : as for `classify`.
         """
         assert self._made is not None
         classes = self._made.classes.texture
@@ -128,7 +128,7 @@ class SmoothTiles:
             screen.viewport = viewport
 
     def _create(self, tiles: tuple[int, int]) -> None:
-        """Create what is found for so many columns and rows of tiles, in the place of what there was."""
+        """Create the images for `tiles` (columns, rows), in place of those for another number."""
         if (most := self._gl.device.context.info["GL_POINT_SIZE_RANGE"][1]) < TILE:
             raise GpuError(
                 f"render.reprojection.mode: moving pictures needs points of {TILE} pixels; this driver has {most:g} at "

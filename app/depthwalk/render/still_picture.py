@@ -1,7 +1,7 @@
-"""Draw the picture of a viewer who stands still: finely, and in parts that each take no longer than a frame.
+"""Refine the picture of a viewer who stands still, in parts that each take no longer than a frame.
 
-The picture is drawn quarter by quarter, each of which fills targets of the picture's size. So every pixel has four
-samples, objects are drawn as finely as those ask for, and nothing takes more memory or time at once than a frame does.
+Each quarter of the picture is drawn with four samples per pixel, into targets as large as those of a frame. So objects
+get the level of detail that four samples need, and no part takes more memory or time than a frame does.
 """
 
 import math
@@ -31,7 +31,7 @@ def quarters(view: View) -> Iterator[tuple[View, tuple[int, int]]]:
 
     Yields
     ------
-    The view of a quarter, whose pixels are those of the picture, and how many of these lie to its left and below it.
+    The view of a quarter at the picture's resolution, and how many pixels lie to its left and below it.
     """
     size = -(-view.size[0] // SUPERSAMPLING), -(-view.size[1] // SUPERSAMPLING)
     pixel = 1 / view.focal_pixels
@@ -46,7 +46,7 @@ def quarters(view: View) -> Iterator[tuple[View, tuple[int, int]]]:
 
 
 class StillPicture:
-    """Draw such pictures, and keep the last.
+    """Draw refined pictures, and keep the last one.
 
     Parameters
     ----------
@@ -60,11 +60,11 @@ class StillPicture:
 
     @cached_property
     def _place(self) -> Program:
-        """Return the program, which is compiled when the first picture is drawn: no window waits for it to open."""
+        """Return the program, compiled for the first picture, so that opening the window does not wait for it."""
         return Program(self._gl, "common/fullscreen.vert", "still_picture/place.frag")
 
     def steps(self, renderer: Renderer, view: View) -> Iterator[str]:
-        """Draw a picture; the caller may stop in between, and not go on, if nobody wants it any more.
+        """Draw a picture step by step; the caller may stop after any step and drop it.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class StillPicture:
 
         Yields
         ------
-        The name of the pass whose commands were just given to the GPU, see `Renderer.steps`.
+        The name of the pass whose commands were just submitted to the GPU, see `Renderer.steps`.
         """
         for seen, corner in quarters(view):
             picture = self._picture = self._fitting(self._picture, view.size)
@@ -95,7 +95,7 @@ class StillPicture:
             self._place.fill()
 
     def _fitting(self, image: Image | None, size: tuple[int, int]) -> Image:
-        """Return `image` if it has this size, otherwise another one in its place."""
+        """Return `image` if it has this size; otherwise free it and return a new one."""
         if image is not None and image.texture.size == size:
             return image
         if image is not None:

@@ -1,8 +1,8 @@
 """Keep what lies around a viewer, as finished frames saw it: an environment map with depth.
 
 A viewer who turns quickly sees past the edges of the last finished frame before the next one is finished. What earlier
-frames saw there is kept in one octahedral map of all directions. Each texel holds a colour, how far away its surface
-is and from where it was seen, so that it is placed right for a viewer who has walked on since. The shaders are
+frames saw there is kept in one octahedral map of all directions. Each texel holds a colour, the distance of its surface
+and the place that it was seen from, so that it is shown in the right place after the viewer has moved. The shaders are
 shaders/reprojection/capture.frag and surround.glsl, their twin in NumPy is `reference.surround`.
 """
 
@@ -34,9 +34,9 @@ SURROUND_SIZE = 1024  # texels along an edge of the map: along the horizon 0.12�
 SURROUND_STEPS = 2  # fixed-point steps, as in a finished picture
 SURROUND_VIEW_SIZE = 192  # pixels along an edge of the pictures that are drawn of what no frame has seen
 _NEAR_ENOUGH = 4.0  # metres: what was seen from farther away is shown, but counts as unknown
-_CELLS = 49  # directions along an edge of the map, of which it is known on the CPU from where they were seen
+_CELLS = 49  # directions along an edge of the map for which the CPU knows where they were seen from
 _DIRECTIONS = direction_from_square(places(4).reshape(-1, 2), False).reshape(-1, 25, 3)  # in each cell of the map
-_WIDER = 1.1  # a frame than it is, where it is decided which cells it may cover: directions of a cell are 3° apart
+_WIDER = 1.1  # factor by which a frame is widened to find the cells that it may cover: their directions are 3° apart
 
 
 def surround_views(position: Array) -> list[View]:
@@ -48,7 +48,7 @@ def surround_views(position: Array) -> list[View]:
 
 
 class _Map(NamedTuple):
-    """Hold the map, and what draws into it."""
+    """Hold the textures of the map, and the framebuffer that draws into them."""
 
     colours: moderngl.Texture
     surfaces: moderngl.Texture
@@ -74,7 +74,7 @@ class Surround:
 
     @cached_property
     def _map(self) -> _Map:
-        """Return the map, which is made when the first picture is finished: 20 MB that quick frames never need."""
+        """Return the map, created for the first finished picture: 20 MB that quick frames never need."""
         size = SURROUND_SIZE, SURROUND_SIZE
         colours, surfaces = self._gl.texture(size, 4), self._gl.texture(size, 4, "f4")
         colours.filter = moderngl.LINEAR, moderngl.LINEAR
@@ -89,7 +89,7 @@ class Surround:
 
     @property
     def surfaces(self) -> moderngl.Texture:
-        """Return from where what the map shows was seen, metres from its origin, and how far away it is, metres."""
+        """Return where each texel was seen from, relative to the map's origin, and its distance, all in metres."""
         return self._map.surfaces
 
     def canvas(self) -> moderngl.Framebuffer:
@@ -103,7 +103,7 @@ class Surround:
 
         Parameters
         ----------
-        targets : those that the picture was made of, with its depths.
+        targets : those that the picture was drawn with, which hold its depth.
         view, counts : see `take`.
         """
         if self._side is None:
@@ -112,17 +112,17 @@ class Surround:
         self.take(self._side, view, counts=counts)
 
     def forget(self) -> None:
-        """Count everything as unknown that was seen; it is shown where nothing newer is."""
+        """Mark all directions as unknown; what was seen there is still shown until something newer replaces it."""
         self._seen_from[:] = np.inf
 
     def take(self, picture: DepthPicture, view: View, *, counts: bool = True) -> None:
-        """Keep what a finished picture shows, in the place of what was seen in the same directions before.
+        """Store what a finished picture shows, over what was seen in the same directions before.
 
         Parameters
         ----------
         picture : the picture.
         view : its view, near and far plane fitted.
-        counts : whether its directions are known from now on; not if the picture lacks something.
+        counts : whether its directions count as known from now on; not if the picture lacks something.
         """
         if self._origin is None:
             self._origin = view.position
@@ -141,7 +141,7 @@ class Surround:
             self._seen_from[shows(view, self._directions @ view.axes.T)] = view.position
 
     def holds(self, rays: Array, position: Array) -> Mask:
-        """Return which directions were seen from about where the viewer is.
+        """Return which directions were seen from near the viewer's place.
 
         Parameters
         ----------

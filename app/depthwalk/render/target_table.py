@@ -55,7 +55,7 @@ _ALL_FORMATS = TextureFormat("RG32UI, RGBA16F, DEPTH24", 0, "")
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """Declare what passes hand to each other under one name.
+    """Declare a target: what passes hand to each other under one name.
 
     Attributes
     ----------

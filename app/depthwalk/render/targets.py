@@ -22,7 +22,11 @@ class Drawn:
 
     Attributes
     ----------
+<<<<<<< HEAD
     surface, visibility_texture, depth : as the attributes of `Targets` with these names.
+=======
+    albedo, surface, visibility_texture, depth : see the attributes of `Targets` with these names.
+>>>>>>> words-render
     tile_light : likewise; None where tiles are not lit.
     """
 
@@ -40,8 +44,8 @@ class Targets:
     device : the owner of the GL context.
     size : width and height, pixels.
     samples : samples per pixel of the textures that objects are drawn into.
-    atlas : the atlas of the impostor tiles, which somebody else frees; None: one of its own. Without lit tiles in it,
-        the targets `atlas_light` and `tile_light` do not exist, nor do framebuffers that draw into them.
+    atlas : the atlas of the impostor tiles, which its owner frees; None: create one. Without lit tiles in it, the
+        targets `atlas_light` and `tile_light` do not exist, nor do framebuffers that draw into them.
 
     Attributes
     ----------
@@ -56,7 +60,7 @@ class Targets:
     Raises
     ------
     GpuError
-        Where the driver refuses a texture, as for want of memory; nothing stays created.
+        Where the driver refuses a texture, for example for lack of memory; what was created is freed.
     """
 
     visibility_texture: moderngl.Texture
@@ -90,15 +94,15 @@ class Targets:
         self.atlas_size = self.tile_atlas.size
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
-        self._before: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}  # copies, by what they are of
+        self._before: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}  # copies, by name
         try:
             self._create(device, self.tile_atlas.lit)
-        except BaseException:  # what was created before a texture is refused
+        except BaseException:  # a texture was refused: free those created before
             self.release()
             raise
 
     def _create(self, device: Device, lit: bool) -> None:
-        """Create the textures and framebuffers but for those of the atlas. lit: whether tiles are."""
+        """Create the textures and framebuffers except those of the atlas. lit: whether tiles are lit."""
         made = [
             "visibility",
             "surface",
@@ -152,12 +156,12 @@ class Targets:
 
     @cached_property
     def atlas(self) -> moderngl.Framebuffer:
-        """Return what draws into the atlas, but no light."""
+        """Return the framebuffer of the atlas without light."""
         return self.tile_atlas.framebuffer
 
     @cached_property
     def lit_atlas(self) -> moderngl.Framebuffer:
-        """Return what draws into the atlas and its light. Raises AttributeError where tiles are not lit."""
+        """Return the framebuffer of the atlas with its light. Raises AttributeError where tiles are not lit."""
         return self._lit_tiles().lit_framebuffer
 
     def _lit_tiles(self) -> TileAtlas:
@@ -169,7 +173,7 @@ class Targets:
     def defines(self) -> tuple[str, ...]:
         """Return the defines of shaders that draw depth images into these targets, or read what is drawn.
 
-        They are `MULTISAMPLED` where pixels have several samples, otherwise none.
+        `MULTISAMPLED` where pixels have several samples, otherwise none.
         """
         return ("MULTISAMPLED",) if self.samples > 1 else ()
 
@@ -192,7 +196,7 @@ class Targets:
         return texture
 
     def release(self) -> None:
-        """Free the textures and framebuffers, but for an atlas that somebody else frees."""
+        """Free the textures and framebuffers; an atlas only if it was created here."""
         self.gl.release()
         if self._owns_atlas:
             self.tile_atlas.release()

@@ -1,4 +1,4 @@
-"""Own the textures of the atlas that impostor tiles lie in, and say how large it is."""
+"""Own the textures of the atlas that holds the impostor tiles, and compute its size."""
 
 from functools import cached_property
 
@@ -11,9 +11,9 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
 
 class TileAtlas:
-    """Hold the textures of the tile atlas. They outlive the other targets, whose size may change in between.
+    """Hold the textures of the tile atlas, which outlive the other targets when the picture's size changes.
 
-    Each is made when it is first used: a scene of meshes alone needs none of their 64 MB and more.
+    Each is created when it is first used: a scene of meshes alone needs none of their 64 MB and more.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ class TileAtlas:
 
     @cached_property
     def framebuffer(self) -> moderngl.Framebuffer:
-        """Return what draws into owner and depth. Raises GpuError where the driver refuses it."""
+        """Return the framebuffer of owner and depth. Raises GpuError where the driver refuses it."""
         return self._gl.framebuffer([self.owner], self.depth)
 
     @cached_property
     def lit_framebuffer(self) -> moderngl.Framebuffer:
-        """Return what draws into owner, light and depth, of lit tiles. Raises GpuError where the driver refuses it."""
+        """Return the framebuffer of owner, light and depth, of lit tiles. Raises GpuError if the driver refuses it."""
         return self._gl.framebuffer([self.owner, self.light], self.depth)
 
     def release(self) -> None:

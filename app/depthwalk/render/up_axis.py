@@ -13,8 +13,8 @@ from depthwalk.types import Array
 
 Up = Literal["y", "z"]
 
-_SLICE = 0.02  # of a model's height: what is no higher above the lowest point counts as its lower end
-_FLAT = 1e-3  # of the largest extent: what is thinner is a picture
+_SLICE = 0.02  # part of a model's height, from the lowest point up, that counts as its lower end
+_FLAT = 1e-3  # part of the largest extent: a thinner model is a picture
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
     "y": np.array([0, 0, 0, 1], np.float32),
@@ -23,7 +23,7 @@ _TURNS: dict[Up, NDArray[np.float32]] = {
 
 
 def guess_up(points: Array) -> Up:
-    """Return the axis along which a model most probably stands: the one along which its lower end is broad.
+    """Guess the axis along which a model stands: the one along which its lower end is broad.
 
     Busts, statues, buildings and things on feet touch the ground at places that are far apart, while their sides end in
     curves. The answer is "y", which points upward in most files, unless the lower end along z is clearly the broader.
@@ -45,7 +45,7 @@ def guess_up(points: Array) -> Up:
 
 
 def _stands(points: Array) -> float:
-    """Return how broad points (n, 3) are where they are lowest along y, as a part of their outline from above."""
+    """Return how broad the lower end along y of points (n, 3) is, as a part of their bounds seen from above."""
     low, high = points.min(0), points.max(0)
     size = np.maximum(high - low, 1e-9 * (high - low).max(initial=1e-30))
     lowest = points[points[:, 1] <= low[1] + _SLICE * size[1]]
@@ -55,7 +55,7 @@ def _stands(points: Array) -> float:
 def model_points(renderer: Renderer) -> Array:
     """Return points (n, 3), metres, asset frame, of the only object that `renderer` draws, before it is turned.
 
-    They are the vertices of its mesh or, where it is drawn by its depth images, of these.
+    They are the vertices of its mesh or, where it is drawn by depth images, of their geometry.
     """
     objects = renderer.world.objects()
     found = [
@@ -88,12 +88,12 @@ def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:
 
 
 class ModelTurn:
-    """Turn a model that is shown without a scene: at first as it probably stands, then as the user says.
+    """Turn a model that is shown without a scene: first by a guess, then as the user says.
 
     Attributes
     ----------
     renderer
-        Draws the model; another may take its place.
+        Draws the model; may be replaced.
     guess
         A message to the user about the turn that was guessed; "" where the model was left as it is.
     """
@@ -112,9 +112,9 @@ class ModelTurn:
             self.guess = "It seems to stand along z; U turns it"
 
     def turn(self) -> str | None:
-        """Let the other one of y and z point upward, and return a message to the user.
+        """Switch the upward axis between y and z, and return a message to the user.
 
-        None stands for a scene that is no single model, in which nothing is turned.
+        None, and nothing is turned, for a scene that is not a single model.
         """
         if self._points is None:
             return None

@@ -1,7 +1,7 @@
-"""Choose the anti-aliasing of a picture, and tell what that asks of the passes.
+"""Derive from the anti-aliasing mode of a picture what the passes have to do.
 
 `ssaa` draws larger targets, `msaa` several samples per pixel in hardware, `gpaa` and `gpaa-edge` blend along the edges
-of the geometry, `coverage` blends what impostor tiles cover in part, `fxaa` and `smaa` look at the finished picture.
+of the geometry, `coverage` blends pixels that impostor tiles cover in part, `fxaa` and `smaa` filter the lit picture.
 """
 
 from dataclasses import dataclass, replace
@@ -16,8 +16,8 @@ from depthwalk.scene.object_settings import TileParams
 from depthwalk.scene.render_settings import PictureParams, RenderSettings
 
 SUPERSAMPLING = 2  # samples per pixel along either axis, for `ssaa`
-MULTISAMPLING = 4  # samples per pixel of what objects are drawn into, for `msaa`
-COVERAGE_TEXELS = 2.0  # texels of an impostor tile per pixel, along either axis, where coverage is computed from them
+MULTISAMPLING = 4  # samples per pixel of the targets that objects are drawn into, for `msaa`
+COVERAGE_TEXELS = 2.0  # texels of an impostor tile per pixel, along either axis, if coverage is computed from them
 
 
 def geometric(settings: PictureParams) -> bool:
@@ -26,12 +26,12 @@ def geometric(settings: PictureParams) -> bool:
 
 
 def covering(settings: PictureParams) -> bool:
-    """Return whether the anti-aliasing of `settings` uses what part of a pixel impostor tiles cover."""
+    """Return whether the anti-aliasing of `settings` uses the part of a pixel that impostor tiles cover."""
     return settings.aa == "coverage" or geometric(settings)
 
 
 def samples(settings: RenderSettings) -> int:
-    """Return how many samples `settings` give a pixel along either axis; targets are so many times as large."""
+    """Return the samples per pixel along either axis, the factor by which `settings` enlarge the targets."""
     if geometric(settings):
         return settings.gpaa.samples
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
@@ -39,14 +39,14 @@ def samples(settings: RenderSettings) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class AntiAliasing:
-    """Hold what the anti-aliasing asks of the passes.
+    """Hold what the passes need to know of the anti-aliasing.
 
     Attributes
     ----------
     mode : the value of `PictureParams.aa`.
-    samples : samples of a pixel along either axis, for which targets are so many times as wide and as high.
+    samples : samples per pixel along either axis, the factor by which targets are wider and higher.
     geometric : whether pixels are blended along the edges of the geometry.
-    covering : whether impostor tiles tell what part of a pixel they cover.
+    covering : whether `composite` stores which part of a pixel impostor tiles cover.
     shown : whether edges are blended in the finished picture, after all other passes, where that is possible.
     """
 
@@ -58,7 +58,7 @@ class AntiAliasing:
 
 
 def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
-    """Return what the anti-aliasing that `settings` choose asks of the passes."""
+    """Return what the passes need to know of the anti-aliasing that `settings` choose."""
     return AntiAliasing(
         mode=settings.aa,
         samples=samples(settings),
@@ -74,11 +74,11 @@ def supersampled(aa: AntiAliasing) -> AntiAliasing:
 
 
 def hardware_samples(settings: PictureParams, device: Device) -> int:
-    """Return how many hardware samples per pixel the targets have that objects are drawn into.
+    """Return the hardware samples per pixel of the targets that objects are drawn into.
 
     Parameters
     ----------
-    settings : the settings of the picture, of which only `aa` matters here.
+    settings : the settings of the picture; only `aa` is used.
     device : the device that draws.
 
     Returns
@@ -101,7 +101,7 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
 
 
 def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
-    """Return one view per hardware sample, sheared so that the sample lies in the middle of the pixel.
+    """Return a view for each hardware sample, sheared so that the sample is at the centre of the pixel.
 
     Parameters
     ----------
@@ -117,15 +117,14 @@ def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
 
 
 def tile_layout(settings: RenderSettings, layout: TileParams, remembers: bool) -> TileParams:
-    """Return how impostor tiles are laid out, given what the anti-aliasing and the lens ask of them.
+    """Adapt the layout of impostor tiles to the anti-aliasing and the lens.
 
     Parameters
     ----------
-    settings : the render settings, of which anti-aliasing and lens matter here.
-    layout : the layout that `settings` ask for. Where coverage is computed from texels, these are made finer than
-        pixels.
+    settings : the render settings; only anti-aliasing and lens are used.
+    layout : the layout in `settings`. If coverage is computed from texels, these are made finer than pixels.
     remembers : whether tiles may be reused from one frame to the next. For the points of a lens they never are, since
-        the blur consists of the differences between the pictures of these points.
+        the differences between the pictures of these points are the blur.
 
     Returns
     -------

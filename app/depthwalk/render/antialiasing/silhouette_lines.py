@@ -15,11 +15,11 @@ from depthwalk.geometry.quaternions import matrices
 from depthwalk.render import kernels
 from depthwalk.render.view.view import View, matrix_array
 
-MAX_DENSITY = 0.5  # pixels of silhouette per pixel of the faces seen; where it is higher, pixels have several lines
-_MAX_CHUNK = 1 << 22  # faces × objects whose orientation is held at a time
+MAX_DENSITY = 0.5  # pixels of silhouette per pixel of visible faces; beyond that, pixels have several lines each
+_MAX_CHUNK = 1 << 22  # faces × objects that are processed at a time
 
-# What shaders/gpaa/edge.vert reads per line: its ends in pixels, with the object on the left of the way from the first
-# to the second; their depths; 1 for a silhouette, with something else beyond it, 0 for a crease between two faces.
+# What shaders/gpaa/edge.vert reads per line: its ends in pixels, with the object on the left from the first to the
+# second; their depths; 1 for a silhouette, with something else beyond it, 0 for a crease between two faces.
 LINE_RECORD = np.dtype([("ends", "4f4"), ("depths", "2f4"), ("silhouette", "f4")])
 
 
@@ -30,8 +30,7 @@ def silhouette_lines(
 
     An edge between a front and a back face is a silhouette, as is an edge of one face only. A folded edge with a
     visible face is a crease (edge-optimised GPAA, §1.1, see docs/anti-aliasing.md). Left out are lines off the screen,
-    lines so short that they pass no pixel's middle, and objects with a higher density of silhouettes than
-    `MAX_DENSITY`.
+    lines too short to pass a pixel's centre, and objects with a higher density of silhouettes than `MAX_DENSITY`.
 
     Parameters
     ----------
@@ -39,7 +38,7 @@ def silhouette_lines(
     view : the view of the picture, near and far plane fitted.
     placed : (n,) PLACED_RECORD of the objects, relative to the viewer.
     least_fold : the least angle by which creases are folded, radians; None: every edge is drawn.
-    solid : whether the asset is closed, so that nobody sees a back face.
+    solid : whether the asset is closed, so that back faces are never visible.
 
     Returns
     -------
@@ -49,7 +48,7 @@ def silhouette_lines(
     if loops is not None:
         return _compiled_lines(loops.silhouettes, edges, view, placed, least_fold, solid)
     near = np.linalg.norm(placed["origin"], axis=1) <= _farthest(edges, view) * placed["scale"]
-    placed = placed.take(np.flatnonzero(near))  # for records far quicker than an index
+    placed = placed.take(np.flatnonzero(near))  # far quicker for records than indexing
     creased = None if least_fold is None else edges.folds < np.cos(least_fold)
     lines = [
         _lines(edges, view, chunk, rotations, *_chosen(edges, chunk, rotations, creased, solid))
@@ -59,7 +58,7 @@ def silhouette_lines(
 
 
 def _farthest(edges: EdgeAdjacency, view: View) -> float:
-    """Return the distance, metres, up to which an object of scale 1 has no more silhouettes than `MAX_DENSITY`."""
+    """Return the distance, metres, up to which the silhouettes of an object of scale 1 stay below `MAX_DENSITY`."""
     return MAX_DENSITY * view.focal_pixels / edges.density if edges.density else math.inf
 
 
@@ -71,7 +70,7 @@ def _compiled_lines(
     least_fold: float | None,
     solid: bool,
 ) -> NDArray[np.void]:
-    """Return what the loop `silhouettes` finds, see `silhouette_lines`."""
+    """Find the lines by the compiled loop `silhouettes`, see `silhouette_lines`."""
     lines = silhouettes(
         edges.points,
         edges.ends,
@@ -107,8 +106,8 @@ def _chosen(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which edges of which objects are drawn.
 
-    Four arrays (k,): number of the edge; number of the object; whether the first face of the edge is seen from its
-    front; whether the edge is a silhouette. rotations: (n, 3, 3) of all objects.
+    Four arrays (k,): index of the edge; index of the object; whether the first face of the edge is front-facing;
+    whether the edge is a silhouette. rotations: (n, 3, 3) of all objects.
     """
     viewer = -(placed["origin"][:, None] @ rotations)[:, 0] / placed["scale"][:, None]
     front = edges.planes[:, :3] @ viewer.T > edges.planes[:, 3:]
@@ -136,10 +135,10 @@ def _lines(
     forward: NDArray[np.bool_],
     silhouette: NDArray[np.bool_],
 ) -> NDArray[np.void]:
-    """Return the LINE_RECORDs of edges, as far as they are on the screen.
+    """Return the LINE_RECORDs of those edges that are on the screen.
 
-    edge, number: (k,), edges and their objects; forward: (k,), whether the object is on the left of the way between its
-    ends as they are stored; silhouette: (k,); rotations: (n, 3, 3) of all objects.
+    edge, number: (k,), edges and their objects; forward: (k,), whether the object is on the left from the first stored
+    end to the second; silhouette: (k,); rotations: (n, 3, 3) of all objects.
     """
     ends = edges.ends[edge]
     ends = np.where(forward[:, None], ends, ends[:, ::-1])
@@ -148,7 +147,7 @@ def _lines(
     pixels = (clip[..., :2] / clip[..., 3:] + 1) * (size / 2)
     start, stop = pixels[:, 0], pixels[:, 1]
     seen = ((np.maximum(start, stop) >= 0) & (np.minimum(start, stop) <= size)).all(1)
-    passes = np.floor(start - 0.5) != np.floor(stop - 0.5)  # a pixel's middle along x, along y
+    passes = np.floor(start - 0.5) != np.floor(stop - 0.5)  # a pixel's centre, along x and along y
     across = np.abs(stop - start)
     seen &= np.where(across[:, 1] > across[:, 0], passes[:, 1], passes[:, 0])
     lines = np.empty(int(seen.sum()), LINE_RECORD)
@@ -171,7 +170,7 @@ def _clip_points(
 
 
 def _before_viewer(ends: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Cut lines between clip coordinates (k, 2, 4) at the near plane; return what is beyond and which lines have it."""
+    """Clip lines (k, 2, 4), in clip coordinates, at the near plane; return them and which lines are left, (k,)."""
     near = ends[..., 2] + ends[..., 3]
     beyond = near > 0
     kept: NDArray[np.bool_] = beyond[:, 0] | beyond[:, 1]

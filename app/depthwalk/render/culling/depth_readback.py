@@ -7,13 +7,13 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.targets import Targets
 
-MOST_CELLS = 1 << 19  # 2 × 2 pixels at 1920 × 1080: rows of objects a few pixels high must hide each other
+MOST_CELLS = 1 << 19  # 2 × 2 pixels each at 1920 × 1080: rows of objects a few pixels high must hide each other
 
 
 class DepthReadback:
     """Reduce the depth buffer to the farthest depth of each cell of pixels.
 
-    An object that is hidden behind the farthest depth of a cell is hidden behind all pixels of the cell.
+    What is behind the farthest depth of a cell is hidden in all pixels of the cell.
 
     Parameters
     ----------
@@ -33,10 +33,10 @@ class DepthReadback:
         self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines))
         self._texture = self.gl.texture(cells, 1, "f4")
         self._framebuffer = self.gl.framebuffer([self._texture])
-        self._farthest = np.empty(cells[::-1], np.float32)  # kept, since touching new memory takes longer than the copy
+        self._farthest = np.empty(cells[::-1], np.float32)  # reused: touching new memory is slower than the copy
 
     def read(self, targets: Targets) -> NDArray[np.float32]:
-        """Return the farthest depth of each cell. Waits until the GPU has drawn all that it was asked for.
+        """Return the farthest depth of each cell. Waits until the GPU has finished drawing.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Ask of objects whether what a frame has drawn so far hides them: each by its cylinder, neighbours together first."""
+"""Test whether objects are hidden by what a frame has drawn so far: neighbours together first, then one by one."""
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from depthwalk.render.world.spatial_cells import boxes_about
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Mask, Rows
 
-_NEIGHBOURS = 16  # objects that are tested together first
+_NEIGHBOURS = 16  # objects that are first tested together
 
 
 class ObjectOcclusion:
-    """Read the depth buffer of a frame, and make the test of objects against it.
+    """Read the depth buffer of a frame, and create the test of objects against it.
 
     Parameters
     ----------
@@ -29,10 +29,10 @@ class ObjectOcclusion:
 
     def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld) -> None:
         self._device, self._settings, self._world = device, settings, world
-        self._readback: DepthReadback | None = None  # made when there is something to cull
+        self._readback: DepthReadback | None = None  # created when there is something to cull
 
     def drawn(self, view: View, targets: Targets) -> "Occluders":
-        """Return what is drawn so far as occluders. Waits until the GPU has drawn it.
+        """Return the occluders that are drawn so far. Waits until the GPU has drawn them.
 
         Parameters
         ----------
@@ -43,20 +43,20 @@ class ObjectOcclusion:
         if self._readback is None:
             self._readback = DepthReadback(self._device, view.size)
         farthest = self._readback.read(targets)
-        # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
-        # what hides it, is no reason to draw it: what is seen instead is nearer to the truth.
+        # Tiles and geometry may be coarser than pixels. Parallax of reused tiles adds no margin: a hidden object that
+        # its displaced tile would show beside its occluder is rightly left out.
         margin = max(1, 1 / warp.tile_scale, lod.allowed_error)
         return Occluders(depth_test(farthest, self._readback.side, view, margin), self._world)
 
     def resized(self) -> None:
-        """Release what depends on the size of the targets; call this whenever that size changes."""
+        """Release what depends on the size of the targets; must be called whenever that size changes."""
         if self._readback is not None:
             self._readback.release()
         self._readback = None
 
 
 class Occluders:
-    """Tell what the depth that was drawn hides, until the next depth is read.
+    """Test what is hidden by the depth that was read; valid until the next depth is read.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ class Occluders:
         return self.hide_cylinders(self._cylinders(rows)) if len(rows) else np.zeros(0, bool)
 
     def hide_neighbours(self, rows: Rows) -> Mask:
-        """Return which (m,) of the objects `rows` (m,) are hidden; neighbours stand close together.
+        """Return which (m,) of the objects `rows` (m,) are hidden; neighbours must be close together in `rows`.
 
-        They are tested by boxes about several of them first, and singly where a box is not hidden.
+        Boxes about several objects are tested first, then single objects where a box is not hidden.
         """
         boxes = box_cylinders(*boxes_about(self._world.bounds(), rows, _NEIGHBOURS))
         hidden = np.repeat(self.hide_cylinders(boxes), _NEIGHBOURS)[: len(rows)]

@@ -1,12 +1,12 @@
 """Test which objects are hidden behind what is drawn already.
 
-After each phase of a frame (`render.occlusion_phases`) the objects that remain are compared with the depth buffer. The
-depth is that of this frame, holes and all: nothing is guessed from the frame before, nothing is assumed about what an
-object covers, and so the picture is the one that drawing all objects gives. Greene, Kass and Miller 1993 test a
-hierarchy of depths (HZB); here a sparse table holds the maximum of windows at every position, not only at multiples of
-their size, so that few of them cover any rectangle tightly: the far objects of a crowd are a few cells large. The
-windows of NumPy are squares that together may reach beyond a rectangle; the compiled loop looks at exactly the cells of
-the rectangle, and so finds a few more objects hidden. Neither hides anything that is seen.
+After each phase of a frame (`render.occlusion_phases`) the remaining objects are compared with the depth buffer of this
+frame, holes and all. Nothing is guessed from the last frame, and nothing assumed about what an object covers, so the
+picture is the same as if all objects were drawn. Greene, Kass and Miller 1993 test a hierarchy of depths (HZB). Here a
+sparse table holds the maximum of windows at every position, not only at multiples of their size, so that few windows
+cover any rectangle tightly: the far objects of a crowd are only a few cells large. The windows of NumPy are squares,
+which together may reach beyond a rectangle; the compiled loop tests exactly the cells of the rectangle, and so finds a
+few more objects hidden. Neither hides anything that is visible.
 """
 
 from collections.abc import Callable
@@ -22,8 +22,8 @@ from depthwalk.types import Array, Mask, Rows
 
 FIRST_PHASE = 64  # objects
 FIRST_BATCH = 8192  # objects tested singly; the others are tested by whole cells first
-_GROWTH = 2, 8  # how many times as many the next phase draws: where many of the rest are hidden, and where few are
-_MANY = 0.25  # of the rest
+_GROWTH = 2, 8  # factor from phase to phase: where many of the remaining objects are hidden, and where few are
+_MANY = 0.25  # part of the remaining objects that counts as many
 _ACROSS = 4  # windows that cover a rectangle, along each axis
 _ROUNDING = 2.0**-21  # of depths on the GPU: eight steps of a 24-bit buffer
 
@@ -49,9 +49,9 @@ IsHidden = Callable[[Cylinders], Mask]
 
 
 def growth(hidden: Mask) -> int:
-    """Return how many times as many objects the next phase draws as the last one drew.
+    """Return the factor by which the next phase is larger than the last.
 
-    A test costs as much as drawing some objects. Where it hides few of them, larger phases make tests rarer.
+    A test costs as much as drawing some objects. Where it hides few, larger phases make tests rarer.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def screen_extents(view: View, cylinders: Cylinders, margin: float) -> ScreenExt
     ----------
     view : the view of the picture, near and far plane fitted.
     cylinders : the n cylinders, world.
-    margin : by how much the rectangles are wider on every side, pixels.
+    margin : pixels by which the rectangles are widened on every side.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def depth_test(farthest: NDArray[np.float32], side: int, view: View, margin: flo
     farthest : (rows, columns) float32, greatest value of the depth buffer in each cell, row 0 at the bottom.
     side : width and height of a cell, pixels.
     view : the view of the picture, near and far plane fitted.
-    margin : by how much the rectangles of the cylinders are wider on every side, pixels.
+    margin : pixels by which the rectangles of the cylinders are widened on every side.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def depth_test(farthest: NDArray[np.float32], side: int, view: View, margin: flo
 class DepthRangeMaximum:
     """Find the farthest depth within any rectangle, by a sparse table of range maxima.
 
-    The table holds the maximum over windows of 1, 2 × 2, 4 × 4 … cells that begin at each cell. Windows of one size are
+    The table holds the maximum over windows of 1, 2 × 2, 4 × 4 … cells that start at each cell. Windows of a size are
     computed when they are first needed.
 
     Parameters
@@ -182,7 +182,7 @@ class DepthRangeMaximum:
         for known in range(self._known, level):
             small, large, half = self._windows[known], self._windows[known + 1], 1 << known
             wide = np.empty_like(small)
-            # As one run, which is quicker: what continues in the next row is overwritten.
+            # All rows as one run, which is quicker; where that wraps into the next row, it is overwritten.
             np.maximum(small.ravel()[:-half], small.ravel()[half:], out=wide.ravel()[:-half])
             wide[:, -half:] = small[:, -half:]
             np.maximum(wide[:-half], wide[half:], out=large[:-half])
@@ -191,5 +191,5 @@ class DepthRangeMaximum:
 
 
 def _window_level(length: Rows) -> Rows:
-    """Return the least levels (n,) of which `_ACROSS` windows cover so many (n,) cells."""
+    """Return the least levels (n,) at which `_ACROSS` windows cover `length` (n,) cells."""
     return np.ceil(np.log2(np.maximum(length / _ACROSS, 1))).astype(np.intp)

@@ -1,4 +1,4 @@
-"""Plan what is drawn of meshes by clusters: pairs of objects and clusters that a phase of a frame shows."""
+"""Select the mesh clusters that a phase of a frame draws, as pairs of objects and clusters."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from depthwalk.types import Array
 
 
 def cluster_draws(view: View, objects: Objects, table: AssetTable, error: float) -> ClusterDraws:
-    """Return the clusters that show some objects; those out of sight or facing away are left out.
+    """Return the clusters to draw for `objects`, without those that are out of sight or face away.
 
     The loop runs over assets.
 
@@ -24,12 +24,12 @@ def cluster_draws(view: View, objects: Objects, table: AssetTable, error: float)
     ----------
     view : the view of the picture.
     objects : the n objects, nearest first.
-    table : what is known of the assets.
+    table : the assets' bounds, clusters and levels.
     error : geometric error that clusters may have, pixels.
 
     Returns
     -------
-    What is drawn.
+    The pairs of objects and clusters to draw.
     """
     if not len(objects):
         return ClusterDraws.none()

@@ -1,4 +1,4 @@
-"""Define what a frame's plan consists of: the draw lists that the planner makes and the passes draw."""
+"""Define the parts of a frame's plan: the draw lists that the planner makes and the passes draw."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,7 @@ from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.scene.arrays import Representation
 from depthwalk.types import Mask, Rows
 
-_JOINED_BY: dict[str, Any] = {"objects": max, "atlas_used": max}  # of phases, to those of the frame; others are added
+_JOINED_BY: dict[str, Any] = {"objects": max, "atlas_used": max}  # how phases' counts are joined; others are added
 _LATER = ("occluded", "clusters", "shadow_maps", "shadow_maps_waiting", "shadow_triangles")  # noted by later steps
 
 
@@ -44,7 +44,7 @@ class DrawBatch:
     pieces: int = ALL_PIECES
 
 
-PART_TRIANGLES = 100_000  # of a part of a pass: a software rasteriser draws them in some 20 ms
+PART_TRIANGLES = 100_000  # per part of a pass: a software rasteriser draws them in some 20 ms
 
 
 @dataclass(kw_only=True)
@@ -74,14 +74,14 @@ class DrawList:
         part: list[DrawBatch] = []
         room = triangles
         for batch in self.batches:
-            each = max(sum(length for _, length in batch.indices) // 3, 1)
+            per_instance = max(sum(length for _, length in batch.indices) // 3, 1)
             drawn = 0
             while drawn < batch.count:
-                count = min(batch.count - drawn, max(room // each, 1))
+                count = min(batch.count - drawn, max(room // per_instance, 1))
                 whole = count == batch.count
                 part.append(batch if whole else replace(batch, first=batch.first + drawn, count=count))
-                drawn, room = drawn + count, room - count * each
-                if room < each:
+                drawn, room = drawn + count, room - count * per_instance
+                if room < per_instance:
                     yield replace(self, batches=part)
                     part, room = [], triangles
         if part:
@@ -89,9 +89,9 @@ class DrawList:
 
     @classmethod
     def joined(cls, lists: Sequence["DrawList"]) -> "DrawList":
-        """Return one list that draws what all of the `lists` draw, one list after the other."""
+        """Concatenate `lists` into one."""
         drawn = [part for part in lists if len(part.records)]
-        if len(drawn) < 2:  # as most lists of most phases; joining records of many fields takes long
+        if len(drawn) < 2:  # the usual case; joining records of many fields is slow
             return drawn[0] if drawn else lists[0]
         starts = np.cumsum([0] + [len(part.records) for part in lists]).tolist()
         parts = zip(starts, lists, strict=False)
@@ -110,8 +110,7 @@ class ImpostorQuads:
     Attributes
     ----------
     records : (d,) `tile_records.COMPOSITE_RECORD`, first the aligned ones; within either kind the nearest first.
-    aligned : how many of the records are aligned, which means that the texels of the impostor are pixels of the
-        picture.
+    aligned : how many of the records are aligned, that is, their texels are pixels of the picture.
     """
 
     records: NDArray[np.void]
@@ -119,7 +118,7 @@ class ImpostorQuads:
 
     @classmethod
     def joined(cls, quads: Sequence["ImpostorQuads"]) -> "ImpostorQuads":
-        """Return all of the `quads` as one: first the aligned ones of all phases, then the others."""
+        """Join the `quads` of all phases: first the aligned ones of all, then the others."""
         aligned = [part.records[: part.aligned] for part in quads]
         others = [part.records[part.aligned :] for part in quads]
         return cls(records=_joined_records(aligned + others), aligned=sum(part.aligned for part in quads))
@@ -127,13 +126,13 @@ class ImpostorQuads:
 
 @dataclass(kw_only=True)
 class ClusterDraws:
-    """Hold what is drawn of meshes by clusters: pairs of an object and a cluster, those of each asset together.
+    """Hold the mesh clusters to draw: pairs of an object and a cluster, grouped by asset.
 
     Attributes
     ----------
-    objects : the objects, with `placed_records.PLACED_RECORD`. Its batches hold the objects of an asset each, level by
-        level, at the level of the simplified mesh (mesh-lod) that is off by as much.
-    asset : (a,) the assets in the order in which their pairs come; an asset may come several times.
+    objects : the objects, with `placed_records.PLACED_RECORD`. Each batch holds objects of one asset and one level, the
+        level of the simplified mesh (mesh-lod) that has the same error.
+    asset : (a,) the assets in the order of their pairs; an asset may occur several times.
     first : (a + 1,) the first pair of each, and the end.
     record : (k,) row of `objects.records` of each pair.
     cluster : (k,) number of each pair's cluster, see `MeshClusters`.
@@ -151,14 +150,14 @@ class ClusterDraws:
 
     @classmethod
     def none(cls) -> "ClusterDraws":
-        """Return what draws nothing."""
+        """Return an empty list."""
         numbers = np.zeros(0, np.int64)
         objects = DrawList(records=np.zeros(0, PLACED_RECORD))
         return cls(objects=objects, asset=numbers, first=np.zeros(1, np.int64), record=numbers, cluster=numbers)
 
     @classmethod
     def joined(cls, parts: Sequence["ClusterDraws"]) -> "ClusterDraws":
-        """Return what draws all that the `parts` draw, one after the other."""
+        """Concatenate `parts` into one."""
         records = np.cumsum([0] + [len(part.objects.records) for part in parts])
         pairs = np.cumsum([0] + [len(part.record) for part in parts])
         return cls(
@@ -182,12 +181,12 @@ class FrameDrawLists:
     mesh : polygon meshes, with `placed_records.PLACED_RECORD`.
     clusters : polygon meshes drawn by clusters.
     cleared : (n, 4) slots of the atlas (x, y, width, height), texels, that pass 1 clears before it fills them.
-    noted : numbers for HUD and benchmark, by name, that the lists alone do not tell; later steps add to them.
+    noted : numbers for HUD and benchmark, by name, that cannot be counted from the lists; later steps add to them.
     tiles : the impostor tiles that `composite` draws.
     object_rows : (d,) rows of the objects that `composite`, `dmesh` and the passes of `height_fields` draw, in the
         order of the numbers that these passes write for them.
     drawn_as : (d,) uint8, the `Representation` by which each of the `object_rows` is drawn: DPCI by `composite`, DMESH
-        by `dmesh`, be it asked for or not.
+        by `dmesh`, whether or not the scene asks for that.
     height_fields : planar depth images drawn by another of `scene.arrays.HEIGHT_FIELDS`, with
         `placed_records.PLACED_RECORD`; only those representations that draw anything.
     captured : meshes drawn by one of `scene.arrays.CAPTURED`, with `placed_records.CAPTURED_RECORD`; only those
@@ -228,7 +227,7 @@ class FrameDrawLists:
 
     @property
     def counts(self) -> Counts:
-        """Return the numbers for HUD and benchmark, by name; they are counted anew whenever this is asked for."""
+        """Return the numbers for HUD and benchmark, by name; each access counts them again."""
         batches = self.warp.batches + self.dmesh.batches
         drawn: Counts = {
             "dpci": int(self.tiled.sum()),
@@ -256,7 +255,7 @@ class FrameDrawLists:
 
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
-        """Return one plan that draws what all `phases` of a frame draw, with their counts put together."""
+        """Join the plans of all `phases` of a frame into one, with their counts."""
         if len(phases) == 1:
             return phases[0]
         lists: dict[str, Any] = {
@@ -278,13 +277,13 @@ class FrameDrawLists:
 
 
 def _joined_records(parts: Sequence[NDArray[np.void]]) -> NDArray[np.void]:
-    """Return records of one dtype, one after the other; as bytes, since joining them field by field takes longer."""
+    """Concatenate records of one dtype; as bytes, since joining them field by field takes longer."""
     dtype = parts[0].dtype
     return np.concatenate([part.view(np.dtype((np.void, dtype.itemsize))) for part in parts]).view(dtype)
 
 
 def _joined_by_kind(phases: Sequence[Mapping[Representation, DrawList]]) -> dict[Representation, DrawList]:
-    """Return what draws all that several phases draw in each representation."""
+    """Join the draw lists of several phases for each representation."""
     kinds = dict.fromkeys(kind for lists in phases for kind in lists)
     return {kind: DrawList.joined([lists[kind] for lists in phases if kind in lists]) for kind in kinds}
 
@@ -296,7 +295,7 @@ def draw_batches(
     pieces: Rows | None = None,
     clipped: Mask | None = None,
 ) -> list[DrawBatch]:
-    """Divide n sorted instances into batches: runs that are equal in all that is given.
+    """Divide n sorted instances into batches: runs that are equal in every given key.
 
     The loop runs over batches, not over instances.
 

@@ -1,8 +1,7 @@
 """Plan the last phase of a frame: far clusters, each of which is drawn as one impostor.
 
-Everything about far clusters that is not their data (`render.world.far_clusters`) is here: when they may be drawn, how
-they follow objects that move, and how a cluster looks to the tile scheduler. A cluster's tile is scheduled like that of
-an object; pass 1 warps all its members into it, on the cluster's own plane.
+This decides when far clusters (`render.world.far_clusters`) may be drawn, updates them when objects move, and hands
+them to the tile scheduler like objects. Pass 1 warps all members of a cluster into one tile, on the cluster's plane.
 """
 
 import numpy as np
@@ -38,19 +37,19 @@ class FarClusterPlanner:
     Parameters
     ----------
     world : the world whose objects are clustered.
-    tiles : the scheduler of all impostor tiles, where the rows of clusters follow those of objects.
+    tiles : the scheduler of all impostor tiles, in which the rows of clusters follow those of objects.
     """
 
     def __init__(self, world: RenderWorld, tiles: TileScheduler) -> None:
         self._world, self._tiles = world, tiles
         self._clusters: FarClusters | None = None
-        self._made_of: SpatialCells | None = None  # cells whose clusters these are
+        self._made_of: SpatialCells | None = None  # the cells that the clusters divide
         self._tile_version: Ints = np.zeros(0, np.int64)  # of each cluster, when its tile was warped
 
     def far_cells(self, view: View, cells: Rows, settings: RenderSettings) -> Mask:
-        """Return which of some cells are drawn by clusters.
+        """Return which of the `cells` are drawn by clusters.
 
-        None is where `warp.cluster_pixels` is 0, nor while `lod.freeze`, the paper's level of detail or its drawing
+        None are where `warp.cluster_pixels` is 0, or while `lod.freeze`, the paper's level of detail or its drawing
         order is on, since these treat single objects.
 
         Parameters
@@ -80,7 +79,7 @@ class FarClusterPlanner:
         return self._clusters
 
     def plan(self, view: View, numbers: Rows, settings: PlanSettings, first_object_id: int) -> FrameDrawLists:
-        """Return the draws of the phase that shows some clusters.
+        """Plan the phase that draws the clusters `numbers`.
 
         Parameters
         ----------
@@ -125,9 +124,9 @@ class FarClusterPlanner:
         )
 
     def _spoil_changed(self, numbers: Rows, objects: int) -> None:
-        """Have the tiles of those of the clusters `numbers` (m,) warped again whose members moved.
+        """Mark the tiles of those clusters among `numbers` (m,) whose members moved, to be warped again.
 
-        Clusters take the rows of the tile cache that follow those of all `objects`.
+        In the tile cache the rows of clusters follow those of all `objects`.
         """
         version = self.clusters().version
         self._tiles.reserve(objects + len(version))
@@ -141,7 +140,7 @@ def _impostors(
 ) -> ImpostorObjects:
     """Return the clusters `numbers` (m,) as objects in the middle of their boxes, upright and of scale 1.
 
-    What warping one costs is estimated from its first member, which is `typical`.
+    The cost of warping each is estimated from `typical`, the detail of its first member.
     """
     bounds, half = clusters.bounds(numbers), (clusters.high[numbers] - clusters.low[numbers]) / 2
     count = len(numbers)
@@ -177,7 +176,7 @@ def _impostors(
 def _warp_list(
     view: View, scene: SceneArrays, clusters: FarClusters, warped: Rows, work: TileWork, settings: PlanSettings
 ) -> DrawList:
-    """Return the draws of pass 1, which warp all members of the clusters `warped` (k,) into their tiles."""
+    """Return the draws of pass 1 that warp all members of the clusters `warped` (k,) into their tiles."""
     rows, count = clusters.members(warped)
     tile = np.repeat(np.arange(len(count)), count)  # of each member
     members, seen = scene.objects.take(rows), describe(view, scene, rows.astype(np.int64), settings.lod)

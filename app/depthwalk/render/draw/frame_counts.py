@@ -1,4 +1,4 @@
-"""Count what a frame draws, for HUD and benchmark, once somebody asks for it."""
+"""Count what a frame draws, for HUD and benchmark; only when the counts are asked for."""
 
 from dataclasses import dataclass
 
@@ -44,6 +44,6 @@ class DrawnTiles(StructOfArrays):
 
 
 def _occurrences(numbers: Rows) -> list[tuple[int, int]]:
-    """Return each of some numbers with how often it occurs, in rising order."""
+    """Return the distinct `numbers` in rising order, each with how often it occurs."""
     found, count = np.unique(numbers, return_counts=True)
     return list(zip(found.tolist(), count.tolist(), strict=True))

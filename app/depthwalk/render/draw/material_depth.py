@@ -1,4 +1,4 @@
-"""List for the pass `material_resolve` which objects may be visible, by the numbers that passes write for them.
+"""List the objects that may be visible, by their numbers in the visibility buffer, for the pass `material_resolve`.
 
 Pixels are shaded asset by asset: every asset has a depth of its own, so that a depth test selects its pixels (material
 depth, as in Nanite and Bevy).
@@ -16,8 +16,8 @@ from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.types import Array, Mask, Rows
 
-# What material_resolve.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that
-# stands for its asset, and whether it has an impostor tile.
+# What material_resolve.frag reads per object: the viewer in its frame, and its scale; its rotation; the material depth
+# of its asset, and whether it has an impostor tile.
 SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("material_depth", "4f4")])
 
 # Assets with more objects than this are assumed to cover the whole screen; computing their bounds would cost more than
@@ -96,7 +96,7 @@ def material_records(view: View, scene: SceneArrays, rows: Rows, tiled: Mask) ->
             view.depth_range[0],
         )
         records = numbers.view(SURFACE_RECORD)[:, 0]
-    half_pixel = 1 / np.array(view.size)  # as far a pixel's samples may be from its middle
+    half_pixel = 1 / np.array(view.size)  # how far a pixel's samples may be from its middle
     return MaterialRecords(
         records=records, assets=assets, material_depth=material_depth, low=low - half_pixel, high=high + half_pixel
     )
@@ -134,14 +134,14 @@ def _surfaces(
 
 
 def least_footprints(view: View, asset: Rows, materials: MaterialRecords, table: AssetTable) -> Array:
-    """Return the least length that a pixel covers on any of the objects of each asset.
+    """Return the smallest length that a pixel covers on any object of each asset.
 
     Parameters
     ----------
     view : the view of the picture.
     asset : (n,) numbers in `CookedParts` of the assets of the objects that `materials` was made of.
     materials : the records of these objects.
-    table : what is known of the assets.
+    table : the bounds of the assets.
 
     Returns
     -------

@@ -28,12 +28,12 @@ from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.object_settings import LodParams
 from depthwalk.types import Array, Ints, Mask, Rows
 
-_WORTH = 2000  # triangles from which on leaving out pieces of an object's side saves more than an extra draw call costs
+_WORTH = 2000  # triangles above which culling pieces of an object's side saves more than an extra draw call costs
 _DPCI, _DMESH = int(Representation.DPCI), int(Representation.DMESH)
 
 
 class Way(IntEnum):
-    """Say how a phase draws an object that no mesh replaces; the loop `describe` returns the same numbers."""
+    """Enumerate how a phase draws an object that no mesh replaces; the loop `describe` returns the same numbers."""
 
     POLYGONS = 0
     TILE = 1  # warped into an impostor tile
@@ -55,7 +55,7 @@ class ObjectDetail:
     viewer : (m, 3) the viewer in the objects' frames, metres.
     level : (m,) level of detail, 0 the finest.
     pieces : (m,) bit masks of the pieces, see `cook.cases`.
-    triangles : (m,) how many triangles all pieces of that level have.
+    triangles : (m,) number of triangles in all pieces of that level.
     way : (m,) `Way` of each.
     step : (m,) the paper's Iter_step, see `iter_step`.
     """
@@ -72,7 +72,7 @@ class ObjectDetail:
 class _FrozenDetail(NamedTuple):
     """Hold how all n objects are drawn while `lod.freeze` is on.
 
-    table: the assets that levels and pieces are those of. as_mesh: (n,), which are drawn as meshes, once these are
+    table: the assets that levels and pieces refer to. as_mesh: (n,), which are drawn as meshes, once these are
     resident. level, pieces: (n,), for the others.
     """
 
@@ -83,7 +83,7 @@ class _FrozenDetail(NamedTuple):
 
 
 class DetailSelector:
-    """Choose the detail of objects, frame by frame, and hold on to it while `lod.freeze` is on."""
+    """Choose the detail of objects for each frame, and keep it while `lod.freeze` is on."""
 
     def __init__(self) -> None:
         self._frozen: _FrozenDetail | None = None
@@ -112,7 +112,7 @@ class DetailSelector:
     def replaced(
         self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
     ) -> Rows:
-        """Return which objects are replaced by their meshes.
+        """Return which of the objects `rows` are replaced by their meshes.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class DetailSelector:
 
         Returns
         -------
-        (k,) numbers of these among the m, rising.
+        (k,) indices into `rows`, rising.
         """
         if self._frozen is None:
             return self._as_mesh(view, scene, rows, settings, is_resident)
@@ -134,7 +134,7 @@ class DetailSelector:
     def _as_mesh(
         self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
     ) -> Rows:
-        """Return the numbers (k,) of those of the objects `rows` (m,) that are near enough for a mesh, or quicker."""
+        """Return the indices (k,) of those `rows` (m,) that are near enough for a mesh, or quicker as one."""
         table = scene.table
         rule = MeshFallbackRule(
             magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
@@ -151,7 +151,7 @@ class DetailSelector:
         )
 
     def describe(self, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
-        """Return how some objects are drawn, frozen or not; see the function `describe`."""
+        """Return how the objects `rows` are drawn, frozen or not; see the function `describe`."""
         if self._frozen is None:
             return describe(view, scene, rows, lod)
         viewer = _viewers(view, scene, rows)
@@ -159,12 +159,12 @@ class DetailSelector:
 
 
 def _all_resident(meshes: Rows) -> Mask:
-    """Take every mesh to be resident; an `IsResident`."""
+    """Treat every mesh as resident; an `IsResident`."""
     return np.ones(len(meshes), bool)
 
 
 def describe(view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
-    """Choose how some objects are drawn.
+    """Choose how the objects `rows` are drawn.
 
     Parameters
     ----------
@@ -180,9 +180,9 @@ def describe(view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> Obje
     loops = kernels.loaded()
     if loops is not None and lod.mode != "paper" and lod.cases == "complete":
         return _compiled(loops, view, scene, rows, lod)
-    viewer, some = _viewers(view, scene, rows), scene.objects.take(rows)
-    level = choose_levels(view, some, scene.bounds.take(rows), viewer, scene.table, lod)
-    pieces = choose_pieces(some.asset, level, viewer, scene.table, lod)
+    viewer, objects = _viewers(view, scene, rows), scene.objects.take(rows)
+    level = choose_levels(view, objects, scene.bounds.take(rows), viewer, scene.table, lod)
+    pieces = choose_pieces(objects.asset, level, viewer, scene.table, lod)
     return _described(view, scene, rows, lod, viewer, level, pieces)
 
 
@@ -197,15 +197,15 @@ def _viewers(view: View, scene: SceneArrays, rows: Rows) -> Array:
 def _described(
     view: View, scene: SceneArrays, rows: Rows, lod: LodParams, viewer: Array, level: Ints, pieces: Ints
 ) -> ObjectDetail:
-    """Complete the detail of the objects `rows` (m,), of which viewer, level and pieces (m, …) are chosen."""
-    table, some = scene.table, scene.objects.take(rows)
-    volumes = table.volumes.take(some.asset)
+    """Complete the detail of the objects `rows` (m,), whose viewer, level and pieces (m, …) are chosen already."""
+    table, objects = scene.table, scene.objects.take(rows)
+    volumes = table.volumes.take(objects.asset)
     _, distance = warp_faces(viewer, volumes)
-    # Within its cylinder, or nearly so, no plane serves an object.
+    # A viewer inside the cylinder, or nearly so, has no plane in front of the object to warp onto.
     near = (distance < MIN_PLANE_DISTANCE * volumes.radius) & (volumes.has_side | (distance > 0))
-    imaged, direct = some.representation == _DPCI, some.representation == _DMESH
+    imaged, direct = objects.representation == _DPCI, objects.representation == _DMESH
     pieces = np.where(imaged & near, ALL_PIECES, pieces)  # from inside, any image may be seen
-    if lod.cases == "complete":  # silhouette lines of what is drawn directly are found once, for all viewers
+    if lod.cases == "complete":  # all pieces: their edges, for silhouette lines, are then built once for all viewers
         pieces = np.where(direct, ALL_PIECES, pieces)
     way = np.full(len(rows), POLYGONS, np.uint8)
     way[imaged] = NOTHING
@@ -217,14 +217,14 @@ def _described(
         viewer=viewer,
         level=level,
         pieces=pieces,
-        triangles=table.triangles[some.asset, level],
+        triangles=table.triangles[objects.asset, level],
         way=way,
-        step=iter_step(metres, table.texel[some.asset] * some.scale, view.half_extent[1], view.whole_size[1]),
+        step=iter_step(metres, table.texel[objects.asset] * objects.scale, view.half_extent[1], view.whole_size[1]),
     )
 
 
 def _compiled(loops: ModuleType, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
-    """Do what `describe` does, for all but the paper's rules, by compiled `loops`."""
+    """Choose detail as `describe` does, by compiled `loops`; not for the paper's rules."""
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     volumes = table.volumes
     viewer, level, pieces, triangles, way, step = loops.describe(
@@ -275,7 +275,7 @@ def choose_levels(
     objects : the n objects.
     bounds : bounding spheres of the objects, world.
     viewer : (n, 3) the viewer in the frames of the objects, metres.
-    table : what is known of the assets.
+    table : the levels of detail of the assets.
     lod : the settings of detail.
 
     Returns
@@ -300,16 +300,15 @@ def choose_levels(
 def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> Ints:
     """Choose the pieces of n objects that the viewer may see.
 
-    Objects of few triangles keep all pieces of their sides: leaving some out would save less than it costs to draw
-    these objects apart from others of the same asset. With the paper's cases, objects that were not cooked for these
-    keep all pieces.
+    Objects with few triangles keep all pieces of their sides: culling some would save less than an extra draw call
+    costs. With the paper's cases, objects that were not cooked for them keep all pieces.
 
     Parameters
     ----------
     asset : (n,) number in `CookedParts` of each object's asset.
     level : (n,) level of detail of each object.
     viewer : (n, 3) the viewer in the frames of the objects, metres.
-    table : what is known of the assets.
+    table : the pieces of the assets and where they are seen from.
     lod : the settings of detail.
 
     Returns
@@ -327,10 +326,10 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
 
 
 def lasting_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> Ints:
-    """Choose pieces for n objects whose tiles outlive small moves of the viewer: all of them.
+    """Choose pieces for n objects whose tiles are reused after small moves of the viewer: all pieces.
 
-    The paper's cases are an exception, since they are defined for the present viewer only: then this is
-    `choose_pieces`, whose parameters these are.
+    Except with the paper's cases, which are defined for the present viewer only: then this is `choose_pieces`, which
+    has the same parameters.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Gather from the render settings those that decide how a frame is planned."""
+"""Gather the render settings that decide how a frame is planned."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ class PlanSettings:
     layout : how impostor tiles are laid out, and how long they are reused.
     polygons : how coarse meshes may be.
     atlas_size : width and height of the tile atlas, texels.
-    warp_limit : how many triangles may be warped. What cannot wait is warped coarser beyond that, and again later;
-        None: everything is warped as finely as it should be.
-    remembers : whether an object that was drawn as its mesh stays so for as long as depth images are not clearly
-        quicker. If not, no earlier frame has a part in the choice.
-    tile_light : what lit colours in tiles depend on besides what is planned here; None where tiles are not lit. Tiles
-        of frames with other light are not reused.
+    warp_limit : triangles that may be warped. Tiles beyond the limit that cannot wait are warped at a coarser level,
+        and again later; None: no limit.
+    remembers : whether an object that was drawn as its mesh stays so until depth images are clearly quicker. If not,
+        the choice does not depend on earlier frames.
+    tile_light : a key for the light that lit tiles were made with; tiles with another key are not reused. None where
+        tiles are not lit.
     """
 
     lod: LodParams

@@ -1,4 +1,4 @@
-"""Plan one occlusion phase of a frame, in NumPy over all its objects at once: what is drawn, how, in which order.
+"""Plan one occlusion phase of a frame, in NumPy for all its objects at once: what is drawn, how, in which order.
 
 `Planner.plan` makes draw lists: batches of instances that share an asset and an index range, with the instance records
 that the shaders read. Nothing here touches GL. Far clusters are planned by `far_cluster_planner`.
@@ -28,21 +28,21 @@ from depthwalk.scene.arrays import CAPTURED, Objects, Representation
 from depthwalk.scene.object_settings import LodParams, MeshLodParams
 from depthwalk.types import Array, Mask, Rows
 
-# Captured views show an object from so many radii of its bounding sphere on. Nearer, a viewer might be within its box,
-# whose corners are at most √3 radii from the middle.
+# Least distance at which captured views show an object, in radii of its bounding sphere. Nearer, a viewer might be
+# within its box, whose corners are at most √3 radii from the middle.
 _CAPTURED_FROM = 1.75
 _NO_WARP, _NOT_PLACED = np.zeros(0, WARP_RECORD), np.zeros(0, PLACED_RECORD)
 
 
 def _none_resident(meshes: Rows) -> Mask:
-    """Take no mesh to be resident; an `IsResident`."""
+    """Treat no mesh as resident; an `IsResident`."""
     return np.zeros(len(meshes), bool)
 
 
 class Planner:
     """Plan the phases of frames, one after the other.
 
-    Between frames it keeps the impostor tiles that may be reused, and the detail of objects while `lod.freeze` is on.
+    Keeps from frame to frame the impostor tiles that may be reused, and the detail of objects while `lod.freeze` is on.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Planner:
     def __init__(self) -> None:
         self.tiles = TileScheduler()
         self._detail = DetailSelector()
-        self._objects: Objects | None = None  # for which, and under which circumstances, the tiles were made
+        self._objects: Objects | None = None  # the objects, and below the settings, that the tiles were made for
         self._made_for: tuple[Any, ...] = ()
 
     def plan(
@@ -127,7 +127,7 @@ class Planner:
     def _lightened(
         self, impostors: ImpostorObjects, error: Array, table: AssetTable, lod: LodParams
     ) -> ImpostorObjects:
-        """Return the `impostors` (n,) with coarser levels where those that cannot wait have too many triangles."""
+        """Return the `impostors` (n,), at coarser levels where the tiles that cannot wait exceed the warp limit."""
         allowed = self.tiles.allowed(error)
         if allowed is None or lod.freeze:
             return impostors
@@ -148,7 +148,7 @@ class Planner:
         Where single objects stand does not matter: a tile depends on where the viewer is in its object's frame.
         """
         objects, groups = scene.objects, (settings.lod, settings.layout)
-        dumped = [dict(group.__dict__) for group in groups]  # they may be changed in place
+        dumped = [dict(group.__dict__) for group in groups]  # copies, as settings may be changed in place
         picture = view.whole_size[1], settings.atlas_size, settings.tile_light
         made_for = scene.table, scene.generation, dumped, *picture
         same = bool(self._made_for) and scene.table is self._made_for[0] and made_for[1:] == self._made_for[1:]
@@ -170,14 +170,14 @@ def _noted(mesh: DrawList, clusters: ClusterDraws, work: TileWork, table: AssetT
 
 
 def _same_assets(objects: Objects, before: Objects) -> bool:
-    """Return whether the same assets are drawn in the same way, wherever their objects are."""
+    """Return whether the objects have the same assets and representations, wherever they are."""
     if objects is before:
         return True
     return all(np.array_equal(getattr(objects, name), getattr(before, name)) for name in ("asset", "representation"))
 
 
 def _impostors(seen: ObjectDetail, tiled: Rows, scene: SceneArrays) -> ImpostorObjects:
-    """Return the objects `tiled` (k,) of those `seen` with all that the tile scheduler needs of them."""
+    """Return the objects `tiled` (k,) among those `seen`, as the tile scheduler takes them."""
     row = seen.row[tiled]
     return ImpostorObjects(
         row=row,
@@ -204,7 +204,7 @@ def drawn_tiles(work: TileWork, step: Array) -> DrawnTiles:
 
     Returns
     -------
-    What is counted of the d tiles drawn.
+    The d tiles that are drawn, for counting.
     """
     return DrawnTiles(
         level=work.level, pieces=work.pieces, resolution=work.resolution, error=work.error, step=step[work.drawn]
@@ -212,7 +212,7 @@ def drawn_tiles(work: TileWork, step: Array) -> DrawnTiles:
 
 
 def _warp_list(impostors: ImpostorObjects, work: TileWork, table: AssetTable, atlas_size: tuple[int, int]) -> DrawList:
-    """Return the draws of pass 1, which warp those of the `impostors` whose tiles are outdated."""
+    """Return the draws of pass 1 that warp those `impostors` whose tiles are out of date."""
     warped = work.warped
     if not len(warped):
         return DrawList(records=_NO_WARP)
@@ -226,7 +226,7 @@ def _warp_list(impostors: ImpostorObjects, work: TileWork, table: AssetTable, at
 
 
 def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, DrawList]:
-    """Return the numbers (d,) of the objects whose depth samples are drawn straight into the picture, and the draws."""
+    """Return the objects (d,), as indices into `seen`, drawn straight into the picture, and their draws."""
     direct = (seen.way == DIRECT).nonzero()[0]
     if not len(direct):
         return direct, DrawList(records=_NOT_PLACED)
@@ -240,7 +240,7 @@ def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Ro
 
 
 def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, Rows, Rows, Rows]:
-    """Return the numbers of those `seen` that are meshes, meshes drawn by clusters, height fields, captured views."""
+    """Return indices into `seen`: of meshes, of meshes drawn by clusters, of height fields, of captured views."""
     others = (seen.way == POLYGONS).nonzero()[0]
     kind = scene.objects.representation[seen.row[others]]
     if kind.max(initial=0) < Representation.MESH_CLUSTERS:  # as in nearly every scene
@@ -253,9 +253,9 @@ def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, Ro
 def _captured_lists(
     view: View, scene: SceneArrays, seen: ObjectDetail, pictured: Rows
 ) -> tuple[Rows, dict[Representation, DrawList]]:
-    """Return the numbers of those of the objects `pictured` that are drawn as meshes, and the draws of the others.
+    """Return which of `pictured` (indices into `seen`) are drawn as meshes, and the draws of the others.
 
-    The former are so near that the viewer may be within their boxes.
+    Drawn as meshes are those so near that the viewer may be within their boxes.
     """
     if not len(pictured):
         return pictured, {}
@@ -277,9 +277,9 @@ def _captured_lists(
 def _height_field_lists(
     view: View, scene: SceneArrays, seen: ObjectDetail, traced: Rows
 ) -> tuple[Rows, dict[Representation, DrawList]]:
-    """Return the numbers (d,) of those of the objects `traced` that are seen from their front, and their draws.
+    """Return those of `traced` (indices into `seen`), (d,), that are seen from the front, and their draws.
 
-    These are drawn by one of `HEIGHT_FIELDS`. As by impostors, nothing is drawn of a planar image from behind.
+    These are drawn by one of `HEIGHT_FIELDS`. As with impostors, planar images are not drawn from behind.
     """
     if not len(traced):
         return traced, {}
@@ -299,12 +299,12 @@ def _height_field_lists(
 def _mesh_list(view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, polygons: MeshLodParams) -> DrawList:
     """Return draws of meshes, each at the coarsest level whose error the viewer cannot see.
 
-    Objects of one asset and level stay in the order in which they are given.
+    Objects of one asset and level stay in the given order.
 
     Parameters
     ----------
-    rows : (k,) of the objects that are meshes.
-    fallbacks : the meshes that are drawn in the place of depth images.
+    rows : (k,) rows of the objects that are meshes.
+    fallbacks : the meshes that are drawn in place of depth images.
     """
     if not len(rows) and not len(fallbacks):
         return DrawList(records=_NOT_PLACED)

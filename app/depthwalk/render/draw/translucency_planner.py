@@ -1,8 +1,8 @@
-"""Order what lets light through from back to front, for all objects of a frame at once.
+"""Sort translucent surfaces from back to front, for all objects of a frame at once.
 
 Translucent triangles are blended over what is behind them, so they are drawn from back to front (Porter and Duff 1984,
-"Compositing Digital Images"). Of the nearest objects the triangles are sorted, again when the viewer has moved
-noticeably. The others are sorted as wholes among those of the same asset, so that each asset is one draw call.
+"Compositing Digital Images"). The triangles of the nearest objects are sorted one by one, and again when the viewer has
+moved noticeably. Other objects are sorted as wholes among those of the same asset, so that each asset is one draw call.
 """
 
 from collections.abc import Iterator
@@ -23,13 +23,15 @@ from depthwalk.render.world.spatial_cells import in_sight
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
-_SORTED_OBJECTS = 16  # the nearest of a frame that are translucent, whose triangles are sorted
-_MOVED = 0.02  # of the distance, or of the object's radius: from here on triangles are sorted again
+_SORTED_OBJECTS = 16  # nearest translucent objects of a frame whose triangles are sorted
+_MOVED = (
+    0.02  # part of the distance, or of the object's radius, that the viewer moves before triangles are sorted again
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SortedRun:
-    """Describe triangles of one object in order that show the same textures.
+    """Describe sorted triangles of one object that share textures.
 
     Attributes
     ----------
@@ -52,7 +54,7 @@ class TranslucentBatch:
     asset : the number of the asset.
     first : the first record.
     count : how many records there are, the farthest first.
-    sorted : the triangles of a single object from back to front; None: they come as the asset has them.
+    sorted : the triangles of a single object from back to front; None: in the asset's order.
     """
 
     asset: int
@@ -78,7 +80,7 @@ class TranslucentDraws:
 
     @classmethod
     def none(cls) -> "TranslucentDraws":
-        """Return what draws nothing."""
+        """Return an empty list."""
         return cls(records=np.zeros(0, PLACED_RECORD), batches=(), faces=np.zeros((0, 3), np.uint32))
 
 
@@ -105,13 +107,13 @@ class TranslucencyPlanner:
         self._orders: dict[int, _Order] = {}  # by the row of the object
 
     def plan(self, view: View, min_pixels: float, *, wait: bool) -> TranslucentDraws:
-        """Return what is drawn of the objects that a view sees.
+        """Return the translucent and glowing surfaces to draw of the objects in a view.
 
         Parameters
         ----------
         view : the view of the picture.
-        min_pixels : diameter, pixels, below which objects, and what is translucent of them, are left out.
-        wait : whether to wait until their assets are read; otherwise a thread reads them meanwhile.
+        min_pixels : diameter, pixels, below which objects, and the translucent part of objects, are left out.
+        wait : whether to wait until their assets are read; otherwise a thread reads them in the background.
 
         Returns
         -------
@@ -137,11 +139,11 @@ class TranslucencyPlanner:
         return self._draws(view, objects, rows[seen[order]])
 
     def _bounds(self, objects: Objects) -> Bounds:
-        """Return the spheres about what is translucent of n objects, world."""
+        """Return spheres about the translucent and glowing triangles of n objects, world."""
         store = self._assets.translucent.objects
         centre, radius = np.zeros((max(store) + 1, 3), np.float32), np.zeros(max(store) + 1, np.float32)
-        for number, each in store.items():
-            centre[number], radius[number] = each.mesh.centre, each.mesh.radius
+        for number, translucent in store.items():
+            centre[number], radius[number] = translucent.mesh.centre, translucent.mesh.radius
         offset = rotate(objects.rotation, centre[objects.asset] * objects.scale[:, None])
         return Bounds(objects.position + offset, radius[objects.asset] * objects.scale)
 
@@ -169,20 +171,20 @@ class TranslucencyPlanner:
         return TranslucentDraws(records=records, batches=tuple(batches), faces=np.concatenate(faces))
 
     def _near_and_far(self, objects: Objects, rows: Rows) -> tuple[Rows, Rows]:
-        """Return the objects `rows`, the farthest first, whose triangles are sorted in a frame, and the others.
+        """Split the objects `rows`, the farthest first, into those whose triangles are sorted, and the others.
 
-        These are the nearest that are translucent, as far as there are not too many triangles: glow needs no order.
+        Sorted are the nearest translucent ones, within a limit on their triangles. What only glows needs no order.
         """
         store = self._assets.translucent.objects
         triangles = np.zeros(max(store) + 1, np.int64)
-        triangles[list(store)] = [len(each.mesh.centroids) for each in store.values()]
+        triangles[list(store)] = [len(translucent.mesh.centroids) for translucent in store.values()]
         count = triangles[objects.asset[rows]]
         through = np.flatnonzero(count)[-_SORTED_OBJECTS:]
         near = through[np.cumsum(count[through][::-1])[::-1] <= MAX_TRANSLUCENT_TRIANGLES]
         return rows[near], np.delete(rows, near)
 
     def _order(self, row: int, mesh: TranslucentMesh, placed: np.void) -> _Order:
-        """Return the triangles of an object from back to front: as they were, unless the viewer has moved."""
+        """Return the triangles of an object from back to front, sorted again only if the viewer has moved enough."""
         rotation = placed["rotation"].astype(np.float64)
         viewer = -rotate(conjugate(rotation), placed["origin"].astype(np.float64)) / float(placed["scale"])
         known = self._orders.get(row)
@@ -202,8 +204,8 @@ def back_to_front(mesh: TranslucentMesh, viewer: Array) -> list[tuple[int, NDArr
 
     Returns
     -------
-    The number of each run of equal textures with its triangles (t, 3), rows of `mesh.vertices`, the farthest first;
-    runs come by the mean distances of their triangles.
+    The number of each run of equal textures with its triangles (t, 3), rows of `mesh.vertices`, the farthest first.
+    Runs are sorted likewise, by the mean distance of their triangles.
     """
     distance = np.linalg.norm(mesh.centroids - viewer, axis=1)
     found = []
@@ -211,7 +213,7 @@ def back_to_front(mesh: TranslucentMesh, viewer: Array) -> list[tuple[int, NDArr
         own = slice(run.first, run.first + run.count)
         order = np.argsort(-distance[own], kind="stable")
         found.append((float(distance[own].mean()), number, mesh.faces[own][order]))
-    return [(number, faces) for _, number, faces in sorted(found, key=lambda each: -each[0])]
+    return [(number, faces) for _, number, faces in sorted(found, key=lambda entry: -entry[0])]
 
 
 def _batches(asset: NDArray[np.integer]) -> Iterator[TranslucentBatch]:

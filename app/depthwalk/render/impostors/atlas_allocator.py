@@ -1,6 +1,6 @@
-"""Allocate slots of an atlas, where impostor tiles lie from frame to frame.
+"""Allocate slots of the atlas for impostor tiles.
 
-Slots are cut from free rectangles (a guillotine allocator); slots given back merge with free neighbours.
+Slots are cut from free rectangles (a guillotine allocator); slots that are released merge with free neighbours.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ class Atlas:
         self._free: Rows = np.array([[0, 0, *size]], np.int64)
 
     def pack(self, sizes: Rows) -> Rows | None:
-        """Free all slots, and give out slots for new tiles, shelf by shelf.
+        """Free all slots, and allocate slots for new tiles, shelf by shelf.
 
         Parameters
         ----------
@@ -45,7 +45,7 @@ class Atlas:
         return np.column_stack([corners, sizes[:, 0], heights[shelf]])
 
     def allocate(self, size: Rows) -> Rows | None:
-        """Give out the slot that a tile fits most snugly.
+        """Allocate the slot that fits a tile most tightly.
 
         Parameters
         ----------
@@ -63,7 +63,7 @@ class Atlas:
         best = int(fits[np.argmin(left[fits].min(1))])
         x, y, wide, high = free[best].tolist()
         width, height = size.tolist()
-        # An L is left, cut so that its larger part stays whole.
+        # What is left is an L; cut it so that its larger part stays whole.
         if wide - width > high - height:
             rest = [x + width, y, wide - width, high], [x, y + height, width, high - height]
         else:
@@ -74,7 +74,7 @@ class Atlas:
         return np.array([x, y, width, height])
 
     def allocate_each(self, sizes: Rows) -> Rows:
-        """Give out slots for tiles one after the other, until one does not fit.
+        """Allocate slots for tiles one after the other, until one does not fit.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Atlas:
 
         Returns
         -------
-        (k, 4) the slots of the first k tiles, each as `allocate` gives it out.
+        (k, 4) the slots of the first k tiles, each as by `allocate`.
         """
         loops = kernels.loaded()
         if loops is not None:
@@ -97,7 +97,7 @@ class Atlas:
         return slots
 
     def allocate_all(self, sizes: Rows) -> Rows | None:
-        """Give out slots for many tiles at once, in the largest free rectangle.
+        """Allocate slots for many tiles at once, in the largest free rectangle.
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ def _merged(free: Rows, axis: int) -> Rows:
 def pack_shelves(sizes: Rows, width: int) -> tuple[Rows, int]:
     """Pack tiles into a strip, shelf by shelf (next-fit decreasing height, Coffman et al. 1980).
 
-    Tiles are sorted by height, and fill a shelf until its width is spent. The loop runs over shelves, not over tiles.
+    Tiles are sorted by height, and fill one shelf after the other. The loop runs over shelves, not over tiles.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Bound the reprojection error of cached impostor tiles, and select which to warp again.
 
-A tile warped for a viewer C0 is drawn for the present one, C, as a picture on a plane through the middle of the
-object's depth range (shaders/composite/composite.vert has the mathematics). Points off that plane appear off their
-place by an angle that `parallax` bounds. All is in the object's frame, where an object that moved is a viewer that
-moved, and a camera that turned changes nothing. Cf. Schaufler 1995.
+A tile warped for a viewer C0 is drawn for the present viewer C as a picture on a plane through the middle of the
+object's depth range (shaders/composite/composite.vert has the mathematics). Points off that plane are displaced on the
+screen; `parallax` bounds by how much. Everything is in the object's frame, where an object that moves is a viewer that
+moves, and a camera that turns changes nothing. Cf. Schaufler 1995.
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ from depthwalk.render.impostors.warp_planes import GUARD
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask, Rows
 
-HARDEST = 4.0  # times the error allowed: a tile that is farther off does not wait for the budget
-MARGIN = 1.25  # cached tiles are cut to a frustum so much wider than the view's, so that the camera may turn
-COARSER = 1.25  # pixels per texel, or texels per pixel, that are an error of 1
+HARDEST = 4.0  # times the allowed error: a tile whose error is greater is warped regardless of the budget
+MARGIN = 1.25  # cached tiles are cut to a frustum wider than the view's by this factor, so that the camera may turn
+COARSER = 1.25  # pixels per texel, or texels per pixel, that count as an error of 1
 
 
 def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> Array:
-    """Return a bound on how far from its place any point of an object is shown.
+    """Return a bound on the displacement, on the screen, of any point of an object that a cached tile shows.
 
     Let D and D' be the viewer's distances to the plane when the tile was warped and now, r = D/D', κ = 1 − 1/r, and δ
     how far the viewer moved along the plane. Points of inverse depths λ and λ' that were warped to one place x of the
@@ -63,7 +63,7 @@ def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> A
 
 
 def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, forward: Array) -> Mask:
-    """Return which tiles hold all that the view sees of their objects.
+    """Return which tiles hold everything that the view sees of their objects.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, 
 
     Returns
     -------
-    (n,) whether each tile does.
+    (n,) whether each tile covers the view.
     """
     corners = np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)])
     rays = corners @ view.ray_from_screen.T @ matrices(rotation)  # (n, 4, 3)
@@ -103,7 +103,7 @@ def frustum_rows(view: View, rotation: Array) -> Array:
 
 
 def coarseness(made: Array, target: Array) -> Array:
-    """Return how far the resolution of n tiles is off, on a logarithmic scale.
+    """Return the error in the resolution of n tiles, on a logarithmic scale.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def coarseness(made: Array, target: Array) -> Array:
 
     Returns
     -------
-    (n,) 0 where the resolution is right, 1 where it is off by as much as is allowed.
+    (n,) 0 where the resolution is right, 1 where the error is as large as allowed.
     """
     return np.asarray(np.abs(np.log(target / made)) / np.log(COARSER))
 
@@ -120,8 +120,8 @@ def coarseness(made: Array, target: Array) -> Array:
 def due(error: Array, triangles: Rows, budget: int) -> Mask:
     """Choose the tiles to warp again.
 
-    Every tile whose error is beyond `HARDEST` is warped again. Of those whose error is beyond 1 the worst are, as long
-    as the tiles chosen so far have no more than `budget` triangles together.
+    Every tile with an error above `HARDEST` is warped again. Tiles with an error above 1 are taken worst first, until
+    `budget` triangles are used up.
 
     Parameters
     ----------

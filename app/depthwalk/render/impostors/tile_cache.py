@@ -1,4 +1,4 @@
-"""Cache impostor tiles from frame to frame: what is known of each, and where in the atlas it lies."""
+"""Cache impostor tiles from frame to frame: what each shows, and where in the atlas it lies."""
 
 from dataclasses import dataclass
 
@@ -10,12 +10,12 @@ from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import COMPOSITE_RECORD
 from depthwalk.types import Array, Mask, Rows
 
-_SHRINK = 0.7  # by which the resolution of a tile that finds no room is lowered
-_TRIES = 6  # how often
-_SPOILT = 1e-30  # pixels per metre: a resolution that is as wrong as any
-_SPARSE = 0.5  # an atlas that is used less, but has no room, is fragmented
-_MANY = 64  # tiles that are placed at once if they fit: placed singly each fits more snugly, but takes 0.1 ms
-_SELDOM = 120  # frames from one packing of a fragmented atlas to the next: it costs a frame without reuse
+_SHRINK = 0.7  # factor by which the resolution of a tile is lowered if it finds no room
+_TRIES = 6  # how often it is lowered at most
+_SPOILT = 1e-30  # pixels per metre: a resolution so wrong that the tile is warped again
+_SPARSE = 0.5  # part of the atlas: if less is used, and yet there is no room, it is fragmented
+_MANY = 64  # more tiles than this are placed at once if they fit; one by one they pack tighter, but take 0.1 ms each
+_SELDOM = 120  # frames between two packings of a fragmented atlas, as each costs a frame without reuse
 
 
 @dataclass(kw_only=True)
@@ -35,7 +35,7 @@ class CachedTiles(StructOfArrays):
     level : (n,) level of detail of the geometry that each tile shows.
     pieces : (n,) pieces of that geometry, bit masks, see `ImpostorObjects`.
     resolution : (n,) texels along each side of each tile over those that it should have there, 0 to 1.
-    provisional : (n,) whether each tile shows a coarser level than it should, for want of time.
+    provisional : (n,) whether each tile shows a coarser level than it should, for lack of time.
     """
 
     record: NDArray[np.void]
@@ -73,7 +73,7 @@ class CachedTiles(StructOfArrays):
 
 
 class TileCache:
-    """Keep what is known of the impostor tiles in an atlas, and find them by the objects that they show.
+    """Keep the table of the impostor tiles in an atlas, and find them by the objects that they show.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class TileCache:
 
     Attributes
     ----------
-    tiles : what is known of the tiles.
+    tiles : the table of the tiles.
     frame : the number of the present frame.
     """
 
@@ -106,7 +106,7 @@ class TileCache:
             self._row = np.append(self._row, np.full(more, -1, np.int32))
 
     def rows(self, objects: Rows) -> Rows:
-        """Return where in `tiles` the tiles of some objects are.
+        """Return the rows of `tiles` that hold the tiles of `objects`.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class TileCache:
         return self._row[objects]
 
     def spoil(self, objects: Rows) -> None:
-        """Mark the tiles of the objects with the rows `objects` (m,) as entirely wrong; they are then warped again."""
+        """Mark the tiles of the objects with the rows `objects` (m,) as invalid, so that they are warped again."""
         row = self._row[objects]
         self.tiles.density[row[row >= 0]] = _SPOILT
 
@@ -134,12 +134,12 @@ class TileCache:
         return 1 - self._atlas.free_texels / (self.atlas_size[0] * self.atlas_size[1])
 
     def pack(self, sizes: Rows, roomy: bool) -> tuple[Rows, Array]:
-        """Empty the atlas, and return slots for new tiles.
+        """Free all slots of the atlas, and return slots for new tiles.
 
         Parameters
         ----------
         sizes : (n, 2) width and height of the tiles, texels.
-        roomy : whether slots are made a little larger than their tiles, so that tiles may grow.
+        roomy : whether slots are a little larger than their tiles, so that tiles may grow.
 
         Returns
         -------
@@ -167,8 +167,8 @@ class TileCache:
         Returns
         -------
         (n, 4) slots x, y, width, height, texels, and (n,) the factor by which each tile must shrink in width and height
-        to fit. None where nothing helps, or now and then where the atlas is fragmented: the atlas then has to be packed
-        again.
+        to fit. None if even that does not help or, from time to time, if the atlas is fragmented: then the caller has
+        to pack the atlas again.
         """
         row = self._row[objects]
         had = np.zeros((len(row), 4), np.int64)
@@ -190,7 +190,7 @@ class TileCache:
         return slots, resolution
 
     def _place(self, size: Rows) -> tuple[Rows, float] | None:
-        """Return a slot (4,) for a tile of `size` (2,), and the part of that which it must do with; see `allocate`."""
+        """Return a slot (4,) for a tile of `size` (2,), and the factor by which it must shrink; see `allocate`."""
         slot = self._atlas.allocate(size)
         while slot is None and self._evict():
             slot = self._atlas.allocate(size)
@@ -203,11 +203,11 @@ class TileCache:
         return None if slot is None else (slot, resolution)
 
     def _evict(self) -> bool:
-        """Evict a quarter of the tiles that this frame does not show, the least recently shown.
+        """Evict the least recently shown quarter of the tiles that this frame does not show.
 
         Returns
         -------
-        Whether there were any.
+        Whether there were any to evict.
         """
         unused = np.flatnonzero(self.tiles.seen < self.frame)
         if not len(unused):
@@ -220,7 +220,7 @@ class TileCache:
         return True
 
     def store(self, new: CachedTiles) -> None:
-        """Store the tiles `new`, which were just warped, in place of those that their objects had."""
+        """Store the `new` tiles of objects in place of their old ones."""
         row, known = self._row[new.object], len(self.tiles)
         (had,) = (row >= 0).nonzero()
         added = new
@@ -230,7 +230,7 @@ class TileCache:
         if not len(added):
             return
         end = known + len(added)
-        if end > len(self._table):  # with room for as many again, so that this is rare
+        if end > len(self._table):  # double the capacity, so that this is rare
             room = CachedTiles.joined([added.take(np.zeros(end, np.intp))])
             self._table = CachedTiles.joined([self.tiles, added, room])
         else:
@@ -255,9 +255,9 @@ def shrunk(sizes: Rows, factor: float | Array) -> Rows:
 
 
 def _roomy(sizes: Rows) -> Rows:
-    """Return sizes (n, 2) up to an eighth larger, of which there are eight between powers of two.
+    """Round sizes (n, 2) up, by at most an eighth, to one of eight steps between powers of two.
 
-    Tiles that grow then stay in their slots, and slots fit one another.
+    Tiles that grow a little then stay in their slots, and slots are reused by other tiles.
     """
     step = np.maximum(2.0 ** (np.floor(np.log2(sizes)) - 3), 1)
     return (np.ceil(sizes / step) * step).astype(np.int64)

@@ -1,8 +1,8 @@
 """Map the plane of an impostor to the texels of its tile.
 
-Two layouts, both homographies: `plane_tiles` is the paper's, whose texels are squares on the plane; `screen_tiles`
-composes that with the perspective in which the camera sees the plane, so that each texel is the pixel that it will
-fill, and pass 2 resamples nothing.
+There are two layouts, both homographies. `plane_tiles` is the paper's, with texels that are squares on the plane.
+`screen_tiles` composes that with the camera's perspective view of the plane, so that each texel is the pixel that it
+will fill, and pass 2 need not resample.
 """
 
 from dataclasses import dataclass
@@ -27,8 +27,8 @@ class Tiles(StructOfArrays):
         in texels from the tile's corner.
     nearest : (n,) the least w / λ of each object.
     size : (n, 2) width and height of each tile, texels.
-    pixel : (n, 2) where the tile's corner lies in the picture, pixels, if its texels are the picture's pixels; else
-        NaN.
+    pixel : (n, 2) where the tile's corner lies in the picture, pixels, if its texels are the picture's pixels; NaN
+        otherwise.
     """
 
     texel: Array
@@ -37,7 +37,7 @@ class Tiles(StructOfArrays):
     pixel: Array
 
     def resized(self, size: Rows) -> "Tiles":
-        """Return tiles of the same planes with other numbers of texels.
+        """Return tiles of the same planes with new numbers of texels.
 
         Parameters
         ----------
@@ -45,7 +45,7 @@ class Tiles(StructOfArrays):
 
         Returns
         -------
-        The n tiles; those whose size changes do not lie on the picture's pixels any more.
+        The n tiles; those whose size changes no longer lie on the picture's pixels.
         """
         scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
         same = (size == self.size).all(1, keepdims=True)
@@ -64,7 +64,7 @@ def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes
 
     Parameters
     ----------
-    planes : the planes of n objects, with the rectangles that the tiles are to hold.
+    planes : the planes of n objects, with the rectangles that the tiles cover.
     focal_pixels : texels per unit of x/z in the middle of the picture: `View.focal_pixels` times texels per pixel.
     limit : the largest width and height of a tile, texels.
 

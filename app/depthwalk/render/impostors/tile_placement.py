@@ -1,4 +1,4 @@
-"""Lay out the tiles of impostors: on which planes they are warped, and how these map to texels."""
+"""Lay out impostor tiles: the planes that they are warped on, cropped to the view, and how these map to texels."""
 
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -22,21 +22,21 @@ from depthwalk.types import Array, Mask, Rows
 class ImpostorObjects:
     """Hold m objects that impostor tiles show in a frame, nearest first.
 
-    They are given by their numbers among n `objects`, so that nothing of these need be copied.
+    They are given as indices into n `objects`, so that nothing need be copied.
 
     Attributes
     ----------
-    row : (m,) row of each object among all, by which its tile is found again in the next frame.
-    at : (m,) which of the `objects` each is.
+    row : (m,) row of each object in the scene, by which its tile is found again in the next frame.
+    at : (m,) index of each in `objects`.
     objects : n objects.
-    bounds : the bounding spheres of these, world.
-    volumes : the cylinders of some objects or assets.
-    volume : (n,) which of the `volumes` is that of each of the `objects`.
+    bounds : the bounding spheres of `objects`, world.
+    volumes : cylinders, of the objects or of their assets.
+    volume : (n,) index in `volumes` of the cylinder of each of the `objects`.
     viewer : (m, 3) the viewer in the objects' frames, metres.
-    level : (m,) level of detail that serves each object now.
-    pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
-    triangles : (m,) how many triangles all pieces of that level have.
-    provisional : (m,) whether that level is coarser than what serves, for want of time.
+    level : (m,) level of detail to draw each object at.
+    pieces : (m,) pieces to draw of each object, bit masks, see `cook.cases`.
+    triangles : (m,) number of triangles in all pieces of that level.
+    provisional : (m,) whether that level is coarser than it should be, for lack of time.
     """
 
     row: Rows
@@ -60,11 +60,11 @@ class ImpostorObjects:
         return self.objects.asset[self.at]
 
     def coarsened(self, rows: Rows, level: Rows, pieces: Rows, triangles: Rows) -> "ImpostorObjects":
-        """Return the objects with a provisional level for some of them.
+        """Return the objects, with a provisional level for those at `rows`.
 
         Parameters
         ----------
-        rows : (k,) numbers of those objects.
+        rows : (k,) indices among the m objects.
         level, pieces, triangles : (k,) their columns at that level.
 
         Returns
@@ -80,11 +80,11 @@ class ImpostorObjects:
 
 @dataclass(frozen=True, kw_only=True)
 class PlacedTiles:
-    """Hold where k objects are to be warped.
+    """Hold planes and tiles that k objects are to be warped into.
 
     Attributes
     ----------
-    number : (k,) their numbers among the `ImpostorObjects` of the frame.
+    number : (k,) their indices among the `ImpostorObjects` of the frame.
     planes : the planes that they are warped on.
     tiles : how these map to texels.
     depths : (k, 2) least and greatest depth of each object behind its plane, metres.
@@ -102,13 +102,13 @@ class PlacedTiles:
     frustum: Array
 
     def described(self, impostors: ImpostorObjects, slots: Rows, resolution: Array, frame: int) -> CachedTiles:
-        """Describe the tiles for the cache.
+        """Return the tiles as the cache stores them.
 
         Parameters
         ----------
-        impostors : those among which `number` tells the k objects.
+        impostors : the objects that `number` refers to.
         slots : (k, 4) where they lie in the atlas: x, y, width, height, texels.
-        resolution : (k,) part of the texels along each side that they have there.
+        resolution : (k,) texels along each side over those that the tile should have there, 0 to 1.
         frame : number of the present frame.
 
         Returns
@@ -132,7 +132,7 @@ class PlacedTiles:
 
 
 def _nothing_placed() -> PlacedTiles:
-    """Return the places of no objects."""
+    """Return the placement of no tiles."""
     number, real, pair, vector = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3))
     matrix, size = np.zeros((0, 3, 3)), np.zeros((0, 2), np.int64)
     planes = Planes(
@@ -158,21 +158,21 @@ def _nothing_placed() -> PlacedTiles:
 
 
 NOTHING_PLACED = _nothing_placed()
-"""What most frames place: the tiles of no objects."""
+"""The placement of no tiles, as in most frames."""
 
 
 def place_impostors(
     view: View, impostors: ImpostorObjects, number: Rows, layout: TileParams, limit: int
 ) -> PlacedTiles:
-    """Find planes and tiles for those of some objects that are in sight, cut to what is seen of them.
+    """Find planes and tiles for those objects `number` that are in sight, cropped to the visible part of each.
 
     Parameters
     ----------
     view : the view of the picture, near and far plane fitted.
     impostors : the objects that impostors show.
-    number : (n,) numbers of those to place.
+    number : (n,) indices of those to place.
     layout : how tiles are laid out, and how long they are reused.
-    limit : texels along a tile at most.
+    limit : most texels along a side of a tile.
 
     Returns
     -------
@@ -208,14 +208,14 @@ def place_impostors(
 
 
 def _volumes(impostors: ImpostorObjects, number: Rows) -> Volumes:
-    """Return the cylinders of those of the impostors with the numbers `number` (k,)."""
+    """Return the cylinders of the `impostors` with indices `number` (k,)."""
     return impostors.volumes.take(impostors.volume[impostors.at[number]])
 
 
 def _place_compiled(
     loops: ModuleType, view: View, impostors: ImpostorObjects, number: Rows, texels: float, guard: float, limit: int
 ) -> PlacedTiles:
-    """Do what `place_impostors` does for tiles whose texels are pixels, by compiled loops. texels: per pixel."""
+    """Place impostors by compiled `loops`, for tiles whose texels are pixels. texels: per pixel."""
     volumes, bounds, objects = impostors.volumes, impostors.bounds, impostors.objects
     lens = np.array(view.half_extent), np.array(view.size, float)
     kept, face, frame, bound, texel, nearest, size, pixel, depths, whole, density, frustum = loops.place(

@@ -1,4 +1,4 @@
-"""Make the instance records that the shaders of passes 1 and 2 read: planes, tiles, and where both lie."""
+"""Make the instance records that the shaders of passes 1 and 2 read: planes, tiles, and their places in the atlas."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from depthwalk.types import Array, Rows
 
 # What warp.vert reads per object:
 # right, up, normal: the plane's axes, with the epipole's coordinates, and the plane's offset, in w;
-# depths: the viewer's distance to the plane, the tile's nearest w / λ, and what is added to numbers of images;
+# depths: the viewer's distance to the plane, the tile's nearest w / λ, and a number to add to the numbers of images;
 # to_x, to_y, to_w: rows that map plane coordinates to the atlas in clip space;
 # bounds: the tile's corners in clip space;
 # rotation: unit quaternion of the object, for light.
@@ -61,7 +61,7 @@ def warp_records(
 ) -> NDArray[np.void]:
     """Return the records by which pass 1 warps n impostors, each into a tile of its own.
 
-    The number that pass 1 adds to those of images is 0; only members of far clusters have another.
+    The number that pass 1 adds to those of images is 0; only members of far clusters have others.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def warp_records(
 
 
 def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, corners: Rows) -> NDArray[np.void]:
-    """Return the records by which pass 2 draws n tiles, without what `place_tiles` adds of their objects.
+    """Return the records by which pass 2 draws n tiles, without the fields of their objects that `place_tiles` adds.
 
     Parameters
     ----------
@@ -129,15 +129,15 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
 
 
 def place_tiles(tiles: NDArray[np.void], row: Rows, viewer: Array, objects: Objects, at: Rows) -> NDArray[np.void]:
-    """Return the records by which pass 2 draws d tiles where their objects are now; it numbers these in this order.
+    """Return the records by which pass 2 draws d tiles where their objects are now, numbered in this order.
 
     Parameters
     ----------
     tiles : (t,) COMPOSITE_RECORD of all tiles, without `viewer`, `rotation` and `objects`.
-    row : (d,) which of these are drawn.
+    row : (d,) indices of those to draw.
     viewer : (d, 3) the present viewer in the frames of the objects that they show, metres.
     objects : n objects.
-    at : (d,) which of these the tiles show.
+    at : (d,) index of the object that each tile shows.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def place_tiles(tiles: NDArray[np.void], row: Rows, viewer: Array, objects: Obje
         numbers = record_numbers(tiles)
         placed = loops.composite_records(numbers, row, viewer, objects.scale, objects.rotation, at)
         return np.asarray(placed.view(tiles.dtype)[:, 0])
-    records = tiles.take(row)  # of records, far quicker than an index
+    records = tiles.take(row)  # far quicker for records than indexing
     records["viewer"][:, :3], records["viewer"][:, 3] = viewer, objects.scale[at]
     records["rotation"] = objects.rotation[at]
     records["objects"] = np.column_stack([np.arange(len(records)), np.ones(len(records))])

@@ -1,4 +1,4 @@
-"""Decide which impostor tiles a frame warps, and which of earlier frames it reuses."""
+"""Decide which impostor tiles a frame warps, and which tiles of earlier frames it reuses."""
 
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -30,11 +30,11 @@ from depthwalk.scene.object_settings import TileParams
 from depthwalk.types import Array, Mask, Rows
 
 # The reprojection error, 1 where as large as allowed, of a tile that is provisional or lacks pieces that the viewer now
-# sees: it is due, but within the budget. What turned its back when the tile was warped is still seen at a grazing angle
-# and covers no more than the parallax by which the tile may be off.
+# sees: it is due, but within the budget. A piece that was back-facing when the tile was warped is still seen at a
+# grazing angle, and covers no more than the parallax that is allowed.
 _LACKING = 2.0
-_LEAST_SHARE = 0.25  # of the triangles that a frame may warp, for what a later phase finds in sight
-_MOST_STALE = 0.5  # if more of the tiles that the last frame showed are stale, all are warped and packed tightly: a cut
+_LEAST_SHARE = 0.25  # of a frame's warp limit, reserved for what each later phase finds in sight
+_MOST_STALE = 0.5  # if more of the last frame's tiles are stale, it is a camera cut: all are warped and packed tightly
 _NO_SLOTS = np.zeros((0, 4), np.int64)
 
 
@@ -44,20 +44,20 @@ class TileWork:
 
     Attributes
     ----------
-    warped : (k,) numbers of the `ImpostorObjects` whose tiles pass 1 warps.
+    warped : (k,) indices of the `ImpostorObjects` whose tiles pass 1 warps.
     planes : the planes of the warped tiles.
     tiles : how these planes map to texels.
     slots : (k, 4) where the warped tiles lie in the atlas: x, y, width, height, texels.
     whole : (k,) whether each warped tile holds all of its object.
-    drawn : (d,) numbers of the `ImpostorObjects` that pass 2 draws, first the aligned ones; within either kind the
+    drawn : (d,) indices of the `ImpostorObjects` that pass 2 draws, first the aligned ones; within either kind the
         nearest first.
-    aligned : how many of those drawn are aligned, which means that their texels are pixels of the picture.
+    aligned : how many of those drawn are aligned, that is, their texels are pixels of the picture.
     composite : (d,) COMPOSITE_RECORD of each drawn tile.
     level : (d,) level of detail of each drawn tile, see `CachedTiles`.
     pieces : (d,) pieces that each drawn tile shows, bit masks, see `CachedTiles`.
     resolution : (d,) texels along each side of each drawn tile over those that it should have there, 0 to 1.
     error : (d,) reprojection error of each drawn tile, 1 where it is as large as allowed.
-    provisional : how many of the drawn tiles are coarser than they should be, for want of time.
+    provisional : how many of the drawn tiles are coarser than they should be, for lack of time.
     atlas_used : part of the atlas that holds tiles, 0 to 1.
     """
 
@@ -78,12 +78,12 @@ class TileWork:
 
 
 class TileScheduler:
-    """Decide in every frame which tiles are warped, and keep tiles from frame to frame."""
+    """Decide in every frame which tiles are warped, and cache tiles from frame to frame."""
 
     def __init__(self) -> None:
         self._cache = TileCache()
         self._warped = 0  # triangles that were warped in this frame
-        self._limit: int | None = None  # of these, where even what cannot wait has one
+        self._limit: int | None = None  # most triangles to warp; holds for tiles that cannot wait, too
         self._shown_before = 0  # how many tiles the last frame showed
         self._continues = False  # whether this is a later phase of a frame
 
@@ -102,7 +102,7 @@ class TileScheduler:
         self._cache.reserve(objects)
 
     def spoil(self, rows: Rows) -> None:
-        """Have the tiles of the objects with the `rows` (m,) warped again in the next frame, because these changed."""
+        """Mark the tiles of the objects with the `rows` (m,) as invalid, because the objects changed."""
         self._cache.spoil(rows)
 
     def begin_phase(
@@ -113,7 +113,7 @@ class TileScheduler:
         limit: int | None = None,
         continues: bool = False,
     ) -> Array:
-        """Return how far the tiles of some objects are off, before `plan` decides which to warp.
+        """Return the reprojection errors of the tiles of some objects, from which `plan` decides which to warp.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class TileScheduler:
 
         Returns
         -------
-        (n,) reprojection errors, 1 where as large as allowed; inf where a tile is missing, or lacks what is seen.
+        (n,) reprojection errors, 1 where as large as allowed; inf where a tile is missing, or does not cover the view.
         """
         self._continues = continues
         if not continues:
@@ -136,7 +136,7 @@ class TileScheduler:
         return self._errors(view, impostors, layout)
 
     def allowed(self, error: Array) -> tuple[Rows, int] | None:
-        """Return which tiles cannot wait, and how many triangles there may be for them; None where any number may.
+        """Return which tiles cannot wait, and how many triangles may be warped for them; None: there is no limit.
 
         Parameters
         ----------
@@ -144,7 +144,7 @@ class TileScheduler:
 
         Returns
         -------
-        (m,) numbers of the tiles, and the number of triangles. Every phase of a frame gets a part.
+        (m,) indices of the tiles, and the number of triangles. Every phase of a frame gets a part of the limit.
         """
         if self._limit is None:
             return None
@@ -157,7 +157,7 @@ class TileScheduler:
         Parameters
         ----------
         view : the view of the picture, near and far plane fitted.
-        impostors : the n objects of the last call of `begin_phase`; other levels may serve them now.
+        impostors : the n objects of the last call of `begin_phase`; their levels may have changed since.
         error : (n,) reprojection errors that this call returned.
         layout : how tiles are laid out, and how long they are reused.
 
@@ -183,7 +183,7 @@ class TileScheduler:
     def _work(
         self, impostors: ImpostorObjects, placed: PlacedTiles, slots: Rows, error: Array, stale: Mask
     ) -> TileWork:
-        """Return what pass 1 warps, the `placed`, and what pass 2 draws: all that is not `stale` (m,)."""
+        """Return what pass 1 warps, the `placed` tiles, and what pass 2 draws: all tiles that are not `stale` (m,)."""
         cache = self._cache
         row = cache.rows(impostors.row)
         drawn, aligned = ((row >= 0) & ~stale).nonzero()[0], 0
@@ -213,11 +213,10 @@ class TileScheduler:
     def _store(
         self, view: View, impostors: ImpostorObjects, number: Rows, layout: TileParams, pack: bool
     ) -> tuple[PlacedTiles, Rows]:
-        """Store tiles of those objects `number` (n,) that are in sight in the atlas.
+        """Place tiles for those objects `number` (n,) that are in sight, and store them in the atlas.
 
-        Where the atlas has no room for them, it is packed again with the tiles of all objects.
-
-        If `pack` is true, they are packed into an empty atlas in any case.
+        If `pack` is set, they are packed into an empty atlas. Otherwise, where the atlas has no room for them, it is
+        packed again with the tiles of all objects.
 
         Returns
         -------
@@ -240,8 +239,8 @@ class TileScheduler:
     def _errors(self, view: View, impostors: ImpostorObjects, layout: TileParams) -> Array:
         """Return the reprojection error (n,) of each object's cached tile, 1 where as large as allowed.
 
-        It is inf where there is no tile, where the tile was cut off too near to what the view shows now, and where it
-        is provisional in a frame that has no limit.
+        It is inf where there is no tile, where the tile is cropped and does not cover the present view, and where it is
+        provisional in a frame that has no limit.
         """
         row = self._cache.rows(impostors.row)
         known = (row >= 0).nonzero()[0]
@@ -265,14 +264,14 @@ class TileScheduler:
         error[known[cut[~covers]]] = np.inf
         lacks = known[(impostors.pieces[known] & ~tiles.pieces[row] != 0) | tiles.provisional[row]]
         error[lacks] = np.maximum(error[lacks], _LACKING)
-        if self._limit is None:  # nobody waits for this frame
+        if self._limit is None:  # the frame has time to replace them
             error[known[tiles.provisional[row]]] = np.inf
         return error
 
     def _compiled_errors(
         self, loops: ModuleType, view: View, impostors: ImpostorObjects, row: Rows, layout: TileParams
     ) -> Array:
-        """Return what `_errors` does, computed by compiled `loops`. row: (n,) see `TileCache.rows`."""
+        """Compute `_errors` by compiled `loops`. row: (n,) see `TileCache.rows`."""
         tiles, objects, bounds = self._cache.tiles, impostors.objects, impostors.bounds
         return np.asarray(
             loops.errors(

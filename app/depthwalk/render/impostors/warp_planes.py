@@ -1,7 +1,7 @@
-"""Choose the plane on which pass 1 warps an object's depth images, how much of it, and at what resolution.
+"""Choose the plane on which pass 1 warps an object's depth images, the visible part of it, and its resolution.
 
-Arrays run over n objects, are float64, and in the objects' frames unless said otherwise. Source: Liu et al. 2007,
-§3.2 f., and docs/conventions.md.
+Arrays have one row for each of n objects, are float64, and in the objects' frames unless said otherwise. Source: Liu et
+al. 2007, §3.2 f., and docs/conventions.md.
 """
 
 from dataclasses import dataclass, replace
@@ -16,8 +16,8 @@ from depthwalk.geometry.support_function import support
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
-# Closer to every plane than this part of its radius, an object is warped straight to the screen: the tile of a
-# plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
+# If the viewer is nearer to every plane than this part of the radius, the object is warped straight to the screen: the
+# tile of a plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
 MIN_PLANE_DISTANCE = 0.1
 GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neighbours for filtering at its border
 
@@ -26,7 +26,7 @@ GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neigh
 class Planes(StructOfArrays):
     """Hold the warp planes of n objects, and on each the rectangle that holds the object's warped samples.
 
-    `right` × `up` = `normal`, which points to the viewer. `crop_to_frustum` shrinks the rectangles to what is seen.
+    `right` × `up` = `normal`, which points to the viewer. `crop_to_frustum` shrinks the rectangles to the view.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Planes(StructOfArrays):
     high: Array
 
     def widened(self, margin: Array) -> "Planes":
-        """Return the planes with rectangles that reach farther by `margin` (n, 2), metres, on every side."""
+        """Return the planes with rectangles widened by `margin` (n, 2), metres, on every side."""
         return replace(self, low=self.low - margin, high=self.high + margin)
 
 
@@ -65,7 +65,7 @@ class Volumes(StructOfArrays):
     radius : (n,) metres.
     bottom : (n,) height of the lower end, metres.
     top : (n,) height of the upper end, metres.
-    footprint : (n, DIRECTIONS) how far their samples reach from the axis, metres, see `geometry.support_function`.
+    footprint : (n, DIRECTIONS) how far the samples reach from the axis, metres, see `geometry.support_function`.
     has_side : (n,) whether the object has a side image; false for planar images.
     """
 
@@ -79,7 +79,7 @@ class Volumes(StructOfArrays):
 def warp_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Array]:
     """Choose the face in whose plane each of n objects is warped: the one that the viewer is farthest in front of.
 
-    Where the distance is not positive the viewer is inside the cylinder, or behind a planar image.
+    Where the distance is not positive, the viewer is inside the cylinder, or behind a planar image.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
 
 
 def depths_behind(planes: Planes, volumes: Volumes) -> Array:
-    """Return bounds of how far the samples of n objects lie behind their warp planes.
+    """Return bounds on the depths of the samples of n objects behind their warp planes.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ class Seen(StructOfArrays):
 def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = GUARD) -> tuple[Planes, Seen]:
     """Crop the rectangles to what the camera sees, in pictures `guard` times as wide and high as the view's.
 
-    The seen part is a convex polygon: its corners are corners of the rectangle, crossings of an edge with a side of
+    The visible part is a convex polygon. Its corners are corners of the rectangle, crossings of an edge with a side of
     the frustum, or the frustum's own corner rays. Its bounding box becomes the rectangle.
 
     Parameters
@@ -212,7 +212,7 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = 
     planes : the planes of n objects, with the rectangles to crop.
     view : the view of the picture.
     rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
-    guard : by how many times the pictures are wider and higher than the view's.
+    guard : the factor by which the pictures are wider and higher than the view's.
 
     Returns
     -------
@@ -259,7 +259,7 @@ def _in_camera(camera: Array, distance: Array, points: Array) -> Array:
 def _pixel_bounds(view: View, guard: float, points: Array, valid: Mask) -> tuple[Array, Array]:
     """Return bounds (n, 2) on the screen, pixels, of points, clipped to the picture widened by the guard.
 
-    points: (3, n, k) camera coordinates; valid: (n, k) or (n, 1), which of them count.
+    points: (3, n, k) camera coordinates; valid: (n, k) or (n, 1), which of them to include.
     """
     x, y, z = points
     z = np.maximum(z, 1e-9)
@@ -307,10 +307,10 @@ def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> 
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:
-    """Return how many texels give every part of a rectangle at least the resolution at which it is seen.
+    """Return how many texels give every part of a rectangle at least the resolution of the screen.
 
-    The angle that a step on the plane covers is largest at the rectangle's point nearest to the epipole; it does not
-    depend on where the camera looks.
+    The angle that a step on the plane covers is largest at the rectangle's point nearest to the epipole, wherever the
+    camera looks.
 
     Parameters
     ----------

@@ -1,15 +1,15 @@
-"""Compute for each object what a frame decides about it, in loops that numba compiles.
+"""Plan frames in loops over objects that numba compiles, in place of NumPy.
 
-NumPy does the same at the places where its arrays are used, and says what is meant: it is the reference that the tests
-compare the loops with, and it serves as long as they are not loaded. For the few hundred objects of a frame NumPy
-spends its time on calls, some four thousand of them; a loop does not.
+The NumPy code in the other folders computes the same. It is the reference that the tests compare the loops with, and is
+used as long as they are not loaded. For the few hundred objects of a frame, NumPy spends its time on the overhead of
+some four thousand calls, which compiled loops avoid.
 
-`load` loads the loops, `load_behind` does so beside the frames of a window, and `loaded` returns them, or None. Who
-draws a single picture never needs them, so nothing here imports numba before one of the two is called. numba is an
-extra of this package, `depthwalk[fast]`; without it NumPy goes on to serve.
+`load` loads the loops, `load_behind` does so in the background of a window, and `loaded` returns them, or None. A
+single picture never needs them, so nothing here imports numba before one of the two is called. numba is an extra of
+this package, `depthwalk[fast]`; without it NumPy is used.
 
-The compiled code is kept in the cache folder (`compiled_code`). Where that cannot be written, NumPy serves: compiling
-anew in every process would take longer than it saves.
+The compiled code is kept in the cache folder (`compiled_code`). If that cannot be written, NumPy is used, as compiling
+in every process would take longer than it saves.
 """
 
 import importlib.util
@@ -23,7 +23,7 @@ from types import ModuleType
 from depthwalk.render.kernels import compiled_code
 
 _LOG = logging.getLogger(__name__)
-# Behind the frames of a window; Windows has no such priority for Python to set.
+# At low priority, so that frames of a window come first; on Windows Python cannot set one.
 _COMPILE = """
 import os
 if hasattr(os, "nice"):
@@ -37,7 +37,7 @@ _loader: threading.Thread | None = None
 
 
 def loaded() -> ModuleType | None:
-    """Return the module `render.kernels.loops`, whose functions serve in the place of NumPy; None before `load`."""
+    """Return the module `render.kernels.loops`, whose functions replace NumPy code; None before `load`."""
     return _loops
 
 
@@ -47,14 +47,14 @@ def available() -> bool:
 
 
 def load() -> bool:
-    """Load the compiled loops, which all frames from now on use.
+    """Load the compiled loops, which all later frames use.
 
-    This takes half a second; some twenty where they are still to be compiled.
+    This takes half a second; some twenty if they must be compiled first.
 
     Returns
     -------
-    Whether they are loaded: not where numba is not installed, nor where the cache folder cannot be written, which a
-    warning says.
+    Whether they are loaded. They are not if numba is not installed, or, with a warning, if the cache folder cannot be
+    written.
     """
     global _loops
     if available() and _loops is None and compiled_code.is_writable():
@@ -73,11 +73,11 @@ def unload() -> None:
 
 
 def load_behind() -> threading.Thread:
-    """Load the loops beside the frames of a window; where they are still to be compiled, by a process of its own.
+    """Load the loops in a background thread; if they must be compiled first, in a separate process.
 
     Returns
     -------
-    The thread that does so. Nobody need wait for it.
+    The thread, which need not be joined.
     """
     global _loader
     if _loader is None or not _loader.is_alive():
@@ -87,7 +87,7 @@ def load_behind() -> threading.Thread:
 
 
 def _load_behind() -> None:
-    """Compile the loops in another process where that was not done yet, then load them."""
+    """Compile the loops in another process unless they are compiled, then load them."""
     if _loops is not None or not available() or not compiled_code.is_writable():
         return
     if not compiled_code.is_complete():

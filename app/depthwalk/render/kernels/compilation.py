@@ -1,4 +1,4 @@
-"""Compile functions with numba, for types that are known beforehand."""
+"""Compile functions with numba, for declared types."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
@@ -9,7 +9,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def _array(kind: numba.types.Type, axes: int) -> numba.types.Type:
-    """Return the type of arrays that are only read, however they lie in memory."""
+    """Return the type of read-only arrays with any memory layout."""
     return numba.types.Array(kind, axes, "A", readonly=True)
 
 
@@ -21,7 +21,7 @@ _KINDS: dict[str, numba.types.Type] = {
     "U": numba.uint8,
     "B": numba.boolean,
 }
-TYPES = {  # by the names that signatures have for them: F2 is a float32 array with two axes
+TYPES = {  # by their names in signatures: F2 is a float32 array with two axes
     "i": numba.int64,
     "f": numba.float64,
     "?": numba.boolean,
@@ -32,12 +32,12 @@ TYPES = {  # by the names that signatures have for them: F2 is a float32 array w
 def compiled(signature: str = "") -> Callable[[_Function], _Function]:
     """Compile a function of numbers and arrays when its module is imported, or read it from numba's cache.
 
-    Division by zero gives an infinity, as in NumPy, and other threads run meanwhile.
+    Division by zero gives infinity, as in NumPy. The function releases the GIL, so that other threads can run.
 
     Parameters
     ----------
-    signature : the types of the arguments, names of `TYPES` divided by blanks; none: the function is made part of the
-        compiled functions that call it, for whatever types they give.
+    signature : the types of the arguments, names of `TYPES` separated by blanks; empty: the function is compiled into
+        the compiled functions that call it, for their types.
 
     Returns
     -------

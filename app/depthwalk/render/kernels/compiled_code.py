@@ -1,7 +1,7 @@
-"""Keep what numba compiles in the cache folder.
+"""Keep the code that numba compiles in the cache folder.
 
-numba looks only at the file of a function before it takes it from there, not at what that file imports, so each state
-of these files has a folder of its own; those of other states are removed when nobody has used them for some weeks.
+numba only checks whether the file of a function has changed, not the files that it imports. So each state of these
+files has its own folder; folders of other states are removed when they have not been used for some weeks.
 """
 
 import hashlib
@@ -17,19 +17,19 @@ from depthwalk.cache import cache_folder
 
 log = logging.getLogger(__name__)
 
-_COMPLETE = "complete"  # a file in a folder whose loops are all compiled, as old as their last use
+_COMPLETE = "complete"  # a file in a folder whose loops are all compiled; its time is that of their last use
 _UNUSED = 21 * 86_400  # seconds after which the code of another state of these files is removed
 
 
 def folder() -> Path:
-    """Return the folder in which the compiled code of these files is kept, for the version of numba that is here."""
+    """Return the folder for the compiled code of these files, in their present state and for the installed numba."""
     sources = sorted(Path(__file__).parent.glob("*.py"))
     state = b"".join(path.read_bytes() for path in sources) + version("numba").encode()
     return cache_folder().parent / "compiled" / hashlib.sha256(state).hexdigest()[:16]
 
 
 def is_writable() -> bool:
-    """Return whether compiled code can be kept; warn where it cannot."""
+    """Return whether compiled code can be kept; log a warning if not."""
     try:
         folder().mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder()).close()
@@ -40,23 +40,23 @@ def is_writable() -> bool:
 
 
 def is_complete() -> bool:
-    """Return whether all loops are compiled, so that loading them takes no longer than reading files."""
+    """Return whether all loops are compiled, so that loading them only reads files."""
     return (folder() / _COMPLETE).is_file()
 
 
 def mark_complete() -> None:
-    """Note that all loops are compiled, and used now."""
-    with suppress(OSError):  # removed meanwhile, or the disk is full
+    """Record that all loops are compiled, and used now."""
+    with suppress(OSError):  # the folder was removed meanwhile, or the disk is full
         (folder() / _COMPLETE).touch()
 
 
 def remove_unused() -> None:
-    """Remove what other states of these files were compiled to, if nobody has used it for some weeks.
+    """Remove the compiled code of other states of these files that has not been used for some weeks.
 
-    The mark `complete` goes first. Whoever needs a folder that is half removed then compiles what is missing.
+    The mark `complete` is removed first, so that a process that needs a half removed folder compiles what is missing.
     """
     for other in folder().parent.iterdir():
-        with suppress(OSError):  # of another process, which removes it too, or on a read-only disk
+        with suppress(OSError):  # another process removes it too, or the disk is read-only
             mark = other / _COMPLETE
             used = (mark if mark.is_file() else other).stat().st_mtime
             if other != folder() and time.time() - used > _UNUSED:

@@ -1,4 +1,4 @@
-"""Cull objects: by the frustum, and by the depth of what is drawn already.
+"""Cull objects: by the frustum, and by the depth buffer.
 
 The reference is `Bounds.visible` with `SpatialCells.visible`, and `render.culling.occlusion_test`.
 """
@@ -15,14 +15,14 @@ from depthwalk.types import Array, Mask, Rows
 def cells_in_sight(
     low: Array, high: Array, largest: Array, position: Array, axes: Array, tangent: Array, min_size: float
 ) -> Rows:
-    """Return the spatial cells of which a view may show any object, see `SpatialCells.batches`.
+    """Return the spatial cells that hold any object that a view may show, see `SpatialCells.batches`.
 
     Parameters
     ----------
     low, high : (c, 3) corners of the cells' boxes, metres, world.
     largest : (c,) the largest radius of an object in each, metres.
     position, axes, tangent : of the `View`; `tangent` is its `half_extent`.
-    min_size : how large the radius of an object must be at least, over its distance from the viewer.
+    min_size : least radius of an object, over its distance from the viewer.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def cells_in_sight(
     for cell in range(len(largest)):
         inside, squared = True, 0.0
         for plane in range(5):
-            nearest = 0.0  # how far the box's nearest corner is outside
+            nearest = 0.0  # how far outside the box's nearest corner is
             for axis in range(3):
                 half, middle = (high[cell, axis] - low[cell, axis]) / 2, (high[cell, axis] + low[cell, axis]) / 2
                 nearest += planes[plane, axis] * (middle - position[axis]) - abs(planes[plane, axis]) * half
@@ -70,7 +70,7 @@ def visible(
     shear: Array,
     min_size: float,
 ) -> tuple[Rows, Array]:
-    """Return the objects of some cells that a view may show, in the order of the cells.
+    """Return the objects of `cells` that a view may show, in the order of the cells.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def visible(
     order, first : the rows of the objects, cell by cell, and where those of each cell begin, see `SpatialCells`.
     cells : (k,) numbers of the cells.
     position, axes, tangent, shear : of the `View`: `position`, `axes`, `half_extent` and `shear`.
-    min_size : how large the radius of an object must be at least, over its distance from the viewer.
+    min_size : least radius of an object, over its distance from the viewer.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def visible(
 
 @compiled("I1 F2 F1 i")
 def boxes_about(rows: Rows, centre: Array, radius: Array, size: int) -> tuple[Array, Array]:
-    """Return the boxes around each `size` of some objects that stand one after the other, see `spatial_cells`.
+    """Return the boxes around each run of `size` consecutive objects, see `spatial_cells`.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def boxes_about(rows: Rows, centre: Array, radius: Array, size: int) -> tuple[Ar
         for axis in range(3):
             low[box, axis] = min(low[box, axis], centre[row, axis] - radius[row])
             high[box, axis] = max(high[box, axis], centre[row, axis] + radius[row])
-    for box in range(boxes):  # rounding must not let a sphere out
+    for box in range(boxes):  # rounding must not shrink the boxes
         for axis in range(3):
             low[box, axis] = np.nextafter(low[box, axis], np.float32(-np.inf))
             high[box, axis] = np.nextafter(high[box, axis], np.float32(np.inf))
@@ -145,7 +145,7 @@ def boxes_about(rows: Rows, centre: Array, radius: Array, size: int) -> tuple[Ar
 def upright_cylinders(
     rows: Rows, centre: Array, rotation: Array, asset: Rows, scale: Array, half_height: Array, radius: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """Return the cylinders that enclose some objects, see `view.bounds.cylinders`.
+    """Return the cylinders that enclose the objects `rows`, see `view.bounds.cylinders`.
 
     Parameters
     ----------
@@ -203,8 +203,8 @@ def hidden(
     position, axes, tangent, shear, size : of the `View`: `position`, `axes`, `half_extent`, `shear` and `size`.
     near, far : near and far plane, metres.
     side : width and height of a cell of `farthest`, pixels.
-    margin : by how much the rectangles of the cylinders are wider on every side, pixels.
-    rounding : by how much values of the depth buffer may be off.
+    margin : pixels by which the rectangles of the cylinders are widened on every side.
+    rounding : largest error of values of the depth buffer.
 
     Returns
     -------
@@ -230,7 +230,7 @@ def hidden(
             middle, half = (t / tangent[j] + 1) * size[j] / 2, reach * size[j] / (2 * tangent[j]) + margin
             low[j] = int(min(max((middle - half) / side, 0.0), last[j]))
             high[j] = int(min(max((middle + half) / side, 0.0), last[j]))
-        # In single precision, as the cells are, so that several are compared at once.
+        # In single precision, as the cells are, so that several are compared by one instruction.
         depth = np.float32(far / (far - near) * (1 - near / nearest) - rounding)
         behind = True
         for row in range(low[1], high[1] + 1):

@@ -1,4 +1,4 @@
-"""Choose how objects are drawn, and how finely.
+"""Choose how objects are drawn, and at which level of detail.
 
 The reference is `render.draw.object_detail`, with `render.lod` and `cook.cases.seen_pieces`.
 """
@@ -23,9 +23,9 @@ def _length(x: float, y: float, z: float) -> float:
 
 @compiled()
 def _seen_pieces(horizon: Array, edges: Array, viewer: Array, slack: float, step: int) -> int:
-    """Return bits of the pieces 0, `step`, 2 · `step` … that a viewer may see; see `cook.cases.seen_pieces`.
+    """Return the bits of those pieces 0, `step`, 2 · `step` … that a viewer may see; see `cook.cases.seen_pieces`.
 
-    horizon, edges: (p, 4) and (p, 4, 3). slack: part of the viewer's distance by which it may be farther ahead.
+    horizon, edges: (p, 4) and (p, 4, 3). slack: tolerance, as a part of the viewer's distance.
     """
     x, y, z = viewer[0], viewer[1], viewer[2]
     farther, bits = slack * _length(x, y, z), 0
@@ -54,7 +54,7 @@ def _viewer(position: Array, rotation: Array, scale: float, eye: Array, viewer: 
 
 @compiled()
 def _outside(viewer: Array, centre: Array, half_height: float, radius: float) -> float:
-    """Return how far a viewer is from an upright cylinder, see `view.bounds.outside`."""
+    """Return the distance of a viewer from an upright cylinder, see `view.bounds.outside`."""
     beside = max(math.hypot(viewer[0] - centre[0], viewer[2] - centre[2]) - radius, 0.0)
     return math.hypot(beside, max(abs(viewer[1] - centre[1]) - half_height, 0.0))
 
@@ -94,7 +94,7 @@ def describe(
     has_side: Mask,
     least_distance: float,
 ) -> tuple[Array, Rows, Rows, Rows, Rows, Array]:
-    """Return how some objects are drawn, see `object_detail.describe`.
+    """Return how the objects `rows` are drawn, see `object_detail.describe`.
 
     Parameters
     ----------
@@ -105,15 +105,15 @@ def describe(
     detail_pixels : of the `View`.
     error_at_a_metre : see `lod.selection`.
     triangles_per_pixel : how many triangles there may be for each pixel.
-    step_at_a_metre : Iter_step, at a distance of a metre, of an object whose texels are as large.
+    step_at_a_metre : Iter_step, at a distance of one metre, of an object whose texels are one metre large.
     error, triangles, max_level, asset_centre, half_height, cylinder_radius, area, texel, horizon : (a, …) see
         `AssetTable`.
     edges : (p, 4, 3) edges of the cones of the pieces' normals, see `cook.cases`; the first and last piece are caps.
-    slack : part of the viewer's distance by which it may be farther ahead.
-    worth : triangles from which on pieces of the side are left out, too.
+    slack : tolerance of the test for pieces, as a part of the viewer's distance.
+    worth : triangles from which on pieces of the side are culled, too.
     side_pieces, all_pieces : bit masks of the pieces of the side, and of all.
     radius, bottom, top, has_side : (a, …) cylinders, see `warp_planes.Volumes`.
-    least_distance : part of its radius within which no plane serves an object.
+    least_distance : least distance of the viewer from a warp plane, as a part of the radius.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def surfaces(
     shear: Array,
     near: float,
 ) -> tuple[Array, Array, Array]:
-    """Return what the pass `material_resolve` reads of n objects, see `material_depth.material_records`.
+    """Return the records of n objects for the pass `material_resolve`, see `material_depth.material_records`.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def surfaces(
     tiled : (n,) which of these are drawn by impostor tiles.
     position, rotation, scale, asset, centre, bounding_radius : (o, …) all objects, and their bounding spheres, world.
     asset_number : (a,) the number of each asset among the k that these objects have.
-    material_depth, crowd : (k,) the depth that stands for each of these, and whether it is taken to be everywhere.
+    material_depth, crowd : (k,) the depth of each of these, and whether it is assumed to cover the whole screen.
     eye, axes, tangent, shear : of the `View`: `position`, `axes`, `half_extent` and `shear`.
     near : the near plane, metres.
 
@@ -253,7 +253,7 @@ def nearer_than(
 
     Returns
     -------
-    (k,) numbers among the m, and (k,) metres, object frames, from the viewer to the assets' cylinders.
+    (k,) indices into `rows`, and (k,) metres, object frames, from the viewer to the assets' cylinders.
     """
     found, nearest, count = np.empty(len(rows), np.int64), np.empty(len(rows)), 0
     viewer, turned, matrix = np.empty(3), np.empty(3), np.empty((3, 3))
@@ -265,7 +265,7 @@ def nearer_than(
         x, y, z = eye[0] - position[row, 0], eye[1] - position[row, 1], eye[2] - position[row, 2]
         if _length(x, y, z) >= (reach[a] + span[a]) * scale[row]:
             continue
-        row -= part[a]  # all parts of an asset are replaced, or none: by where the first is
+        row -= part[a]  # all parts of an asset are replaced, or none, depending on the first
         a = asset[row]
         _viewer(position[row], rotation[row], scale[row], eye, viewer)
         turned_axes(turn[a], matrix)

@@ -1,4 +1,4 @@
-"""Find the planes and tiles of impostors.
+"""Compute the planes and tiles of impostors.
 
 The reference is `render.impostors.warp_planes`, `tile_mapping.screen_tiles` and `tile_placement`, which calls them.
 """
@@ -46,7 +46,7 @@ def _support(footprint: Array, x: float, z: float) -> float:
 def _rectangle(
     footprint: Array, radius: float, bottom: float, top: float, side: bool, frame: Array, distance: float, bound: Array
 ) -> None:
-    """Write into `bound` (2, 2) the low and high corner of what is warped onto a plane, relative to the epipole.
+    """Write the rectangle of an object's warped samples, its low and high corner from the epipole, to `bound` (2, 2).
 
     frame: (5, 3), see `place`. See `warp_planes._rectangles`.
     """
@@ -67,7 +67,7 @@ def _rectangle(
 
 @compiled()
 def _clipped(polygon: Array, count: int, a: float, b: float, c: float, clipped: Array) -> int:
-    """Write what of a convex polygon has a·s + b·v + c ≥ 0 into `clipped`, and return how many corners that has.
+    """Clip a convex polygon to a·s + b·v + c ≥ 0; write the corners to `clipped`, and return their number.
 
     polygon: its first `count` rows are the corners (s, v). See Sutherland and Hodgman 1974.
     """
@@ -97,13 +97,13 @@ def _seen_rectangle(
     camera : (3, 3) from plane coordinates (s, v, −distance) to camera coordinates.
     distance : the viewer's distance to the plane, metres.
     tangent, size : of the `View`: `half_extent` and `size`.
-    guard : by how many times the picture is wider and higher than the view's.
-    bound : (2, 2) low and high corner, which are replaced by those of what is seen.
-    pixel : (2, 2) takes low and high bounds of that on the screen, pixels.
+    guard : the factor by which the picture is wider and higher than the view's.
+    bound : (2, 2) low and high corner, which are replaced by those of the visible part.
+    pixel : (2, 2) receives the bounds of that part on the screen, low and high, pixels.
 
     Returns
     -------
-    2 where all is seen, 1 where a part is, 0 where nothing is.
+    2 if the whole rectangle is visible, 1 if a part is, 0 if nothing is.
     """
     polygon, clipped = np.empty((12, 2)), np.empty((12, 2))
     for k in range(4):
@@ -142,7 +142,7 @@ def _seen_rectangle(
 
 @compiled()
 def warp_face(viewer: Array, radius: float, bottom: float, top: float, has_side: bool) -> tuple[int, float]:
-    """Return the face in whose plane an object is warped, and how far the viewer is from it, metres.
+    """Return the face in whose plane an object is warped, and the viewer's distance from it, metres.
 
     See `warp_planes.warp_faces`.
     """
@@ -159,7 +159,7 @@ def warp_face(viewer: Array, radius: float, bottom: float, top: float, has_side:
 
 @compiled()
 def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bool, frame: Array) -> int:
-    """Write the plane on which an object is warped into `frame` (5, 3), see `place`; return the number of its face."""
+    """Write the warp plane of an object to `frame` (5, 3), see `place`; return the number of its face."""
     x, y, z = viewer[0], viewer[1], viewer[2]
     face, distance = warp_face(viewer, radius, bottom, top, has_side)
     frame[:] = 0.0
@@ -203,19 +203,19 @@ def place(
     detail_pixels: float,
     limit: int,
 ) -> tuple[Rows, Rows, Array, Array, Array, Array, Rows, Array, Array, Mask, Array, Array]:
-    """Find planes and tiles for those of some objects that are in sight.
+    """Find planes and tiles for those objects `number` that are in sight.
 
     Parameters
     ----------
-    number : (k,) numbers of those to place among the m that follow.
-    at, viewer : (m,) which of the n objects that follow are impostors, and (m, 3) the viewer in their frames, metres.
-    volume : (n,) which of the cylinders that follow is that of each object.
+    number : (k,) indices, among the m impostors below, of those to place.
+    at, viewer : (m,) index of each impostor among the n objects below, and (m, 3) the viewer in its frame, metres.
+    volume : (n,) index of each object's cylinder among those below.
     radius, bottom, top, footprint, has_side : (v, …) cylinders, see `warp_planes.Volumes`.
     rotation, centre, bounding_radius, scale : (n, …) the objects and their bounding spheres.
     position, axes, tangent, size, detail_pixels : of the `View`; `tangent` is its `half_extent`.
     near : the near plane, metres.
-    guard : by how many times the picture is wider and higher than the view's.
-    kept_guard : the same of the picture in which a cropped tile may be shown later.
+    guard : the factor by which the picture is wider and higher than the view's.
+    kept_guard : the same for the picture in which a cropped tile may be shown later.
     texels : texels per pixel.
     limit : the largest width and height of a tile, texels.
 
@@ -234,11 +234,11 @@ def place(
     density, frustum = np.empty(count), np.empty((count, 3, 3))
     turned, to_object, camera, pixel = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 2))
     found = 0
-    for one in number:
-        index = at[one]
+    for impostor in number:
+        index = at[impostor]
         a = volume[index]
         frame, bound = frames[found], bounds[found]
-        face = _plane(viewer[one], radius[a], bottom[a], top[a], has_side[a], frame)
+        face = _plane(viewer[impostor], radius[a], bottom[a], top[a], has_side[a], frame)
         side, distance = face == _SIDE, frame[4, 0]
         _rectangle(footprint[a], radius[a], bottom[a], top[a], side, frame, distance, bound)
         turned_axes(rotation[index], turned)
@@ -277,7 +277,7 @@ def place(
             x, z = frame[2, 0], frame[2, 2]
             depths[found, 0] = radius[a] - min(_support(footprint[a], x, z), radius[a])
             depths[found, 1] = radius[a] + min(_support(footprint[a], -x, -z), radius[a])
-        kept[found], faces[found], wholes[found] = one, face, seen == 2
+        kept[found], faces[found], wholes[found] = impostor, face, seen == 2
         found += 1
     return (
         kept[:found],

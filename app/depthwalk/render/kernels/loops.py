@@ -1,4 +1,4 @@
-"""Gather the compiled functions; whoever imports this compiles them, or reads them from the cache."""
+"""Collect the compiled functions; importing this module compiles them, or reads them from the cache."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ try:
     from depthwalk.render.kernels.silhouette_loops import silhouettes
     from depthwalk.render.kernels.tile_loops import allocate, composite_records, released, tile_records, warp_records
 finally:
-    _config.CACHE_DIR = _default  # of others in this process
+    _config.CACHE_DIR = _default  # for other users of numba in this process
 
 __all__ = [
     "allocate",

@@ -13,7 +13,7 @@ from depthwalk.types import Array
 
 @compiled()
 def _segment(numbers: int, epipole: float, k: int) -> int:
-    """Return which of the segments between `numbers` texels is drawn as the one numbered `k`, see `segment_order`."""
+    """Return which of the segments between `numbers` texels is drawn as number `k`, see `segment_order`."""
     before = min(max(math.floor(epipole), 0), numbers - 1)
     after = min(max(math.ceil(epipole), 0), numbers - 1)
     if k < before:
@@ -28,34 +28,34 @@ def _columns(ratio: Array, epipole: float, low: float, step: float, warped: Arra
     for row in range(rows):
         for k in range(numbers - 1):
             j = _segment(numbers, epipole, k)
-            here, there = np.float64(ratio[row, j]), np.float64(ratio[row, j + 1])
-            if here <= 0 or there <= 0:
+            at_start, at_end = np.float64(ratio[row, j]), np.float64(ratio[row, j + 1])
+            if at_start <= 0 or at_end <= 0:
                 continue
-            start, end = epipole + (j - epipole) * here, epipole + (j + 1 - epipole) * there
+            start, end = epipole + (j - epipole) * at_start, epipole + (j + 1 - epipole) * at_end
             first = max(math.ceil((start - low) / step), 0)
             for column in range(first, min(math.floor((end - low) / step), warped.shape[1] - 1) + 1):
                 part = min(max((low + step * column - start) / max(end - start, 1e-300), 0.0), 1.0)
-                warped[row, column] = here + part * (there - here)
+                warped[row, column] = at_start + part * (at_end - at_start)
 
 
 @compiled()
 def _rows(ratio: Array, epipole: float, low: float, step: float, warped: Array) -> None:
     """Move each column of `ratio` (h, w) along itself into `warped` (rows, w), see `warped_lines`.
 
-    All columns are moved side by side, as they lie in memory.
+    All columns are moved side by side, in the order of memory.
     """
     numbers, columns = ratio.shape
     for k in range(numbers - 1):
         j = _segment(numbers, epipole, k)
         for column in range(columns):
-            here, there = np.float64(ratio[j, column]), np.float64(ratio[j + 1, column])
-            if here <= 0 or there <= 0:
+            at_start, at_end = np.float64(ratio[j, column]), np.float64(ratio[j + 1, column])
+            if at_start <= 0 or at_end <= 0:
                 continue
-            start, end = epipole + (j - epipole) * here, epipole + (j + 1 - epipole) * there
+            start, end = epipole + (j - epipole) * at_start, epipole + (j + 1 - epipole) * at_end
             first = max(math.ceil((start - low) / step), 0)
             for row in range(first, min(math.floor((end - low) / step), warped.shape[0] - 1) + 1):
                 part = min(max((low + step * row - start) / max(end - start, 1e-300), 0.0), 1.0)
-                warped[row, column] = here + part * (there - here)
+                warped[row, column] = at_start + part * (at_end - at_start)
 
 
 @compiled("P2 D2 D1 D2 D2 i i")

@@ -1,4 +1,4 @@
-"""Bound the reprojection error of the impostor tiles of earlier frames.
+"""Bound the reprojection error of cached impostor tiles.
 
 The reference is `render.impostors.reprojection_error`, and `TileScheduler`, which calls it.
 """
@@ -14,7 +14,7 @@ from depthwalk.types import Array, Mask, Rows
 
 @compiled()
 def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
-    """Return a bound on how far from its place any point of an object is shown, pixels; see `parallax`.
+    """Return a bound on the displacement of any point of an object on the screen, pixels; see `parallax`.
 
     record: (45,), a COMPOSITE_RECORD: rows right, up, normal, high, origin of four numbers come first.
     """
@@ -47,7 +47,7 @@ def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
 def _covers(
     record: Array, frustum: Array, viewer: Array, turned: Array, ray_from_screen: Array, low: float, high: float
 ) -> bool:
-    """Return whether a tile holds all that the view sees of its object between two depths; see `covers_view`."""
+    """Return whether a tile holds everything that the view sees between two depths; see `covers_view`."""
     for x in (-1.0, 1.0):
         for y in (-1.0, 1.0):
             for depth in (low, high):
@@ -89,24 +89,24 @@ def errors(
     lacking: float,
     limited: bool,
 ) -> Array:
-    """Return how far the tiles of some objects are off; see `TileScheduler._errors`.
+    """Return the reprojection errors of the tiles of impostors; see `TileScheduler._errors`.
 
     Parameters
     ----------
-    row : (m,) where the tile of each impostor is among the cached tiles; −1 for none.
+    row : (m,) index of each impostor's tile among the cached tiles; −1 for none.
     record, density, frustum, whole, tile_pieces, provisional : (t, …) the cached tiles, see `CachedTiles`; `record` as
         (t, 45) numbers.
     at, viewer, pieces : (m, …) the impostors, see `ImpostorObjects`.
-    rotation, centre, bounding_radius, scale : (n, …) the objects of which these are some.
+    rotation, centre, bounding_radius, scale : (n, …) the objects that `at` refers to.
     position, axes, ray_from_screen, detail_pixels : of the `View`.
-    reuse_error : pixels that are an error of 1.
-    coarser : pixels per texel, or texels per pixel, that are an error of 1.
+    reuse_error : pixels that count as an error of 1.
+    coarser : pixels per texel, or texels per pixel, that count as an error of 1.
     lacking : the error of a tile that lacks pieces, or is provisional.
-    limited : whether provisional tiles may go on being shown.
+    limited : whether provisional tiles may stay in use.
 
     Returns
     -------
-    (m,) reprojection errors, 1 where as large as allowed; inf where the tile does not serve.
+    (m,) reprojection errors, 1 where as large as allowed; inf where the tile cannot be used.
     """
     count = len(row)
     error, turned = np.full(count, np.inf), np.empty((3, 3))

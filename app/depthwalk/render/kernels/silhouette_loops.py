@@ -1,7 +1,7 @@
 """Find the silhouettes and creases of objects as lines on the screen.
 
-The reference is `render.antialiasing.silhouette_lines`. Only the ends of edges that are chosen are projected here,
-where NumPy projects all points of an object; so the fewer edges are chosen, the less time that takes.
+The reference is `render.antialiasing.silhouette_lines`. NumPy projects all points of an object; here only the ends of
+the chosen edges are projected.
 """
 
 import math
@@ -27,7 +27,7 @@ def _project(clip_from_object: Array, point: Array, clip: Array) -> None:
 
 @compiled()
 def _clipped(start: Array, stop: Array) -> bool:
-    """Cut the line between clip coordinates `start` and `stop`, (4,) each, at the near plane; return if any is left."""
+    """Clip the line from `start` to `stop`, (4,) clip coordinates, at the near plane; return whether any is left."""
     before, beyond = start[2] + start[3], stop[2] + stop[3]
     if before <= 0 and beyond <= 0:
         return False
@@ -44,7 +44,7 @@ def _clipped(start: Array, stop: Array) -> bool:
 
 @compiled()
 def _write(start: Array, stop: Array, width: float, height: float, line: Array) -> bool:
-    """Write ends and depths of a line between clip coordinates into `line`; return whether it colours any pixel."""
+    """Write ends and depths of a line between clip coordinates to `line`; return whether it passes a pixel's centre."""
     x, y = (start[0] / start[3] + 1) * (width / 2), (start[1] / start[3] + 1) * (height / 2)
     to_x, to_y = (stop[0] / stop[3] + 1) * (width / 2), (stop[1] / stop[3] + 1) * (height / 2)
     if max(x, to_x) < 0 or max(y, to_y) < 0 or min(x, to_x) > width or min(y, to_y) > height:
@@ -83,9 +83,9 @@ def silhouettes(
     origin, rotation, scale : (n, 3), (n, 4) and (n,), of the PLACED_RECORDs.
     clip_from_eye : (4, 4) of the view, for column vectors.
     width, height : of the picture, pixels.
-    most_fold : edges whose cosine of the fold is below are creases; above 1, every edge is drawn.
-    solid : whether the asset is closed, so that nobody sees a back face.
-    farthest : objects are left out whose distance is more than this times their scale, metres.
+    most_fold : edges whose fold has a lower cosine than this are creases; above 1, every edge is drawn.
+    solid : whether the asset is closed, so that back faces are never visible.
+    farthest : objects at a greater distance than this times their scale are left out, metres.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Give out slots of the atlas, and write the records that the shaders read of impostor tiles.
+"""Allocate slots of the atlas, and write the records of impostor tiles that the shaders read.
 
 The reference is `render.impostors.atlas_allocator` and `tile_records`.
 """
@@ -25,7 +25,7 @@ def warp_records(
     height: float,
     rotation: Array,
 ) -> Array:
-    """Return the numbers that pass 1 reads of n tiles, see `tile_records.warp_records`.
+    """Return the records of n tiles for pass 1, see `tile_records.warp_records`.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def tile_records(
     pixel: Array,
     corner: Rows,
 ) -> Array:
-    """Return the numbers by which pass 2 draws n tiles, see `tile_records.tile_records`.
+    """Return the records of n tiles for pass 2, see `tile_records.tile_records`.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def tile_records(
 
     Returns
     -------
-    (n, 45) float32, a COMPOSITE_RECORD each, without what `place_tiles` adds.
+    (n, 45) float32, a COMPOSITE_RECORD each, without the fields that `place_tiles` adds.
     """
     count = len(nearest)
     record = np.zeros((count, 45), np.float32)
@@ -107,15 +107,15 @@ def tile_records(
 
 @compiled("F2 N1 D2 F1 F2 I1")
 def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rotation: Array, at: Rows) -> Array:
-    """Return the numbers by which pass 2 draws tiles where their objects are now, see `tile_records.place_tiles`.
+    """Return the records by which pass 2 draws tiles where their objects are now, see `tile_records.place_tiles`.
 
     Parameters
     ----------
-    cached : (t, 45) those of all cached tiles.
-    row : (d,) which of these are drawn.
+    cached : (t, 45) the records of all cached tiles.
+    row : (d,) indices of those to draw.
     viewer : (d, 3) the viewer in the frames of the objects that they show, metres.
     scale, rotation : (n, …) objects.
-    at : (d,) which of these the tiles show.
+    at : (d,) index of the object that each tile shows.
 
     Returns
     -------
@@ -158,29 +158,29 @@ def _merged(free: Rows, axis: int) -> Rows:
 
 @compiled("I2 I2")
 def released(free: Rows, slots: Rows) -> Rows:
-    """Return the free rectangles of an atlas after slots were given back, see `Atlas.release`.
+    """Return the free rectangles of an atlas after slots are released, see `Atlas.release`.
 
     Parameters
     ----------
     free : (f, 4) free rectangles before: x, y, width, height, texels.
-    slots : (n, 4) slots that are given back.
+    slots : (n, 4) slots to release.
 
     Returns
     -------
     (g, 4) free rectangles.
     """
-    every, count = np.empty((len(free) + len(slots), 4), np.int64), 0
-    for given in (free, slots):
-        for k in range(len(given)):
-            if given[k, 2] > 0 and given[k, 3] > 0:
-                every[count] = given[k]
+    joined, count = np.empty((len(free) + len(slots), 4), np.int64), 0
+    for rectangles in (free, slots):
+        for k in range(len(rectangles)):
+            if rectangles[k, 2] > 0 and rectangles[k, 3] > 0:
+                joined[count] = rectangles[k]
                 count += 1
-    return _merged(_merged(every[:count], 0), 1)
+    return _merged(_merged(joined[:count], 0), 1)
 
 
 @compiled("I2 I2")
 def allocate(free: Rows, sizes: Rows) -> tuple[Rows, Rows, int]:
-    """Give out slots of an atlas one after the other, until one does not fit, see `Atlas.allocate`.
+    """Allocate slots of an atlas one after the other, until one does not fit, see `Atlas.allocate`.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def allocate(free: Rows, sizes: Rows) -> tuple[Rows, Rows, int]:
 
     Returns
     -------
-    The slots (n, 4), the free rectangles that are left (g, 4), and how many slots were given out.
+    The slots (n, 4), the free rectangles that are left (g, 4), and how many slots were allocated.
     """
     count = len(free)
     left, slots = np.empty((count + len(sizes), 4), np.int64), np.zeros((len(sizes), 4), np.int64)
@@ -205,7 +205,7 @@ def allocate(free: Rows, sizes: Rows) -> tuple[Rows, Rows, int]:
             return slots, left[:count], k
         x, y, wide, high = left[best]
         slots[k] = x, y, width, height
-        if wide - width > high - height:  # an L is left, cut so that its larger part stays whole
+        if wide - width > high - height:  # cut the remaining L so that its larger part stays whole
             left[best] = x + width, y, wide - width, high
             rest = x, y + height, width, high - height
         else:

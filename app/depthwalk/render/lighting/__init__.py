@@ -1,5 +1,5 @@
-"""Derive the light of a scene as the shaders take it.
+"""Compute the light of a scene for the shaders.
 
-`sky` gives the radiance of the sky by direction and the sun's colour, `irradiance` what surfaces receive of it, and
-`light_clusters` the lamps that reach each part of the view.
+`sky` models the radiance of the sky by direction and the sun's colour, `irradiance` the light that surfaces receive
+from both, and `light_clusters` lists the lamps that reach each part of the view.
 """

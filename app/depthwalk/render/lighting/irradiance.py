@@ -1,8 +1,8 @@
 """Compute the light of sun and sky that surfaces receive, as uniforms of shaders/common/phong.glsl.
 
-Light from everywhere depends on the direction that a surface faces. It is smooth in that direction, so that nine
-numbers per colour hold it: coefficients of spherical harmonics up to the second order (Ramamoorthi and Hanrahan 2001,
-"An Efficient Representation for Irradiance Environment Maps").
+Ambient light depends on the direction that a surface faces, and so smoothly that nine numbers per colour hold it: the
+coefficients of spherical harmonics up to the second order (Ramamoorthi and Hanrahan 2001, "An Efficient Representation
+for Irradiance Environment Maps").
 """
 
 from collections.abc import Hashable
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import Environment
 
 
-GROUND = 0.2  # albedo of the ground below a sky, of grass and soil, whose light comes from below
+GROUND = 0.2  # albedo of the ground below a sky, as of grass and soil, which reflects light upward
 POLYNOMIALS = 9  # polynomials of the normal, up to the second order
 UPRIGHT_POLYNOMIALS = 3  # those of the normal's y alone, which come first
 _STEPS = 48  # rows of directions from pole to pole over which light is summed
-_NEGLIGIBLE = 1e-6  # of the strongest coefficient: no picture shows so little
+_NEGLIGIBLE = 1e-6  # of the strongest coefficient: too little to show in any picture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +38,9 @@ class Lighting:
     sun
         (3,) linear RGB of a white surface that faces the sun.
     ambient
-        (9, 3) linear RGB that light from everywhere adds to `sun`: coefficients of the `polynomials` of the normal.
+        (9, 3) linear RGB of ambient light, added to `sun`: coefficients of the `polynomials` of the normal.
     sky
-        The sky, which is seen behind everything.
+        The sky, seen behind everything.
     """
 
     to_sun: Array
@@ -55,7 +55,7 @@ class Lighting:
 
     @property
     def key(self) -> Hashable:
-        """Return what tells this light from another that lights surfaces otherwise."""
+        """Return a key that is equal for lights that light surfaces equally."""
         return self.to_sun.tobytes(), self.sun.tobytes(), self.ambient.tobytes()
 
     def uniforms(self) -> dict[str, Any]:
@@ -68,7 +68,7 @@ class Lighting:
 
     @cached_property
     def _upright(self) -> bool:
-        """Whether light from everywhere depends on the y of the normal alone."""
+        """Return whether ambient light depends only on the y of the normal."""
         return bool(np.abs(self.ambient[UPRIGHT_POLYNOMIALS:]).max() <= _NEGLIGIBLE * np.abs(self.ambient).max())
 
 
@@ -78,7 +78,7 @@ def lighting(environment: "Environment") -> Lighting:
     Parameters
     ----------
     environment
-        What surrounds the objects. Its `ambient` light counts where it has no sky that gives light.
+        What surrounds the objects. Its `ambient` light is used unless its sky gives light.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def lighting(environment: "Environment") -> Lighting:
 
 @lru_cache(maxsize=8)
 def skylight(sky: Sky, ground_sun: Triple) -> Array:
-    """Return the light that surfaces receive of a sky, and of ground that reflects the part `GROUND` of sky and sun.
+    """Return the light that surfaces receive from a sky, and from ground that reflects sky and sun by `GROUND`.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def skylight(sky: Sky, ground_sun: Triple) -> Array:
 
 
 def polynomials(normal: Array) -> Array:
-    """Return spherical harmonics up to the second order, not normalised, at some directions.
+    """Evaluate spherical harmonics up to the second order, not normalised, in given directions.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def polynomials(normal: Array) -> Array:
     Returns
     -------
     Array
-        (n, 9) values; the polynomials that depend on y alone are the first three.
+        (n, 9) values; the first three polynomials depend on y only.
     """
     x, y, z = normal.T
     return np.column_stack([np.ones_like(x), y, 3 * y * y - 1, x, z, x * x - z * z, x * y, y * z, z * x])
@@ -149,7 +149,7 @@ def irradiance(radiance: Array) -> Array:
     Returns
     -------
     Array
-        (9, 3) coefficients: `polynomials(normal) @ irradiance(radiance)` is what white surfaces show.
+        (9, 3) coefficients: `polynomials(normal) @ irradiance(radiance)` is the colour of white surfaces.
     """
     direction, weight = sphere_directions()
     basis = polynomials(direction)
@@ -160,7 +160,7 @@ def irradiance(radiance: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def sphere_directions() -> tuple[Array, float]:
-    """Return directions that share the sphere evenly, for sums over all directions.
+    """Return directions spread evenly over the sphere, for integrals over all directions.
 
     Returns
     -------

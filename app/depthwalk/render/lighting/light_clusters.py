@@ -1,8 +1,8 @@
 """Sort lamps into clusters of the view: records of the lamps in sight, and a list of those that reach each cluster.
 
 A cluster is a square of the picture, sliced by distance (Olsson, Billeter and Assarsson 2012, "Clustered Deferred and
-Forward Shading"). A pixel goes through the list of its cluster and reads the G-buffer once, where drawing a rectangle
-for each lamp would read it, and blend, once per lamp. The shaders' side of it is shaders/light/lamps.glsl.
+Forward Shading"). Each pixel goes through the list of its cluster and reads the G-buffer once; drawing a rectangle for
+each lamp would read it, and blend, once per lamp. shaders/light/lamps.glsl reads the clusters.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
 
-SQUARE = 32  # pixels, edge of a cluster in the picture
+SQUARE = 32  # pixels along the edge of a cluster in the picture
 SLICES_PER_DOUBLING = 2  # slices in which the distance doubles
-SLICES = 16  # the first ends at √2 m, each of the others √2 times as far as the one before; the last has no end
-FADE = 0.8  # part of a cone's angle within which it is as bright as it gets
+SLICES = 16  # the first ends at √2 m, each further one √2 times as far as the one before; the last has no end
+FADE = 0.8  # part of a cone's angle within which it has its full brightness
 
 LAMP_RECORD = np.dtype([("place", "4f4"), ("light", "4f4"), ("cone", "4f4"), ("shadow", "4f4")])
 """A lamp as shaders fetch it.
@@ -56,7 +56,7 @@ class LightClusters:
         (k,) NUMBERS_RECORD of the clusters, slice by slice, row by row from the lower left: where the cluster's list
         begins in `lists`, how many lamps it has, and how many of these have shadow maps, which come first.
     lists
-        (l,) NUMBERS_RECORD, four rows of `records` in each: the lists of all clusters, one after the other.
+        (l,) NUMBERS_RECORD, each with four rows of `records`: the lists of all clusters, one after the other.
     across
         Number of columns and of rows of squares.
     """
@@ -116,7 +116,7 @@ def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int
 
 
 def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]:
-    """Return the LAMP_RECORDs (n,) of lamps as if they had no shadow maps.
+    """Return the LAMP_RECORDs (n,) of lamps, without shadow maps.
 
     Parameters
     ----------
@@ -156,16 +156,16 @@ def lamps_by_cluster(
     Parameters
     ----------
     first
-        (n, 3) where the boxes of lamps begin, in columns, rows and slices of clusters.
+        (n, 3) lower corners of the boxes, in columns, rows and slices of clusters.
     last
-        (n, 3) where the boxes end, in the same units.
+        (n, 3) upper corners of the boxes, in the same units.
     shape
         Number of columns, rows and slices.
 
     Returns
     -------
     numbers
-        (m,) rows of boxes, those of the first cluster first, rising within each.
+        (m,) indices of boxes, those of the first cluster first, rising within each.
     counts
         (c,) how many of these belong to each cluster, column by column within a row, row by row within a slice.
     """

@@ -1,8 +1,8 @@
 """Model the sky: its radiance by direction, as two colours or as daylight, and the colour of the sun.
 
 Daylight is the analytic model of Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight". Here it
-is evaluated for many directions at once, for the light that falls on surfaces; shaders/common/sky.glsl evaluates the
-same per pixel, from the uniforms that a sky gives it.
+is evaluated for many directions at once, for the light that falls on surfaces; shaders/common/sky.glsl evaluates it per
+pixel, from the uniforms of a sky.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, float, float]
 
-# A white surface that faces a sun of intensity 1 shows 1: above the air 128 klx, which it reflects as so many kcd/m².
+# kcd/m² of a white surface that faces a sun of intensity 1 and so has a colour of 1; above the air it receives 128 klx.
 _WHITE = 128 / np.pi
 # Preetham et al., appendix A.2: coefficients A to E of luminance Y and chromaticity x and y, by turbidity and 1.
 _PEREZ = np.array(
@@ -49,12 +49,12 @@ _ZENITH = np.array(
 # CIE XYZ to linear RGB of Rec. 709; shaders read it.
 RGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 _WAVELENGTHS = np.array([0.68, 0.55, 0.44])  # µm; they stand for red, green and blue
-_TWILIGHT = np.radians(3.0)  # by which the sun sinks below the horizon while the sky's light falls to a tenth
+_TWILIGHT = np.radians(3.0)  # angle of the sun below the horizon at which the sky's light has fallen to a tenth
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gradient:
-    """Model a sky of two colours, mixed by the square root of the y of a direction.
+    """Model a sky of two colours, mixed by the square root of a direction's y.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Gradient:
     defines: tuple[str, ...] = ()
 
     def radiance(self, direction: Array) -> Array:
-        """Return the colour of the sky in some directions.
+        """Return the colour of the sky in given directions.
 
         Parameters
         ----------
@@ -113,7 +113,7 @@ class Daylight:
     defines: tuple[str, ...] = ("PREETHAM",)
 
     def radiance(self, direction: Array) -> Array:
-        """Return the colour of the sky in some directions (Preetham et al.).
+        """Return the colour of the sky in given directions (Preetham et al.).
 
         Directions below the horizon have the colour of the horizon.
 
@@ -141,7 +141,7 @@ Sky = Gradient | Daylight
 
 
 def _perez(coefficients: Array, up: Array, cosine: Array) -> Array:
-    """Return Perez' function, how bright the sky is by direction (Perez et al. 1993).
+    """Evaluate Perez' function, the relative brightness of the sky by direction (Perez et al. 1993).
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def environment_sky(environment: "Environment") -> Sky:
     Parameters
     ----------
     environment
-        What surrounds the objects; where it has no sky, its plain background takes the place of one.
+        What surrounds the objects; without a sky, its plain background is used.
 
     Returns
     -------
@@ -220,7 +220,7 @@ def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
 
 
 def sunlight(environment: "Environment") -> Array:
-    """Return the light of the sun, as a white surface that faces it shows it.
+    """Return the light of the sun, as the colour of a white surface that faces it.
 
     In a daylight sky the air absorbs some of the light, by molecules and by haze (Preetham et al., appendix A.1,
     without ozone, gases and water vapour), so that a low sun is red.
@@ -247,7 +247,7 @@ def sunlight(environment: "Environment") -> Array:
 
 
 def _twilight(to_sun: Array) -> float:
-    """Return the part of the light that is left of a sun below the horizon, where the model ends: a rule of thumb."""
+    """Return the part of the light that remains when the sun is below the horizon, by a rule of thumb."""
     return float(10 ** (min(np.arcsin(np.clip(to_sun[1], -1, 1)), 0.0) / _TWILIGHT))
 
 

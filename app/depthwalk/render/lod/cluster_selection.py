@@ -1,9 +1,8 @@
-"""Choose for many objects at once which clusters of a mesh show them: those just fine enough, and together no cracks.
+"""Select the clusters of a mesh that show many objects at once: just fine enough, and without cracks between them.
 
 A cluster is drawn where its own error cannot be seen and that of the group that it would be simplified in can (Karis,
-Stubbe and Wihlidal 2021). Errors and spheres of groups hold those of the groups below them, so that whoever needs a
-group refined needs all groups above it refined, too; and all clusters of a group see the same error, so that they are
-exchanged together.
+Stubbe and Wihlidal 2021). Errors and spheres of a group enclose those of the groups below it, so that refining a group
+implies refining all groups above it; and all clusters of a group share one error, so that they switch together.
 """
 
 from typing import NamedTuple
@@ -13,7 +12,7 @@ import numpy as np
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.types import Array, Mask, Rows
 
-_TOGETHER = 1 << 22  # pairs of object and group that are looked at together
+_TOGETHER = 1 << 22  # pairs of object and group that are tested at a time
 
 
 class ClusterCut(NamedTuple):
@@ -32,15 +31,15 @@ class ClusterCut(NamedTuple):
 def select_clusters(clusters: MeshClusters, viewer: Array, nearest: Array, allowed: float) -> ClusterCut:
     """Choose the clusters of objects of one mesh.
 
-    Levels are looked at from the coarsest to the finest, and each only for objects of which a coarser one has to be
-    refined: far objects cost a look at one or two groups.
+    Levels are tested from the coarsest to the finest, each only for objects that need a coarser one refined, so that
+    far objects cost a test of one or two groups.
 
     Parameters
     ----------
     clusters : the clusters of the mesh.
     viewer : (n, 3) the viewer in the frames of the objects, metres.
     nearest : (n,) the least distance from the viewer to the objects, metres in their frames.
-    allowed : how far off a surface may be at a distance of one metre, metres.
+    allowed : geometric error that a surface may have at a distance of one metre, metres.
 
     Returns
     -------
@@ -58,7 +57,7 @@ def _select(clusters: MeshClusters, viewer: Array, nearest: Array, allowed: floa
     """Choose the clusters of a few objects, whose rows begin at `first`."""
     levels = len(clusters.level_first) - 1
     refined = np.zeros((len(viewer), len(clusters.error) + 1), bool)
-    refined[:, -1] = True  # what is in no group, −1, need not wait for one
+    refined[:, -1] = True  # for clusters in no group, −1
     any_refined = np.zeros(len(viewer), bool)
     # Clusters come in the order of the groups that made them: (levels + 2,) first cluster of each level, and the end.
     begins = np.searchsorted(clusters.made_by, np.append([-1], clusters.level_first))
@@ -86,6 +85,6 @@ def _select(clusters: MeshClusters, viewer: Array, nearest: Array, allowed: floa
 
 
 def _is_refined(clusters: MeshClusters, groups: slice, viewer: Array, nearest: Array, allowed: float) -> Mask:
-    """Return for which objects (n,) the clusters that each of some groups (g,) has made are too coarse: (n, g)."""
+    """Return whether the clusters that each of `groups` (g,) was simplified to are too coarse for n objects, (n, g)."""
     apart = np.linalg.norm(viewer[:, None] - clusters.group_centre[groups], axis=-1) - clusters.group_radius[groups]
     return np.asarray(clusters.error[groups] > allowed * np.maximum(apart, nearest[:, None]))

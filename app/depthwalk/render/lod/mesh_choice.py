@@ -1,17 +1,17 @@
-"""Choose for each object whether its mesh is drawn or its depth images.
+"""Choose for each object whether its mesh or its depth images are drawn.
 
 Near by, where a texel would cover more than a pixel, depth images would only be magnified, and the mesh is drawn unless
-it has many triangles for its pixels. What is drawn by `auto` is drawn as its mesh also where that is quicker. A mesh
-costs by its triangles, depth images by the pixels they cover. Both are nearly linear, as the curves of `depthwalk
+it has many triangles for its pixels. Objects drawn by `auto` also show their mesh where that is quicker. A mesh costs
+by its triangles, depth images by the pixels they cover. Both costs are nearly linear, as the curves of `depthwalk
 tables` show, so that the mesh is quicker where
 
     triangles ≤ TRIANGLES_PER_PIXEL · pixels + FREE_TRIANGLES,
 
-with the pixels of the rectangle about the object. The first number is what a pixel of an impostor costs more than a
-pixel of a mesh, the second what an object's impostor costs however small it is, both over what a triangle costs. Where
-`depthwalk advise` has measured an asset, its result takes the place of this model. The mesh that is drawn may be as
-coarse as `render.mesh.error` allows, and the triangles are those of that level. Whether it has few enough is not known
-before it is read; so the levels of light meshes are read as soon as their objects are in sight.
+with the pixels of the rectangle about the object. The first number is how much more a pixel of an impostor costs than a
+pixel of a mesh, the second the fixed cost of an object's impostor, both divided by the cost of a triangle. Where
+`depthwalk advise` has measured an asset, its result replaces this model. The triangles are those of the coarsest level
+of the mesh that `render.mesh.error` allows. How many these are is not known before the mesh is read, so the levels of
+light meshes are read as soon as their objects are in sight.
 """
 
 import math
@@ -28,20 +28,20 @@ from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
-# Measured on walks through crowds on Mesa llvmpipe, where most impostors are those of earlier frames, and what a draw
-# costs is shared by many; the first is also what magnified depth images of a lone object cost that are warped in every
-# frame (docs/measurements.md, "When the mesh is slower"), so that a mesh near by has no more triangles for its pixels.
+# Measured on walks through crowds on Mesa llvmpipe, where most impostors are reused from earlier frames, and many share
+# the cost of a draw call. The first is also what magnified depth images of a single object cost when they are warped in
+# every frame (docs/measurements.md, "When the mesh is slower"), and so limits the triangles of a mesh near by, too.
 TRIANGLES_PER_PIXEL = 0.8
 FREE_TRIANGLES = 60.0
 
-HYSTERESIS = 1.2  # an object changes where the other way is by so much quicker; sizes likewise
+HYSTERESIS = 1.2  # an object changes when the other way is quicker by this factor; for sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels
 UNKNOWN, AS_IMAGES, AS_MESH = -1, 0, 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeshChoice:
-    """Say which objects of a scene choose, and what is known of their assets.
+    """Hold which objects of a scene choose, and the advice measured for their assets.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class MeshChoice:
 
 
 def advice_bins(advice: Advice) -> NDArray[np.int8]:
-    """Return a row (BINS,) of `MeshChoice.advised`: what was advised at the size that is nearest, by its logarithm."""
+    """Return a row (BINS,) of `MeshChoice.advised`: for each size, the advice at the nearest size, by its logarithm."""
     sizes = np.log2(advice.pixels)
     middle = (np.arange(BINS) + 0.5) / BINS_PER_OCTAVE
     nearest = np.abs(middle[:, None] - sizes).argmin(1)
@@ -63,7 +63,7 @@ def advice_bins(advice: Advice) -> NDArray[np.int8]:
 
 
 def advised_table(count: int, names: Mapping[int, str], advice: Mapping[str, Advice]) -> NDArray[np.int8]:
-    """Return `MeshChoice.advised` of `count` numbers, given the asset's name of each depth object by its number."""
+    """Return `MeshChoice.advised` for `count` numbers. names: the asset's name by number of the depth object."""
     table = np.full((count, BINS), UNKNOWN, np.int8)
     for number, name in names.items():
         if name in advice:
@@ -78,8 +78,8 @@ def mesh_is_quicker(triangles: Array, pixels: Array, was_mesh: Mask, hysteresis:
     ----------
     triangles : (n,) of the mesh.
     pixels : (n,) of the rectangle about the object.
-    was_mesh : (n,) whether the mesh was drawn before, which is kept unless depth images are by `hysteresis` quicker.
-    hysteresis : at least 1, at most `HYSTERESIS`; 1: what was drawn before has no part in it.
+    was_mesh : (n,) whether the mesh was drawn before; it stays unless depth images are quicker by `hysteresis`.
+    hysteresis : factor from 1 to `HYSTERESIS`; 1: ignore what was drawn before.
 
     Returns
     -------
@@ -92,14 +92,14 @@ def mesh_is_quicker(triangles: Array, pixels: Array, was_mesh: Mask, hysteresis:
 def advised_at(
     advised: NDArray[np.int8], size: Array, was_mesh: Mask, hysteresis: float = HYSTERESIS
 ) -> NDArray[np.int8]:
-    """Return what was advised for n objects, of which those near a change of advice stay as they are.
+    """Return what was advised for n objects; objects near a change of advice stay as they are.
 
     Parameters
     ----------
     advised : (n, BINS) of the assets of the objects.
     size : (n,) larger of height and width, pixels.
     was_mesh : (n,) whether the mesh was drawn before.
-    hysteresis : by so much larger or smaller than at the change an object must be; see `mesh_is_quicker`.
+    hysteresis : factor by which an object must be larger or smaller than at the change; see `mesh_is_quicker`.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def advised_at(
 def farthest_as_mesh(
     view: View, fallbacks: MeshFallbacks, triangles: Array, advised: NDArray[np.int8] | None, magnification: float
 ) -> Array:
-    """Return how far objects may be for a mesh to replace them, by the number of the depth object.
+    """Return up to what distance a mesh may replace objects, by the number of the depth object.
 
     Parameters
     ----------
@@ -131,14 +131,14 @@ def farthest_as_mesh(
 
     Returns
     -------
-    (a,) metres, object frames, from the viewer to the cylinder that encloses the asset; +inf: however far.
+    (a,) metres, object frames, from the viewer to the cylinder that encloses the asset; +inf: at any distance.
     """
     reach = view.detail_pixels / magnification * fallbacks.texel
     if advised is None:
         return np.asarray(reach)
     area = 4 * fallbacks.cylinder_radius * fallbacks.half_height
     with np.errstate(divide="ignore", invalid="ignore"):
-        pixels = (triangles / HYSTERESIS - FREE_TRIANGLES) / TRIANGLES_PER_PIXEL  # from so many on
+        pixels = (triangles / HYSTERESIS - FREE_TRIANGLES) / TRIANGLES_PER_PIXEL  # from this many on
         quicker = view.detail_pixels * np.sqrt(area / pixels) - fallbacks.cylinder_radius
     quicker = np.where(pixels > math.prod(view.whole_size), 0.0, np.where(pixels > 0, quicker, np.inf))
     quicker = np.where(triangles <= MOST_LIGHT, np.inf, quicker)  # by a simplified level, wherever it is
@@ -152,8 +152,8 @@ def _drawn_triangles(
 ) -> Array:
     """Return how many triangles (m,) would be drawn if meshes replaced the depth objects numbered `number` (m,).
 
-    Those of light meshes are of the level that is coarse enough, once it is read; reading it begins here, for those
-    `asked` (m,) about. Of others they are all, read or not, so that pictures do not depend on what was read before.
+    For light meshes these are the triangles of the level to be drawn, once it is read; where `asked` (m,), this starts
+    reading it. For other meshes they are all triangles, read or not, so that pictures do not depend on what was read.
     nearest: (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
     """
     mesh = fallbacks.mesh[number]
@@ -165,13 +165,13 @@ def _drawn_triangles(
 
 
 class MeshChooser:
-    """Choose, frame by frame, and remember for how long the choice should stay as it is."""
+    """Choose meshes for each frame, and remember the last choice for the hysteresis."""
 
     def __init__(self) -> None:
         self._was_mesh = np.zeros(0, bool)
         self._made_for: object = None
         self._reach: Array = np.zeros(0)
-        self._reach_for: tuple[object, ...] = ()  # with which arguments `farthest_as_mesh` returned `_reach`
+        self._reach_for: tuple[object, ...] = ()  # the arguments that `_reach` was computed for
         self._known: tuple[MeshChoice | None, MeshFallbacks | None] = None, None  # the tables among them
 
     def as_meshes(
@@ -186,9 +186,9 @@ class MeshChooser:
         rule: MeshFallbackRule,
         remembers: bool = True,
     ) -> Rows:
-        """Return which of some objects are replaced by their meshes.
+        """Return which of the objects `rows` are replaced by their meshes.
 
-        All depth objects that show one asset in one place are, or none.
+        Of the depth objects that show one asset in one place, all are replaced or none.
 
         Parameters
         ----------
@@ -199,11 +199,11 @@ class MeshChooser:
         fallbacks : which meshes show the same as which depth objects.
         levels : the levels of detail of the meshes that are loaded.
         rule : how near objects must be, and which meshes are resident; the others begin to be read.
-        remembers : whether earlier calls have a part in the choice.
+        remembers : whether the choice depends on earlier calls.
 
         Returns
         -------
-        (k,) numbers of the objects among the m, rising.
+        (k,) indices into `rows`, rising.
         """
         if not rule.magnification:
             return np.zeros(0, np.int64)
@@ -232,7 +232,7 @@ class MeshChooser:
         return near[found]
 
     def _farthest(self, view: View, choice: MeshChoice | None, fallbacks: MeshFallbacks, magnification: float) -> Array:
-        """Return what `farthest_as_mesh` does: as long as the lens and the size of the picture stay, what it did."""
+        """Return the result of `farthest_as_mesh`, cached until lens, picture size or tables change."""
         seen_by = view.detail_pixels, view.whole_size, magnification
         if self._known[0] is not choice or self._known[1] is not fallbacks or self._reach_for != seen_by:
             advised = None if choice is None else choice.advised

@@ -1,6 +1,7 @@
-"""Hold which meshes may replace which depth images, and where they place them; `mesh_choice` says when they do.
+"""Hold which meshes may replace which depth images, and how to place them; `mesh_choice` decides when they do.
 
-This holds for scenes that are drawn as their files say. Where one representation is asked for, only that is drawn.
+Meshes are fallbacks only in scenes that are drawn as their files say. Where one representation is asked for, only that
+is drawn.
 """
 
 from collections.abc import Callable
@@ -47,7 +48,7 @@ class MeshFallbacks:
     Attributes
     ----------
     mesh : (a,) number of the mesh that shows the same asset as the depth object; −1 where none does.
-    triangles : (a,) of the mesh with each number, as the depth images tell without it; +inf where they do not.
+    triangles : (a,) of the mesh with each number, as stored with its depth images; +inf where it is not stored.
     part : (a,) which part of its asset each depth object shows.
     offset : (a, 3) position of each depth object in its asset's frame, metres.
     turn : (a, 4) rotation of each depth object in its asset's frame, unit quaternion (x, y, z, w).
@@ -73,7 +74,7 @@ class MeshFallbacks:
 
     @classmethod
     def empty(cls, count: int) -> "MeshFallbacks":
-        """Return a table for `count` numbers of `CookedParts`, of which no depth object has a mesh."""
+        """Return a table for `count` numbers of `CookedParts`, in which no depth object has a mesh."""
         return cls(
             mesh=np.full(count, -1),
             triangles=np.full(count, np.inf),
@@ -112,7 +113,7 @@ class MeshFallbacks:
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
 
     def nearer_than(self, view: View, objects: Objects, rows: Rows, reach: Array) -> tuple[Rows, Array]:
-        """Return which of some objects have a mesh and are nearer to the viewer than is asked for.
+        """Return which of the objects `rows` have a mesh and are nearer to the viewer than `reach`.
 
         Parameters
         ----------
@@ -123,8 +124,8 @@ class MeshFallbacks:
 
         Returns
         -------
-        (k,) numbers of those objects among the m, rising, and (k,) metres, object frames, from the viewer to the
-        cylinder that encloses the asset.
+        (k,) indices into `rows`, rising, and (k,) metres, object frames, from the viewer to the cylinder that encloses
+        the asset.
         """
         loops = kernels.loaded()
         if loops is not None:
@@ -135,7 +136,7 @@ class MeshFallbacks:
             )
             return near, nearest
         asset = objects.asset[rows]
-        near = (self.mesh[asset] >= 0).nonzero()[0]  # few, by a quick test, for which it is worth testing exactly
+        near = (self.mesh[asset] >= 0).nonzero()[0]  # a quick test first leaves few to test exactly
         limit = reach[asset[near]] + self.span[asset[near]]
         distance = np.linalg.norm(objects.position[rows[near]] - view.position, axis=1)
         near = near[distance < limit * objects.scale[rows[near]]]
@@ -164,7 +165,7 @@ class MeshFallbacks:
         Parameters
         ----------
         number : (m,) numbers of the depth objects in `CookedParts`.
-        triangles : (m,) of each depth object; those of the other parts of its asset are taken to have as many.
+        triangles : (m,) of each depth object; the other parts of its asset are assumed to have as many.
         """
         parts = np.bincount(self.mesh[self.mesh >= 0], minlength=len(self.mesh))
         mesh = self.mesh[number]
@@ -182,8 +183,8 @@ class MeshFallbacks:
     ) -> Mask:
         """Return which depth objects are replaced by a mesh that is resident.
 
-        A mesh replaces those that are so near that they would be magnified, if it has few triangles for its pixels,
-        those for which it is quicker, and those that the viewer is within, if their images lack what is seen there.
+        A mesh replaces depth objects that would be magnified, if it has few triangles for its pixels; those for which
+        it is quicker; and those that contain the viewer, if their images lack the interior.
 
         Parameters
         ----------
@@ -205,7 +206,7 @@ class MeshFallbacks:
         magnified = (self.mesh[number] >= 0) & (nearest * rule.magnification < self.texel[number])
         mesh, most = self.mesh[number], triangles_per_pixel * pixels
         triangles, is_read = self.triangles[mesh], levels.triangles[mesh, 0] > 0
-        # Read in vain would be what has too many triangles, and no simplified levels that have less.
+        # Do not read a mesh that has too many triangles and no simplified levels that have fewer.
         magnified &= is_read | (triangles <= most) | (triangles > MOST_UNSIMPLIFIED)
         within = (self.mesh[number] >= 0) & self.has_interior[number] & (nearest <= 0)
         quicker = within if quicker is None else quicker | within
@@ -216,7 +217,7 @@ class MeshFallbacks:
         return found
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
-        """Return the meshes that replace some objects, each mesh once.
+        """Return the meshes that replace the objects `rows`, each mesh once.
 
         Parameters
         ----------
@@ -233,7 +234,7 @@ class MeshFallbacks:
         return self.placed(objects, first[np.argsort(order)])
 
     def placed(self, objects: Objects, rows: Rows) -> Objects:
-        """Return the mesh of each of some objects, placed so that it shows the asset where the object does.
+        """Return the mesh of each of the objects `rows`, placed so that it shows the asset where the object does.
 
         Parameters
         ----------

@@ -11,21 +11,21 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Ints, Rows
 
-# Triangles of a fallback mesh that is read without simplified levels: two cores draw so many in 30 ms, and simplifying
-# them takes 4 s. A light one is read with them, as they may be quicker than depth images from afar; simplifying 20,000
-# triangles takes a second. One of more hardly has a level of as few as its pixels allow there.
+# Most triangles of a fallback mesh that is read without simplified levels: two cores draw that many in 30 ms, and
+# simplifying them takes 4 s. A light mesh is read with its levels, as these may be quicker than depth images from afar;
+# simplifying 20,000 triangles takes a second. A heavier mesh rarely has a level with as few as its pixels allow there.
 MOST_UNSIMPLIFIED = 200_000
 MOST_LIGHT = 20_000
 
 
 def is_simplified(triangles: int) -> bool:
-    """Return whether a mesh of so many triangles that replaces depth images is drawn by simplified levels, too."""
+    """Return whether a mesh with `triangles` triangles that replaces depth images is read with simplified levels."""
     return not MOST_LIGHT < triangles <= MOST_UNSIMPLIFIED
 
 
 @dataclass(kw_only=True)
 class MeshLevels:
-    """Hold the levels of detail of meshes, as far as they are loaded; `a` is how many numbers `CookedParts` gives.
+    """Hold the levels of detail of the meshes that are loaded; `a` is how many numbers `CookedParts` gives.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class MeshLevels:
         return cls(error=np.full((count, MOST_LEVELS), np.inf), triangles=np.zeros((count, MOST_LEVELS), np.int64))
 
     def drawn(self, mesh: Rows, metres: Array) -> Ints:
-        """Return how many triangles (n,) the coarsest levels of the meshes (n,) have that are off by `metres` (n,)."""
+        """Return the triangles (n,) of the coarsest level of each mesh (n,) whose error is at most `metres` (n,)."""
         return np.asarray(self.triangles[mesh, error_level(self.error[mesh], metres)])
 
     def add(self, number: int, levels: Sequence[MeshLevel]) -> None:

@@ -11,8 +11,8 @@ from depthwalk.cook.cases import BOTTOM_PIECE, PAPER_PIECES, TOP_PIECE, Case
 from depthwalk.types import Array, Ints, Rows
 
 _TOP, _BOTTOM = 1 << TOP_PIECE, 1 << BOTTOM_PIECE
-# What is drawn in each `Case`, as bit masks of index ranges, by the name in `lod.cases`: the images of the paper's case
-# together, or its side or its cap alone, as figure 12 shows them.
+# What is drawn in each `Case`, as bit masks of index ranges, by the name in `lod.cases`: the images of the paper's
+# case, or its side or its cap alone, as figure 12 shows them.
 CASE_PIECES = {
     "paper": PAPER_PIECES,
     "side": np.full(len(Case), PAPER_PIECES[Case.SIDE]),

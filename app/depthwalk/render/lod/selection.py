@@ -1,4 +1,4 @@
-"""Choose levels of detail by how far their geometry is off, and by how many triangles a pixel may cost.
+"""Choose levels of detail by their geometric error, and by how many triangles a pixel may cost.
 
 The paper's own rule, by distance alone, is in `render.lod.paper_lod`.
 """
@@ -11,7 +11,7 @@ from depthwalk.types import Array, Ints, Rows
 
 
 def error_at_a_metre(view: View, lod: LodParams) -> float:
-    """Return how far geometry may be off at a distance of one metre from the viewer.
+    """Return the geometric error that is allowed at a distance of one metre from the viewer.
 
     Multiplied by an object's distance in metres this is the geometric error that `lod.error` pixels allow for it.
 
@@ -45,8 +45,7 @@ def error_level(error: Array, allowed: Array) -> Ints:
 def affordable_level(triangles: Rows, pixels: Array, per_pixel: float) -> Ints:
     """Return the finest level that has few enough triangles for the pixels that its object covers.
 
-    This limits what a bound on the geometric error alone does not: foliage has many triangles per texel, whatever its
-    error.
+    A bound on the geometric error alone does not limit this: foliage has many triangles per texel at any error.
 
     Parameters
     ----------
@@ -62,15 +61,15 @@ def affordable_level(triangles: Rows, pixels: Array, per_pixel: float) -> Ints:
 
 
 def levels_within(triangles: Rows, level: Rows, coarsest: Rows, most: int) -> Rows:
-    """Return levels so much coarser that objects have few enough triangles together.
+    """Return coarser levels, so that objects together have few enough triangles.
 
-    All become coarser by one level, beginning with the last, until they fit; then by another. So, where objects come
-    nearest first, those that show most keep the finer level.
+    Objects become coarser by one level, beginning with the last, until they fit; then by another. If they are sorted
+    nearest first, those that cover most pixels keep the finer level.
 
     Parameters
     ----------
     triangles : (n, levels) number of triangles, falling with the level.
-    level : (n,) the level that would serve each object.
+    level : (n,) the level that each object should have.
     coarsest : (n,) the coarsest level of each.
     most : how many triangles they may have together.
 

@@ -1,1 +1,1 @@
-"""Draw as the papers do, where the renderer itself does otherwise, for comparison."""
+"""Draw as the papers do where the renderer normally does something else, for comparison."""

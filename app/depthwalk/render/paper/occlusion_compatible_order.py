@@ -3,13 +3,14 @@
 This is the occlusion-compatible order of McMillan 1997 and Liu et al. 2007, §2.2, which needs no depth buffer.
 
 Along a ray that leaves the viewer C, θ − θ_C and y − C.y each keep their sign and grow in size, and so do x − C.x and
-z − C.z. So of two cells of a depth image that one ray meets, the farther is not nearer to the epipole, the texel of C,
-in columns nor in rows. Far rows first, within a row far columns first, is therefore exact, whatever the depths. It
-needs cells: the grids it draws are whole ones, without larger triangles where the surface is smooth. Triangles of one
-cell share edges: as all face the viewer, they do not overlap.
+z − C.z. So of two cells of a depth image that one ray meets, the farther one is not nearer to the epipole, the texel of
+C, in columns or in rows. Drawing far rows first, and within a row far columns first, is therefore exact for any depths.
+It needs cells, so whole grids are drawn, without larger triangles where the surface is smooth. Triangles of one cell
+share edges and all face the viewer, so they do not overlap.
 
-This holds for one surface per cell. What lacks a cell of its own is told apart by depth, as the paper does with caps:
-deeper layers, the other faces, the ends of surfaces, samples past the axis, whose θ is not that of their texel.
+This holds for one surface per cell. Triangles without a cell of their own are drawn with a depth test, as caps are in
+the paper: deeper layers, the other faces, the ends of surfaces, and samples past the axis, whose θ is not that of their
+texel.
 """
 
 from dataclasses import dataclass
@@ -25,14 +26,14 @@ from depthwalk.cook.lod_geometry import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Lo
 
 @dataclass(frozen=True)
 class GridCells:
-    """Hold the triangles of one level and some pieces of a whole `LodGeometry`, with the grid cells that they fill.
+    """Hold the triangles of one level and given pieces of whole grids, with the grid cells that they fill.
 
     Attributes
     ----------
     ordered : (n, 3) rows of `LodGeometry.vertices`: the triangles that have a cell of their own.
     unordered : (m, 3) rows of `LodGeometry.vertices`: the other triangles.
     cell : (n, 2) column and row of each ordered triangle's cell, in nodes of the level's grid.
-    nodes : (c,) texel columns and (r,) texel rows on which the nodes of the grid lie, rising.
+    nodes : (c,) texel columns and (r,) texel rows of the nodes of the grid, rising.
     wraps : whether the columns go round a circle, as those of the side image do.
     """
 
@@ -44,16 +45,16 @@ class GridCells:
 
 
 def ordered_image(baked: BakedObject) -> DepthImage:
-    """Return the depth image of `baked` that is drawn in order: the nearest layer of the side, or of the only face."""
+    """Return the depth image of `baked` to draw in order: the nearest layer of the side, or of the only face."""
     return next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
 
 
 def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int) -> GridCells:
-    """Return the triangles of one level and some pieces of whole grids, with their cells.
+    """Return the triangles of one level and given pieces of whole grids, with their cells.
 
     Parameters
     ----------
-    grids : the geometry, of which no triangles were merged.
+    grids : the geometry, without merged triangles.
     baked : the depth images that the geometry was made of.
     level : the level of detail, 0 the finest.
     pieces : a bit mask of the pieces, see `cook.cases`.
@@ -64,7 +65,7 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
     """
     triangles = grids.drawn(level, pieces).astype(np.uint32)
     image = ordered_image(baked)
-    # Samples past the axis differ in their flag.
+    # The flag of samples past the axis stays in the number, so that these are not among the image's own.
     number = grids.vertices[triangles, 3] & (1 << EASE_SHIFT) - 1 - EDGE - BORDER
     sampled = grids.texels[triangles, 0] >= 0
     own = (sampled & (number == image.face << FACE_SHIFT)).all(1)
@@ -82,9 +83,9 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
 
 
 def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: GridCells) -> tuple[int, int]:
-    """Find the interval of the ordered image's grid in which the viewer is.
+    """Find the interval of the ordered image's grid that contains the viewer.
 
-    Column and row are −1 before the first node, and those of the last node beyond that one.
+    Column and row are −1 before the first node, and those of the last node beyond it.
 
     Parameters
     ----------
@@ -128,7 +129,7 @@ def draw_order(cells: GridCells, at: tuple[int, int]) -> NDArray[np.intp]:
 def _distance(cell: NDArray[np.int32], at: int, turn: int | None) -> NDArray[np.int16]:
     """Return how many nodes lie between the epipole, in the interval after node `at`, and the intervals `cell` (n,).
 
-    It is 0 for the interval that holds the epipole. Around a circle of `turn` nodes, the one opposite is the farthest.
+    It is 0 for the interval that contains the epipole. On a circle of `turn` nodes, the opposite one is the farthest.
     """
     if turn is None:
         return np.abs(cell - at).astype(np.int16)

@@ -1,6 +1,7 @@
 """Draw whole grids in occlusion-compatible order, a baseline of the papers (`warp.order: epipole`).
 
-Every asset has an index buffer, which is sorted again whenever the epipole enters another cell: one draw per object.
+Every asset has an index buffer, which is sorted again whenever the epipole enters another cell, and each object is a
+draw call.
 """
 
 from dataclasses import dataclass, field
@@ -20,14 +21,14 @@ from depthwalk.render.paper.occlusion_compatible_order import GridCells, draw_or
 from depthwalk.render.resources.asset_store import AssetStore
 
 Kind = tuple[int, int]
-"""Names what is drawn of an asset: level of detail, and bit mask of the pieces."""
+"""What is drawn of an asset: level of detail, and bit mask of the pieces."""
 
 
 @dataclass(kw_only=True)
 class _Asset:
     """Hold an asset's grids on the GPU.
 
-    cells: of the kinds drawn so far. written: what the index buffer was sorted for, kind and epipole.
+    cells: by kind, of those drawn so far. written: the kind and epipole that the index buffer was sorted for.
     """
 
     baked: BakedObject
@@ -78,7 +79,7 @@ class OrderedIndices:
         """
         if batch.asset not in self._assets:
             self._assets[batch.asset] = self._load(assets.parts.baked(batch.asset), assets.parts.options.paper_cases)
-        # These grids are others than those in whose pieces the plan says what is seen.
+        # Unless cooked for the paper's cases, the pieces of the plan are not those of these grids.
         pieces = batch.pieces if assets.parts.options.paper_cases else ALL_PIECES
         asset, kind = self._assets[batch.asset], (batch.level, pieces)
         if kind not in asset.cells:
@@ -92,8 +93,8 @@ class OrderedIndices:
         return asset.array, cells.ordered.size, cells.unordered.size
 
     def _load(self, baked: BakedObject, paper_cases: bool) -> _Asset:
-        """Bring whole grids of a depth object to the GPU. paper_cases: see `CookOptions`."""
-        from depthwalk.cook.grid_lods import build_grid_lods  # here: who draws by the depth test needs no grids
+        """Upload whole grids of a depth object. paper_cases: see `CookOptions`."""
+        from depthwalk.cook.grid_lods import build_grid_lods  # here: drawing with the depth test needs no grids
 
         grids = build_grid_lods(baked, paper_cases, tolerance=-np.inf)
         vertices = self._scope.buffer(grids.vertices)

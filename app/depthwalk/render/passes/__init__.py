@@ -1,9 +1,9 @@
-"""List the passes of a frame, in their order.
+"""List the passes of a frame, in their order: one module each, with its shaders in shaders/NAME/.
 
-To add one to the package: a module here, a folder in shaders/, a line in `PASSES`, and its parameters, if it has any,
-in `scene/object_settings.py` or `scene/effect_settings.py`; a new target is declared in `render/target_table.py`.
-Without touching the package, hand it to `depthwalk.Renderer(…, passes=…)`, as examples/own_pass.py does.
-`render.frame.Pass` says what a pass must declare and what it may rely on.
+A new pass in the package needs a module here, a folder in shaders/, a line in `PASSES`, and its parameters, if any, in
+`scene/object_settings.py` or `scene/effect_settings.py`; new targets are declared in `render/target_table.py`. A pass
+outside the package is handed to `depthwalk.Renderer(…, passes=…)`, as in examples/own_pass.py. `render.frame.Pass`
+documents what a pass must declare and what it may rely on.
 """
 
 from typing import Any
@@ -40,7 +40,7 @@ from depthwalk.render.passes.warp import WarpPass
 
 PASSES: tuple[type[Pass[Any]], ...] = (
     # Objects, once for each occlusion phase: meshes to the G-buffer, depth images to the visibility buffer. Meshes come
-    # first, since nothing else is in the visibility buffer then.
+    # first, while nothing else is in the visibility buffer.
     MeshPass,
     WarpPass,
     CompositePass,
@@ -53,7 +53,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     ReliefTexturePass,
     OctahedralPass,
     BillboardPass,
-    # What else is needed to light surfaces: shadow maps, and the colours and normals of depth images.
+    # Ground, shadow maps, and the colours and normals of depth images: everything that lighting needs.
     GroundPass,
     ShadowsPass,
     SamplePass,
@@ -65,7 +65,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     InspectionPass,
     ResolvePass,
     TranslucencyPass,
-    # Edges and lens, and the finished picture.
+    # Anti-aliasing, depth of field, and the finished picture.
     CoveragePass,
     GpaaPass,
     FxaaPass,
@@ -76,5 +76,5 @@ PASSES: tuple[type[Pass[Any]], ...] = (
 
 
 def default_passes() -> list[Pass[Any]]:
-    """Return new passes of the package, in the order of a frame, for one renderer; others may be put in between."""
+    """Return new passes of the package, in the order of a frame, for one renderer; others may be inserted."""
     return [pass_class() for pass_class in PASSES]

@@ -1,7 +1,7 @@
-"""Draw billboards: of the views captured all around, the nearest, on an upright rectangle that faces the viewer.
+"""Draw billboards: the nearest of the views captured all around, on an upright rectangle that faces the viewer.
 
-Rohlf and Helman 1994, "IRIS Performer": axial billboards, the cheapest of all, which know no view from above. Pixels
-have the depth of the view (Schaufler 1997, "Nailboards"), though they are looked up on a plane.
+Rohlf and Helman 1994, "IRIS Performer": axial billboards, the cheapest method, without a view from above. Pixels have
+the depth of the view (Schaufler 1997, "Nailboards"), though they are looked up on a plane.
 """
 
 from depthwalk.bake.captured_views import CaptureParams
@@ -17,5 +17,5 @@ class BillboardPass(CapturedViewPass[BillboardParams]):
     representation = Representation.BILLBOARD
 
     def capture(self, params: BillboardParams) -> CaptureParams:
-        """Return as many views from all around as `params` say."""
+        """Return the capture of as many views from all around as `params` say."""
         return CaptureParams(directions="azimuths", count=params.views, resolution=params.resolution)

@@ -1,6 +1,7 @@
-"""Draw planar depth images as what they are without their depth: the picture's plane, lit by its normals.
+"""Draw planar depth images by bump mapping: the picture's plane without its depth, lit by its normals.
 
-Blinn 1978, "Simulation of wrinkled surfaces": the cheapest of all that look like a relief, as long as nobody moves.
+Blinn 1978, "Simulation of wrinkled surfaces": the cheapest method, which looks like a relief as long as the viewer
+stands still.
 """
 
 from depthwalk.params import Params

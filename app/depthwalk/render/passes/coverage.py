@@ -1,4 +1,4 @@
-"""Blend pixels that a depth image covers in part with what is behind it. See docs/anti-aliasing.md."""
+"""Blend pixels that depth images cover in part with what is behind them. See docs/anti-aliasing.md."""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants
@@ -18,7 +18,7 @@ class CoveragePass(Pass[Params]):
     writes = ("lit", "screen")
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program, and what is drawn into; `gl` owns them."""
+        """Prepare the variants of the program, and the framebuffers; `gl` owns them."""
         shaders = "common/rectangle.vert", "coverage/coverage.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
         self._with_depth = DepthFramebuffers(gl)
@@ -30,7 +30,7 @@ class CoveragePass(Pass[Params]):
     def draw(self, frame: Frame, params: Params) -> None:
         """Blend the pixels that `material_resolve` marked in `frame` as partly covered; `params` is empty."""
         targets, materials = frame.targets, frame.materials
-        assert materials is not None  # as `enabled` found
+        assert materials is not None  # as `enabled` has checked
         for unit, texture in enumerate((picture_before(frame), targets.visibility_texture, targets.depth)):
             texture.use(unit)
         program = self._programs[blending_defines(frame)]

@@ -1,7 +1,7 @@
-"""Draw planar depth images as grids of their own resolution, whose vertices a shader displaces.
+"""Draw planar depth images as grids at their full resolution, whose vertices a shader displaces.
 
-Micropolygons (Cook, Carpenter and Catmull 1987): two triangles to four texels, all of them in every frame. Unlike
-`dmesh` there is no level of detail and no sample in a buffer: each vertex looks its depth up in a texture.
+Micropolygons (Cook, Carpenter and Catmull 1987): two triangles between four texels, all of them in every frame. Unlike
+`dmesh` this has no levels of detail and no samples in buffers: each vertex looks its depth up in a texture.
 """
 
 import moderngl

@@ -1,8 +1,8 @@
-"""Draw planar depth images by steps as long as a volume of distances to the surface allows.
+"""Draw planar depth images by sphere tracing through a volume of distances to the surface.
 
 Donnelly 2005, "Per-pixel displacement mapping with distance functions" (GPU Gems 2, chapter 8). The volume, 256 × 256 ×
-16 texels as published, is made when an object is first drawn so, which takes a second or more. Its slices are coarse:
-the deeper a picture, the farther off is the surface.
+16 texels as published, is computed when an object is first drawn in this way, which takes a second or more. Its slices
+are coarse: the deeper the picture, the less exact the surface.
 """
 
 from depthwalk.gpu.program import Program
@@ -25,7 +25,7 @@ class DistancePass(HeightFieldPass[DistanceParams]):
     def use(self, frame: Frame, params: DistanceParams, number: int, program: Program) -> None:
         """Bind height field and volume of the depth object with the `number` for `program`, the latter as `params` say.
 
-        The volume is made if `frame` is the first that needs it.
+        The volume is computed if `frame` is the first that needs it.
         """
         super().use(frame, params, number, program)
         frame.assets.height_fields.distances(number, params.resolution, params.slices).use(1)

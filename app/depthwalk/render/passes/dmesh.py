@@ -1,6 +1,6 @@
-"""Draw depth samples warped in 3-D, straight to the screen: for viewers inside a cylinder, and as `dmesh`.
+"""Draw depth samples straight to the screen by 3-D warping: where the viewer is inside a cylinder, and for `dmesh`.
 
-There is no impostor tile between, as with Pajarola et al. 2004, "DMesh", which the paper compares itself with.
+There is no impostor tile in between, as in Pajarola et al. 2004, "DMesh", with which the paper compares itself.
 """
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT

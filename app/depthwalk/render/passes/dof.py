@@ -1,4 +1,4 @@
-"""Blur what is out of focus, as a thin lens does, by one of three methods.
+"""Simulate the depth of field of a thin lens by one of three methods.
 
 `paper`: Huang, Lu, He and Cai, *Real-time depth-of-field simulation on GPU*, 2008. `gather`: rays to the lens through
 the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Focus Control*, 2010. `accumulate`:
@@ -21,7 +21,7 @@ from depthwalk.scene.effect_settings import DofParams
 
 
 class DofPass(PixelSource[DofParams]):
-    """Replace the target `lit` by the picture that the lens gives of it, sharp only at the focus distance."""
+    """Replace the target `lit` by the picture seen through the lens, sharp only at the focus distance."""
 
     name = "dof"
     reads = ("depth", "lit")
@@ -51,14 +51,14 @@ class DofPass(PixelSource[DofParams]):
         return params.mode != "none"
 
     def fuses_with_next(self, frame: Frame, params: DofParams) -> bool:
-        """Return whether `params` choose the mode whose pixels may be passed on, of an opaque `frame`.
+        """Return whether `params` choose `gather`, the mode that can call later passes, and `frame` is opaque.
 
-        Where a picture is transparent, colours without alpha cannot be magnified.
+        In a transparent picture colours cannot be magnified without their alpha.
         """
         return params.mode == "gather" and not frame.transparent
 
     def parts_with(self, frame: Frame, params: DofParams, following: ColourFunctions) -> Iterator[None]:
-        """Draw in one part what `following` make of what the lens of `params` sees of `frame`."""
+        """Draw `frame` as the lens of `params` sees it, through `following`, in one part."""
         self._gather.draw(frame.targets, params.samples, _circles(frame, params), following)
         yield from ()
 
@@ -77,7 +77,7 @@ class DofPass(PixelSource[DofParams]):
         near, far = circle_radius(params, frame.view, np.array(frame.view.depth_range))
         max_radius = max(min(max(abs(near), abs(far)), circles["largest"]), 1e-6)  # formula (3)
         before = targets.lit_before()
-        weights, step = gaussian().tolist(), frame.common.aa.samples  # from one pixel of the finished picture on
+        weights, step = gaussian().tolist(), frame.common.aa.samples  # one pixel of the finished picture
         before.use(1)
         self._run("blur", "across", targets.size, 4, picture=1, along=(step, 0), weights=weights).use(1)
         self._run("blur", "blurred", targets.size, 4, picture=1, along=(0, step), weights=weights).use(1)
@@ -86,7 +86,7 @@ class DofPass(PixelSource[DofParams]):
         self._fill(targets.lit, "paper", lit_texture=2, blurred_texture=1, disc=DISC, max_radius=max_radius, **circles)
 
     def _add(self, frame: Frame) -> None:
-        """Replace the frame by the mean of all up to it: the last is the mean of all."""
+        """Replace the frame by the mean of all frames up to it, so that the last is the mean of all."""
         total, framebuffer = self._picture("total", frame.targets.size, 4)
         if frame.lens_point == 0:
             framebuffer.clear()
@@ -99,7 +99,7 @@ class DofPass(PixelSource[DofParams]):
     def _run(
         self, program: str, name: str, size: tuple[int, int], components: int, **uniforms: object
     ) -> moderngl.Texture:
-        """Draw into the texture `name` of this pass, made when it is first needed; return it."""
+        """Draw into this pass's texture `name`, created on first use, and return it."""
         texture, framebuffer = self._picture(name, size, components)
         self._fill(framebuffer, program, **uniforms)
         return texture

@@ -30,7 +30,7 @@ class FogPass(PixelPass[Params]):
 def fog_inputs(frame: Frame) -> PixelInputs:
     """Return how thick the fog of `frame` is, and its colour or that of the sky, for shaders/fog/fog.glsl."""
     fog, sky = frame.environment.fog, frame.light.sky
-    assert fog is not None  # as the caller found
+    assert fog is not None  # as the caller has checked
     values = {"fog_density": fog.density, "fog_height": fog.height, "fog_falloff": fog.falloff}
     if fog.colour is None:
         return PixelInputs(defines=sky.defines, uniforms=values | sky.uniforms())

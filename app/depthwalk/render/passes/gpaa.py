@@ -1,4 +1,4 @@
-"""Blend pixels that edges of the geometry divide with what is beyond: geometric post-process anti-aliasing.
+"""Blend pixels that an edge of the geometry crosses with their neighbour: geometric post-process anti-aliasing (GPAA).
 
 Persson, *Geometric Post-process Anti-Aliasing*, 2011, and its edge-optimised variant; see docs/anti-aliasing.md.
 """
@@ -24,7 +24,7 @@ from depthwalk.scene.environment import GroundParams
 
 
 class GpaaPass(Pass[GpaaParams]):
-    """Anti-alias the silhouettes and creases of all that is drawn as triangles, and the sides of the ground."""
+    """Anti-alias the silhouettes and creases of everything drawn as triangles, and the sides of the ground."""
 
     name = "gpaa"
     blends_shown = True
@@ -63,7 +63,7 @@ class GpaaPass(Pass[GpaaParams]):
             program.rectangles(len(lines))
 
     def _silhouettes(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
-        """Return the LINE_RECORDs of all that is drawn as triangles. Depth images have `coverage` instead."""
+        """Return the LINE_RECORDs of everything drawn as triangles. Depth images have `coverage` instead."""
         least_fold = np.radians(params.crease_angle) if frame.common.aa.mode == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
         polygons = frame.plan.polygons
@@ -76,15 +76,14 @@ class GpaaPass(Pass[GpaaParams]):
             images = frame.assets.depth_object(batch.asset)
             edges = self._edges_of(batch, partial(images.shape, batch.indices))
             placed = frame.plan.dmesh.records[batch.first : batch.first + batch.count]
-            lines.append(
-                silhouette_lines(edges, frame.view, placed, np.pi, solid=True)
-            )  # smooth: no creases but at cuts
+            # Smooth surfaces, without creases except at cuts.
+            lines.append(silhouette_lines(edges, frame.view, placed, np.pi, solid=True))
         if (ground := _ground(frame)) is not None:
             lines.append(_ground_lines(frame.view, ground))
         return np.concatenate(lines)
 
     def _edges_of(self, batch: DrawBatch, shape: Callable[[], Shape]) -> EdgeAdjacency:
-        """Return the edges of what a batch draws, found when it is first drawn. shape: gives points and triangles."""
+        """Return the edges of what a batch draws, computed when first needed. shape: returns points and triangles."""
         key = batch.asset, batch.level, batch.pieces
         if key not in self._edges:
             self._edges[key] = build_adjacency(*shape())

@@ -19,7 +19,7 @@ class GroundPass(Pass[Params]):
     writes = ("surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Create the program, and a texture of one white texel until another is asked for; `gl` owns both."""
+        """Create the program, and a texture of one white texel until a ground has another; `gl` owns both."""
         self._program = Program(gl, "ground/ground.vert", "ground/ground.frag")
         self._texture = gl.srgb_texture((1, 1), b"\xff" * 4)
         self._mean = np.ones(3, np.float32)
@@ -30,9 +30,9 @@ class GroundPass(Pass[Params]):
         return frame.environment.ground is not None
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the ground of `frame`; load its texture if it is another than before; `params` is empty."""
+        """Draw the ground of `frame`, loading its texture if that has changed; `params` is empty."""
         ground = frame.environment.ground
-        assert ground is not None  # as `enabled` found
+        assert ground is not None  # as `enabled` has checked
         if ground.texture != self._path:
             texels = frame.assets.texture(ground.texture)
             self.gl.free(self._texture)

@@ -1,4 +1,4 @@
-"""Show normals, distances or albedo in the place of light, to see what is wrong with a model or its depth images."""
+"""Show normals, distances or albedo in place of the lit picture, to find faults of a model or its depth images."""
 
 from depthwalk.render.frame import Frame
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
@@ -18,6 +18,6 @@ class InspectionPass(PixelPass[InspectionParams]):
         return params.show != "picture"
 
     def inputs(self, frame: Frame, params: InspectionParams) -> PixelInputs:
-        """Return what is shown, as `params` say; `frame` does not matter."""
+        """Return what to show, as `params` say; `frame` does not matter."""
         uniforms = {"half_distance": params.half_distance} if params.show == "distance" else {}
         return PixelInputs(defines=(params.show.upper(),), uniforms=uniforms, even_sky=True)

@@ -1,4 +1,4 @@
-"""Light what the G-buffer holds by sun, ambient light and lamps (Phong 1975), and draw the sky behind it."""
+"""Light the G-buffer by sun, ambient light and lamps (Phong 1975), and draw the sky behind it."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 from depthwalk.scene.effect_settings import LightParams
 
 _MAX_RADIANCE = 1e4  # of the sun's disc: half floats end at 65504
-_STRIP_PIXELS = 1 << 17  # that are lit by lamps in one part of the pass
+_STRIP_PIXELS = 1 << 17  # pixels that are lit by lamps in one part of the pass
 
 
 class LightPass(PixelPass[LightParams]):
@@ -64,5 +64,5 @@ def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
 
 
 def _even_background(frame: Frame) -> bool:
-    """Return whether what is behind everything has one colour, or none in a transparent picture."""
+    """Return whether the background has one colour, or none in a transparent picture."""
     return frame.transparent or frame.environment.sky is None

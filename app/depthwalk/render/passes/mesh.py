@@ -1,6 +1,6 @@
 """Draw polygon meshes, instanced per asset and level of detail, into the G-buffer and the depth buffer.
 
-Of the nearest objects only the meshlets are drawn that may be seen (`render.resources.meshlets`). Objects of the
+The nearest objects are drawn without meshlets that cannot be seen (`render.resources.meshlets`). Objects of the
 representation mesh-clusters are drawn by clusters (`render.cluster_drawing`).
 """
 
@@ -19,8 +19,8 @@ from depthwalk.render.resources.mesh_object import PAINTED_LAYOUT, PLAIN_LAYOUT,
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.object_settings import MeshParams
 
-_CULLED_OBJECTS = 4  # the nearest of a frame, of which only the meshlets that may be seen are drawn
-_MAX_CULLED_TRIANGLES = 1 << 18  # of the meshlets of one part that may be seen; a part of more is drawn whole
+_CULLED_OBJECTS = 4  # nearest objects of a frame whose meshlets are culled
+_MAX_CULLED_TRIANGLES = 1 << 18  # in the visible meshlets of one part; a part with more is drawn whole
 
 
 class MeshPass(Pass[MeshParams]):
@@ -43,7 +43,7 @@ class MeshPass(Pass[MeshParams]):
     def draw(self, frame: Frame, params: MeshParams) -> None:
         """Draw the meshes of `frame` into surfaces, visibility and depth, as `params` say.
 
-        Before anything else is drawn the visibility buffer holds what polygons would write, and is left alone.
+        In the first phase the cleared visibility buffer already holds what polygons would write, so it is not written.
         """
         into = frame.targets.polygons if frame.plan.continues else frame.targets.first_polygons
         with self.gl.state(into=into, depth_test=LESS, wireframe=params.wireframe):
@@ -78,7 +78,7 @@ class MeshPass(Pass[MeshParams]):
     def _draw_meshlets(self, frame: Frame, asset: MeshObject, batch: DrawBatch, record: int) -> None:
         """Draw the meshlets that may be seen of the object of one record."""
         meshlets = asset.meshlets
-        assert meshlets is not None  # as the caller found
+        assert meshlets is not None  # as the caller has checked
         rows = meshlets.seen(frame.view, frame.plan.mesh.records[record], asset.look.solid)
         for number in range(len(asset.parts)):
             faces = meshlets.faces.take(rows[meshlets.part[rows] == number], axis=0)

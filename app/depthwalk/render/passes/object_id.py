@@ -1,7 +1,7 @@
-"""Find which mesh is in front at each pixel, for whoever asks: the other passes need not know.
+"""Find which mesh is in front at each pixel, in frames that ask for it.
 
-The visibility buffer tells depth-image objects apart, but holds one value for all polygons. This pass draws the frame's
-polygons once more, into targets of its own, and only in frames that ask for it.
+The visibility buffer distinguishes depth-image objects, but holds one value for all polygons. This pass draws the
+frame's polygons once more, into targets of its own; other passes do not depend on it.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 
 
 class FrontMeshes(NamedTuple):
-    """Hold which polygons are in front of all other polygons at each pixel.
+    """Hold which mesh is in front of all others at each pixel.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class FrontMeshes(NamedTuple):
 
 
 class _Target(NamedTuple):
-    """What the pass draws into."""
+    """Hold what the pass draws into."""
 
     number: moderngl.Texture
     depth: moderngl.Texture
@@ -46,18 +46,18 @@ class _Target(NamedTuple):
 class ObjectIdPass(Pass[Params]):
     """Draw the number of the mesh in front at each pixel, in frames for which `requested` is set.
 
-    Where pixels have several samples it draws the last one, as the visibility buffer holds it when the frame is done.
+    Where pixels have several samples, it draws the last one, which the visibility buffer holds at the end of the frame.
 
     Attributes
     ----------
-    requested : whether the next frames are to be drawn so; the caller sets it.
+    requested : whether the next frames find the meshes in front; the caller sets it.
     """
 
     name = "object_id"
     per_sample = True
 
     def setup(self, gl: Scope) -> None:
-        """Create through `gl` what every frame may need; targets are made when they are first drawn into."""
+        """Create programs and buffers through `gl`; targets are created when they are first drawn into."""
         self.requested = False
         self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
         self._arrays = AssetArrays(gl, self._program, *POSITION_LAYOUT)
@@ -73,7 +73,7 @@ class ObjectIdPass(Pass[Params]):
         self._target = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether meshes are asked for and `frame` is that of the last sample; `params` is empty."""
+        """Return whether the pass is requested and `frame` is that of the last sample; `params` is empty."""
         return self.requested and frame.sample == frame.targets.samples - 1
 
     def draw(self, frame: Frame, params: Params) -> None:

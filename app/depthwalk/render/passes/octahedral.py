@@ -17,10 +17,10 @@ class OctahedralPass(CapturedViewPass[OctahedralParams]):
     representation = Representation.OCTAHEDRAL
 
     def capture(self, params: OctahedralParams) -> CaptureParams:
-        """Return views from all around, or from above only, as `params` say."""
+        """Return the capture of views from all around, or from above only, as `params` say."""
         directions: Directions = "hemisphere" if params.hemisphere else "sphere"
         return CaptureParams(directions=directions, count=params.views, resolution=params.resolution)
 
     def defines(self, params: OctahedralParams) -> tuple[str, ...]:
-        """Return how often `params` have each view shifted by its depth."""
+        """Return how often each view is shifted by its depth, from `params`, as a constant of the shader."""
         return (f"STEPS={params.parallax_steps}",)

@@ -1,6 +1,6 @@
-"""Convert linear light to the sRGB of the screen, exposed and tone-mapped.
+"""Convert linear light to the sRGB of the screen, with exposure and tone mapping.
 
-Supersampled, a pixel of the screen is the mean of its samples.
+With supersampling a pixel of the screen is the mean of its samples.
 """
 
 from depthwalk.render.frame import Frame
@@ -20,7 +20,8 @@ class OutputPass(PixelPass[OutputParams]):
     def fuses_with_previous(self, frame: Frame, params: OutputParams) -> bool:
         """Return whether a pixel of `frame` has one sample; `params` do not matter.
 
-        In software only for a screen with a texture of its own: what cannot be tested against the depth takes longer.
+        On software rasterisers only if the screen is a texture, which can be drawn with the depth test; without that
+        the pass would take longer.
         """
         if frame.common.aa.samples > 1:
             return False
@@ -29,7 +30,7 @@ class OutputPass(PixelPass[OutputParams]):
     def inputs(self, frame: Frame, params: OutputParams) -> PixelInputs:
         """Return exposure and tone mapping as `params` say, and how many samples a pixel of `frame` has."""
         samples = frame.common.aa.samples
-        # A loop over one sample costs software rasterisers four times as much as none.
+        # A loop over one sample costs software rasterisers four times as much as no loop.
         defines = (params.tone_mapping.upper(), *(("SUPERSAMPLED",) if samples > 1 else ()))
         uniforms = {"samples": samples, "exposure": 2.0**params.exposure}
         return PixelInputs(defines=defines, uniforms=uniforms, even_sky=True)

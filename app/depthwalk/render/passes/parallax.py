@@ -1,8 +1,8 @@
 """Draw planar depth images by parallax occlusion mapping: more steps along flatter rays, then one secant.
 
-Tatarchuk 2006, "Dynamic parallax occlusion mapping with approximate soft shadows", with the numbers of steps of its
-published program. The picture's plane is drawn, not a box: there are no silhouettes. Unlike there, the depth written is
-that of the surface found, because colours are looked up by it.
+Tatarchuk 2006, "Dynamic parallax occlusion mapping with approximate soft shadows", with the numbers of steps of the
+published program. The picture's plane is drawn, not a box, so there are no silhouettes. Unlike there, the depth of the
+surface is written, because colours are looked up by it.
 """
 
 from depthwalk.render.height_field_pass import HeightFieldPass

@@ -1,7 +1,7 @@
-"""Draw planar depth images by relief mapping: steps along each view ray, the last one halved about the surface.
+"""Draw planar depth images by relief mapping: linear steps along each view ray, then a binary search for the surface.
 
-Policarpo, Oliveira and Comba 2005, "Real-time relief mapping on arbitrary polygonal surfaces". What is thinner than a
-step may be missed. The paper's rays leave a polygon's texture, which repeats; these leave the box about the picture.
+Policarpo, Oliveira and Comba 2005, "Real-time relief mapping on arbitrary polygonal surfaces". Anything thinner than a
+step may be missed. There, rays that leave a polygon's texture see it repeat; here they leave the box about the picture.
 """
 
 from depthwalk.render.height_field_pass import HeightFieldPass

@@ -1,8 +1,8 @@
-"""Draw planar depth images by relief texture mapping: pre-warped in software, then drawn as ordinary textures.
+"""Draw planar depth images by relief texture mapping: pre-warped on the CPU, then drawn as ordinary textures.
 
-Oliveira, Bishop and McAllister 2000, "Relief Texture Mapping". The processor warps the depths of each object within the
+Oliveira, Bishop and McAllister 2000, "Relief Texture Mapping". The CPU warps the depths of each object within the
 picture's plane, in two one-dimensional passes (`render.relief_prewarp`); one rectangle shows the result. As in the
-publication nothing is kept from frame to frame.
+publication, nothing is kept from frame to frame.
 """
 
 import moderngl
@@ -25,7 +25,7 @@ _PLACED = PLACED_RECORD.names or ()
 _IMAGE = "low", "step", "count"  # where an object's image lies, see `PlaneImages`
 _RECORD = np.dtype([*((name, PLACED_RECORD[name]) for name in _PLACED), *((name, "2f4") for name in _IMAGE)])
 _RECTANGLE = 6  # vertices
-_MOST_BYTES = 64 << 20  # of the images that are warped before they are drawn; one alone has a quarter of them at most
+_MOST_BYTES = 64 << 20  # of the images that are warped before they are drawn; a single image has at most a quarter
 
 
 class ReliefTexturePass(Pass[Params]):
@@ -57,7 +57,7 @@ class ReliefTexturePass(Pass[Params]):
                     self._draw_images(frame, batch.asset, records, first_id + first)
 
     def _draw_images(self, frame: Frame, number: int, records: NDArray[np.void], first_id: int) -> None:
-        """Warp and draw objects of the depth object with the `number`, PLACED_RECORDs; `first_id` is the first's."""
+        """Warp and draw instances of the depth object `number`, PLACED_RECORDs; `first_id`: the number of the first."""
         field, depth = frame.assets.height_fields.field(number), frame.assets.height_fields.relative(number)
         viewer = field.from_object(_viewers(records))
         images = plane_images((depth.shape[0], depth.shape[1]), viewer)
@@ -74,7 +74,7 @@ class ReliefTexturePass(Pass[Params]):
         return max(1, min(_MOST_BYTES // largest, self.gl.device.limits.layers))
 
     def _upload(self, warped: Array) -> None:
-        """Put the images `warped` (n, rows, columns) float32 into the layers of the texture, and bind it to unit 0."""
+        """Upload the images `warped` (n, rows, columns) float32 as layers of the texture, and bind it to unit 0."""
         needed = size = np.array(warped.shape[::-1])
         if self._images is not None:
             both = np.maximum(needed, self._images.size)

@@ -1,6 +1,6 @@
 """Average the samples of each pixel in linear light, and take the depth of the nearest.
 
-With hardware multisampling the passes before run once per sample; this one adds up what they made.
+With hardware multisampling the passes before this one run once per sample; this pass adds up their results.
 """
 
 import moderngl
@@ -27,7 +27,7 @@ class ResolvePass(Pass[Params]):
         self._mean: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None  # made when it is first needed
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop the texture of the sum; that for targets of `size` (width, height) pixels is made when it is needed."""
+        """Drop the texture of the sum; one for targets of `size` (width, height) pixels is created when needed."""
         if self._mean is not None:
             self.gl.free(*reversed(self._mean))
         self._mean = None

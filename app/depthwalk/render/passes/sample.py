@@ -1,4 +1,4 @@
-"""Copy one sample of each pixel into the G-buffer, so that the passes after it know of one alone."""
+"""Copy one sample of each pixel into the G-buffer, so that later passes see a single sample."""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants
@@ -8,7 +8,7 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class SamplePass(Pass[Params]):
-    """Copy the sample numbered `frame.sample` of what objects and ground were drawn into."""
+    """Copy the sample numbered `frame.sample` of the multisampled targets."""
 
     name = "sample"
     per_sample = True

@@ -1,6 +1,6 @@
 """Draw the shadow maps of sun and lamps: depth seen along their light.
 
-Maps are kept from frame to frame; only those are drawn that would show something else than before.
+Maps are kept from frame to frame; a map is drawn again only if it would change.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,12 +25,12 @@ from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
 from depthwalk.scene.effect_settings import ShadowParams
 
 _CUT_OUT = ("CUT_OUT",)
-_CLAMPED = (DEPTH_CLAMP,)  # what lies before the near plane of a map of the sun casts shadows, too
+_CLAMPED = (DEPTH_CLAMP,)  # casters in front of the near plane of a map of the sun count, too
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Begun:
-    """Hold a map that is drawn over several frames, the tile that it will take, and what is still to be drawn."""
+    """Hold a map that is drawn over several frames, the tile that it goes to, and what is still to be drawn."""
 
     tile: int
     map: ShadowMap
@@ -63,7 +63,7 @@ class ShadowsPass(Pass[ShadowParams]):
         self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
-        """Return whether anything casts shadows in `frame`, or did in the last one, so that its maps must be dropped.
+        """Return whether anything casts shadows in `frame`, or did in the last one, whose maps must be dropped then.
 
         The `params` do not matter.
         """
@@ -78,7 +78,7 @@ class ShadowsPass(Pass[ShadowParams]):
             pass
 
     def parts(self, frame: Frame, params: ShadowParams) -> Iterator[None]:
-        """Draw as `draw` does; stop after each map, and after every so many triangles in it."""
+        """Draw as `draw` does; stop after each map, and within a map after every `PART_TRIANGLES`."""
         shadows, targets = frame.shadows, frame.targets
         targets.lamp_maps = targets.sun_maps = None
         if shadows.lamps:
@@ -110,7 +110,7 @@ class ShadowsPass(Pass[ShadowParams]):
     def _draw_maps(
         self, frame: Frame, atlas: ShadowAtlas, maps: Mapping[int, ShadowMap], direct: tuple[int, ...] = ()
     ) -> Iterator[None]:
-        """Draw `maps`, by the tiles of `atlas` that they go to, in parts. direct: see `gpu.state.State`."""
+        """Draw `maps`, which are given by their tiles in `atlas`, in parts. direct: see `gpu.state.State`."""
         for tile, shadow_map in maps.items():
             atlas.begin(tile, shadow_map)
             parts = list(shadow_map.grids.parts(PART_TRIANGLES))
@@ -118,9 +118,9 @@ class ShadowsPass(Pass[ShadowParams]):
             self._finish(frame, shadow_map, atlas.framebuffer(tile), direct)
 
     def _draw_portion(self, frame: Frame, waiting: Mapping[int, ShadowMap]) -> Iterator[None]:
-        """Go on with one of the sun's maps that may wait: by as many triangles as a frame has time for, or to its end.
+        """Continue one of the sun's maps that may wait, by as many triangles as a frame has time for, or to its end.
 
-        It is drawn beside the others, and takes its tile when it is finished.
+        It is drawn into a texture of its own, and copied to its tile when it is finished.
         """
         begun = self._begun
         if begun is None or begun.tile not in waiting or not waiting[begun.tile].follows(begun.map):
@@ -144,10 +144,10 @@ class ShadowsPass(Pass[ShadowParams]):
         self._begun = None
 
     def _begin_portions(self, waiting: Mapping[int, ShadowMap]) -> "_Begun | None":
-        """Begin with the first of the maps that may wait, by tile; None where there is none.
+        """Begin the first of the maps that may wait, given by tile; None where there is none.
 
-        Those come first that stand for provisional ones, and of these those that are drawn soonest: a few frames are
-        enough for the far maps of a scene whose near ones take dozens.
+        Maps that replace provisional ones come first, those with the fewest triangles before the others: the far maps
+        of a scene take a few frames where the near ones take dozens.
         """
         if not waiting:
             return None
@@ -166,7 +166,7 @@ class ShadowsPass(Pass[ShadowParams]):
         into: moderngl.Framebuffer,
         direct: tuple[int, ...],
     ) -> Iterator[None]:
-        """Draw some parts of the depth images of a map, and stop after each. direct: see `gpu.state.State`."""
+        """Draw `parts` of the depth images of a map, and stop after each. direct: see `gpu.state.State`."""
         self._view.show(shadow_map.view)
         self._instances.upload(shadow_map.grids.records)
         for part in parts:
@@ -175,14 +175,14 @@ class ShadowsPass(Pass[ShadowParams]):
             yield
 
     def _finish(self, frame: Frame, shadow_map: ShadowMap, into: moderngl.Framebuffer, direct: tuple[int, ...]) -> None:
-        """Draw the meshes of a map, whose depth images have been drawn, and count it."""
+        """Draw the meshes of a map, after its depth images, and count it."""
         with self.gl.state(into=into, depth_test=LESS, direct=direct):
             self._draw_meshes(frame, shadow_map)
         frame.plan.note("shadow_maps", 1)
         frame.plan.note("shadow_triangles", shadow_map.triangles)
 
     def _draw_grids(self, frame: Frame, part: DrawList) -> None:
-        """Draw depth images, front and back faces: the backs close gaps that the images leave in the fronts."""
+        """Draw depth images, front and back faces: the back faces close gaps in the front faces."""
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
             program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
@@ -204,7 +204,7 @@ class ShadowsPass(Pass[ShadowParams]):
                 array.render(instances=batch.count)
 
     def _draw_cut_outs(self, asset: MeshObject, batch: DrawBatch) -> None:
-        """Draw a mesh part by part, each without what its material cuts out."""
+        """Draw a mesh part by part, each with the alpha test of its material."""
         program, key = self._cut_out[_CUT_OUT], (batch.asset, batch.level)
         array = self._cut_out_arrays[_CUT_OUT].get(key, asset.vertices, asset.indices)
         self._instances.bind(array, batch.first)

@@ -1,4 +1,4 @@
-"""Redraw edges of brightness as the lines that they stand for: subpixel morphological anti-aliasing, SMAA 1x.
+"""Smooth edges of brightness along the lines that they approximate: subpixel morphological anti-aliasing, SMAA 1x.
 
 Jimenez, Echevarria, Sousa and Gutierrez 2012, without its diagonal patterns; see docs/anti-aliasing.md.
 """
@@ -22,10 +22,10 @@ class SmaaPass(Pass[SmaaParams]):
         """Create the programs of the three steps, which `gl` owns."""
         shaders = (f"smaa/{step}.frag" for step in ("edges", "weights", "blend"))
         self._programs = [Program(gl, "common/fullscreen.vert", shader) for shader in shaders]
-        self._own: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []  # edges and weights, from first use on
+        self._own: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []  # edges and weights, created on first use
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop the textures of edges and weights; those for targets of `size` (width, height) pixels are made later."""
+        """Drop the textures of edges and weights; new ones of `size` (width, height) pixels are created when needed."""
         for own in self._own:
             self.gl.free(*own)
         self._own = []

@@ -1,4 +1,4 @@
-"""Compute what part of the sun's light reaches each pixel, by its shadow maps."""
+"""Compute the part of the sun's light that reaches each pixel, from its shadow maps."""
 
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame
@@ -6,7 +6,7 @@ from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 
 
 class SunPass(PixelPass[Params]):
-    """Look up in the shadow maps what part of the sun's light reaches each pixel."""
+    """Look up in the shadow maps which part of the sun's light reaches each pixel."""
 
     name = "sun"
     per_sample = True
@@ -20,6 +20,6 @@ class SunPass(PixelPass[Params]):
     def inputs(self, frame: Frame, params: Params) -> PixelInputs:
         """Return the shadow maps of `frame`; `params` is empty."""
         maps = frame.targets.sun_maps
-        assert maps is not None  # as `enabled` found
+        assert maps is not None  # as `enabled` has checked
         uniforms = maps.uniforms(frame.view, frame.common.lod)
         return PixelInputs(textures={"sun_maps": maps.texture}, uniforms=uniforms, even_sky=True)

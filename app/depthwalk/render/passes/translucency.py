@@ -1,8 +1,8 @@
-"""Blend what lets light through over the lit picture, from back to front, and add what opaque surfaces send out.
+"""Blend translucent surfaces over the lit picture, from back to front, and add the glow of opaque surfaces.
 
-Depth images and the G-buffer hold opaque surfaces alone, and no light that they send out. So this draws both as
-polygons, wherever they are, before edges are smoothed and the lens is simulated. Depth is tested, not written: what is
-focused, reprojected or measured is what is behind the glass.
+Depth images and the G-buffer hold only opaque surfaces, and not the light that they emit. So this draws both as
+polygons, for all representations, before anti-aliasing and depth of field. Depth is tested, not written: focus,
+reprojection and measurements refer to what is behind the glass.
 """
 
 import moderngl
@@ -21,14 +21,15 @@ from depthwalk.render.pixel_pass import PixelInputs, joined_defines, joined_unif
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.resources.translucent_store import TranslucentObject
 
-# moderngl's format of a TRANSLUCENT_VERTEX, and which attributes are read: all, and those of what glows.
+# moderngl's format of a TRANSLUCENT_VERTEX, and the attributes that are read: all, or those of glowing surfaces.
 _LAYOUT = "3f 2f 3f 3f 4f 2f", "in_position", "in_uv", "in_emission", "in_normal", "in_colour", "in_highlight"
 _GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
 _GLOW = "GLOW"
-# Of the radius about all that glows or is translucent of an object, by which depth images may be off: of a lamp alone
-# a third of a texel of 256². Of small lamps on large objects less, so that few of those shine through thin walls.
+# Depth tolerance for glowing surfaces, whose depth images may be off, as part of the radius about an object's glowing
+# and translucent triangles: a third of a texel of 256² for a lamp alone, and less for small lamps on large objects, so
+# that few of them shine through thin walls.
 _TOLERANCE = 1 / 128
-_OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # of premultiplied light; what hides nothing is added
+_OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # for premultiplied light; with opacity 0 it is added
 
 
 class TranslucencyPass(Pass[Params]):
@@ -39,13 +40,13 @@ class TranslucencyPass(Pass[Params]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program, and what lamps and objects are handed over by; `gl` owns them."""
+        """Prepare the variants of the program and the instance buffer; `gl` owns them."""
         shaders = "translucency/translucency.vert", "translucency/translucency.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
         layouts = {True: _GLOW_LAYOUT, False: _LAYOUT}
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *layouts[_GLOW in defines]))
         self._instances = InstanceStream(gl, PLACED_RECORD)
-        self._lamps: LampInputs | None = None  # made when they are first needed, as most scenes have nothing for it
+        self._lamps: LampInputs | None = None  # created on first use, as most scenes have no translucent surfaces
         self._sorted: moderngl.Buffer | None = None  # indices of sorted triangles; likewise
 
     def enabled(self, frame: Frame, params: Params) -> bool:
@@ -62,13 +63,13 @@ class TranslucencyPass(Pass[Params]):
             self._sorted.orphan()
             self._sorted.write(drawn.faces.tobytes())
         into = frame.targets.lighting
-        # Clamped, since near and far plane are fitted to what is opaque.
+        # Depths are clamped, since near and far plane are fitted to opaque surfaces.
         with self.gl.state(into=into, depth_test="<=", depth_write=False, blend=_OVER, direct=(DEPTH_CLAMP,)):
             self._add_glow(frame)
             self._blend(frame)
 
     def _add_glow(self, frame: Frame) -> None:
-        """Add what opaque surfaces send out, where they are the nearest."""
+        """Add the light that opaque surfaces emit, where they are the nearest."""
         inputs = _joined([_fog(frame)])
         defines = (_GLOW, *joined_defines(inputs))
         program = self._programs[defines]
@@ -85,15 +86,15 @@ class TranslucencyPass(Pass[Params]):
                     array.render(vertices=3 * run.count, first=3 * run.first, instances=batch.count)
 
     def _blend(self, frame: Frame) -> None:
-        """Blend what is translucent over the picture, from back to front."""
+        """Blend translucent surfaces over the picture, from back to front."""
         self._lamps = self._lamps or LampInputs(self.gl)
         inputs = _joined([_sun(frame), self._lamps.of(frame), _fog(frame)])
         defines = joined_defines(inputs)
         program = self._programs[defines]
         units = _units(inputs)
         program.set(**units, **joined_uniforms(inputs))
-        for each in inputs:
-            for name, texture in each.textures.items():
+        for part in inputs:
+            for name, texture in part.textures.items():
                 texture.use(units[name])
         for batch in frame.translucent.batches:
             of_asset = frame.assets.translucent.objects[batch.asset]
@@ -108,7 +109,7 @@ class TranslucencyPass(Pass[Params]):
         else:
             assert self._sorted is not None  # `draw` has made it
             array = self._array(defines, batch, of_asset, self._sorted, "sorted")
-            drawn = [(runs[each.run], each.first, each.count) for each in batch.sorted]
+            drawn = [(runs[part.run], part.first, part.count) for part in batch.sorted]
         for run, first, count in drawn:
             of_asset.use(run)
             array.render(vertices=3 * count, first=3 * first, instances=batch.count)
@@ -133,12 +134,12 @@ class TranslucencyPass(Pass[Params]):
 
 
 def _joined(inputs: list[PixelInputs | None]) -> list[PixelInputs]:
-    return [each for each in inputs if each is not None]
+    return [part for part in inputs if part is not None]
 
 
 def _units(inputs: list[PixelInputs]) -> dict[str, int]:
     """Return the numbers of the texture units of a program, by the names of its samplers."""
-    names = ["base_texture", "emission_texture", *(name for each in inputs for name in each.textures)]
+    names = ["base_texture", "emission_texture", *(name for part in inputs for name in part.textures)]
     return {name: unit for unit, name in enumerate(names)}
 
 

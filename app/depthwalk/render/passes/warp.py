@@ -1,4 +1,4 @@
-"""Warp depth samples within a plane that touches their object, into an impostor tile of the atlas.
+"""Warp depth samples, within a plane that touches their object's cylinder, into impostor tiles of the atlas.
 
 The first pass of Liu, Liu and Wu 2007 (§2.2): on that plane a sample only moves toward the epipole, in 2-D. With
 `light.mode: warp` it lights each texel too (§2.4); otherwise a tile holds no colours.
@@ -46,9 +46,9 @@ class WarpPass(Pass[WarpParams]):
             pass
 
     def parts(self, frame: Frame, params: WarpParams) -> Iterator[None]:
-        """Draw as `draw` does; stop after every so many triangles, unless they are drawn in order.
+        """Draw as `draw` does; stop after every `PART_TRIANGLES`, unless samples are drawn in the paper's order.
 
-        The atlas is touched only where there is anything to draw.
+        The atlas is not touched if there is nothing to draw.
         """
         if not len(frame.plan.cleared) and not frame.plan.warp.batches:
             return
@@ -67,7 +67,7 @@ class WarpPass(Pass[WarpParams]):
         for number, batches in part.by_asset():
             asset = frame.assets.depth_object(number)
             defines = asset.defines
-            if frame.common.lit_tiles:  # with a colour per texel, also where the object's own texture would be finer
+            if frame.common.lit_tiles:  # with a colour per texel, even where the object's own texture would be finer
                 surface = (name for name in asset.surface_defines if name != "COORDINATES")
                 defines = *surface, *light_defines
             program = self._programs[defines]
@@ -86,7 +86,7 @@ class WarpPass(Pass[WarpParams]):
                         asset.draw(array, batch.indices, batch.count)
 
     def _clear_slots(self, frame: Frame) -> None:
-        """Empty the slots that are drawn into, in one draw: scissored clears would take a call each."""
+        """Clear the slots that are drawn into, in one draw call; scissored clears would take one call each."""
         slots = np.zeros(len(frame.plan.cleared), _SLOT)
         slots["slot"] = frame.plan.cleared
         self._slots.upload(slots)
@@ -105,7 +105,7 @@ class WarpPass(Pass[WarpParams]):
 
 
 def _atlas(frame: Frame) -> moderngl.Framebuffer:
-    """Return what tiles are drawn into."""
+    """Return the framebuffer that tiles are drawn into."""
     return frame.targets.lit_atlas if frame.common.lit_tiles else frame.targets.atlas
 
 

@@ -1,7 +1,7 @@
 """Keep assets on the GPU within a budget of memory.
 
-Assets are uploaded when they are first drawn. Depth objects, and the meshes that are drawn instead of them, give way to
-others when they are not needed and the budget is used up; those not used for longest go first.
+Assets are uploaded when they are first drawn. When the budget is used up, depth objects and fallback meshes that are
+not needed are evicted, the least recently used first.
 """
 
 import logging
@@ -34,14 +34,14 @@ class AssetStore:
     """Upload assets and own their GL objects, which several passes draw from.
 
     Meshes have the numbers of their assets. An asset's depth images become depth objects, one for each part of the
-    asset, and with its number.
+    asset, with the number of that part.
 
     Parameters
     ----------
     device
         The GPU that draws.
     library
-        Where assets come from.
+        Provides the assets.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class AssetStore:
     before_release
         Called before GL objects are freed, so that passes can release their vertex arrays over them.
     parts
-        The parts of assets that depth objects show, as they were cooked.
+        The cooked parts of assets that depth objects show.
     textures
         The textures of the depth objects.
     meshes
@@ -60,9 +60,9 @@ class AssetStore:
     height_fields
         The height fields of planar depth images, for representations that do not warp.
     translucent
-        What of meshes lets light through or glows.
+        The translucent and glowing triangles of meshes.
     background
-        Makes depth images ready beside the frames; None: frames wait for them.
+        Loads, bakes and cooks depth images in the background; None: frames wait for them.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
@@ -71,7 +71,7 @@ class AssetStore:
         self.before_release: Callable[[], None] = lambda: None
         self._library = library
         self.parts = CookedParts(library)
-        self._depth: dict[int, DepthObject] = {}  # in the order in which they were used
+        self._depth: dict[int, DepthObject] = {}  # the least recently used first
         self._warned = False
         self._deferred = False  # whether the last frame lacks depth objects that are still to be uploaded
         self.meshes = MeshStore(self.gl, library)
@@ -82,11 +82,11 @@ class AssetStore:
         self.background: Background | None = None
 
     def is_ready(self, asset: int) -> bool:
-        """Return whether frames may show the depth images of the asset numbered `asset`; if not, prepare them."""
+        """Return whether the depth images of the asset numbered `asset` can be shown; if not, start preparing them."""
         return self.background is None or self.background.is_cooked(asset, self.parts.options)
 
     def poll(self) -> bool:
-        """Take over what was made ready beside the frames; return whether an asset can now be shown in another way."""
+        """Take over what the background has finished; return whether an asset can now be shown in another way."""
         if self.background is None:
             return False
         self.translucent.poll()
@@ -95,13 +95,13 @@ class AssetStore:
 
     @property
     def is_waiting(self) -> bool:
-        """Return whether the next frame may show more than the last, although nothing in the scene has changed."""
+        """Return whether the next frame may show more than the last even if nothing in the scene changes."""
         beside = self.background is not None and self.background.is_busy
         stores = self.meshes.reader, self._captured, self.textures, self.translucent
         return self._deferred or any(store.is_busy for store in stores) or beside
 
     def depth_object(self, number: int) -> DepthObject:
-        """Return the depth object numbered `number` on the GPU, uploaded if it was not."""
+        """Return the depth object numbered `number`, uploading it if necessary."""
         if number not in self._depth:
             grids, texture = self.parts.load(number)
             self._depth[number] = upload_depth(self.gl, self.parts.cooked(number).outline, grids)
@@ -111,29 +111,29 @@ class AssetStore:
     def captured_views(self, asset: int, params: CaptureParams) -> ViewTextures | None:
         """Return views of the mesh of the asset numbered `asset`, captured as `params` say.
 
-        Where frames may not wait for them, None, or views captured with other params, while a thread captures these.
+        Where frames may not wait, returns None, or views captured with other params, until a thread has captured these.
         """
         return self._captured.views(asset, params, wait=self.background is None)
 
     def stream(self, needed: Sequence[int], seconds: float | None, *, releases: bool = True) -> NDArray[np.bool_]:
-        """Upload what a frame needs, and release what was not used for longest where the budget does not allow both.
+        """Upload what a frame needs, and evict the least recently used objects where the budget requires it.
 
-        What the frame needs is never released; where that alone is more than the budget, a warning says so once.
+        What the frame needs is never evicted; if that alone exceeds the budget, a warning is logged once.
 
         Parameters
         ----------
         needed
             Numbers of the depth objects that the frame needs, the most urgent first.
         seconds
-            Time after which no further upload begins, so that frames take equally long; None: all are uploaded.
+            Time after which no further upload begins, to keep the frame rate even; None: all are uploaded.
         releases
-            Whether others give way where the budget does not allow all. If not, what does not fit is not uploaded.
+            Whether other objects may be evicted. If not, objects for which there is no room are not uploaded.
 
         Returns
         -------
         NDArray[np.bool_]
-            (len(parts),) which numbers are on the GPU; those of assets, whose meshes are uploaded when they are drawn,
-            always are.
+            (len(parts),) which numbers are on the GPU; always True for assets, whose meshes are uploaded when they are
+            drawn.
         """
         start = time.perf_counter()
         self._deferred = False
@@ -147,7 +147,7 @@ class AssetStore:
             if not releases and self.gpu_bytes + cooked.bytes > self.budget:
                 continue
             is_held = isinstance(cooked.load, HeldArrays) and cooked.load.is_held
-            # Where a mesh has just given way to depth images, the frame would otherwise show neither.
+            # Otherwise the frame that switches from a mesh to its new depth images would show neither.
             if seconds is not None and time.perf_counter() - start > seconds and not is_held:
                 self._deferred = True
                 continue
@@ -168,15 +168,15 @@ class AssetStore:
         meshes
             Numbers of the meshes, the most urgent first.
         triangles
-            (len(parts),) of the mesh with each number; +inf where that is not known: then it is read while there is any
-            room.
+            (len(parts),) of the mesh with each number; +inf where that is not known: then it is read if there is any
+            room left.
         needed
-            Numbers of the depth objects that the frame needs; others may go.
+            Numbers of the depth objects that the frame needs; others may be evicted.
 
         Returns
         -------
         list[int]
-            Those of the numbers, in their order.
+            Those of `meshes`, in their order.
         """
         unread = [mesh for mesh in meshes if mesh not in self.meshes.reader.meshes]
         if not unread:
@@ -205,7 +205,7 @@ class AssetStore:
         return len(self._depth)
 
     def _make_room(self, size: int, needed: set[int]) -> None:
-        """Release what is not `needed` until `size` more bytes fit into the budget, or nothing is left to release."""
+        """Evict what is not `needed` until `size` more bytes fit into the budget, or nothing is left to evict."""
         if self.gpu_bytes + size <= self.budget:
             return
         unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted_fallbacks
@@ -244,7 +244,7 @@ class AssetStore:
         return WHITE if path is None else self._library.texture(path)
 
     def release(self) -> None:
-        """Free all GL objects and forget what was cooked; what is drawn later is uploaded again."""
+        """Free all GL objects and drop cooked data; assets that are drawn later are uploaded again."""
         self.before_release()
         self.gl.release()
         self.textures.release()

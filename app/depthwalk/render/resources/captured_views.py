@@ -1,4 +1,4 @@
-"""Keep captured views of meshes on the GPU, by the number of their asset and how they were captured."""
+"""Keep captured views of meshes on the GPU, by the number of the asset and the directions that they were seen from."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -14,7 +14,7 @@ Capture = Callable[[int, CaptureParams], CapturedViews | None]
 
 
 class _Request(NamedTuple):
-    """Name views: those of which asset, captured from where."""
+    """Identify views: the asset, and the set of directions."""
 
     asset: int
     directions: str
@@ -60,7 +60,7 @@ class CapturedViewStore:
         self._gl, self._capture = gl, capture
         self._drawn: dict[_Request, ViewTextures] = {}
         self._making: dict[_Request, tuple[CaptureParams, Future[CapturedViews | None]]] = {}
-        self._threads: ThreadPoolExecutor | None = None  # one, made when it is first needed
+        self._threads: ThreadPoolExecutor | None = None  # a single thread, created on first use
 
     @property
     def bytes(self) -> int:
@@ -69,11 +69,11 @@ class CapturedViewStore:
 
     @property
     def is_busy(self) -> bool:
-        """Return whether any views are still being captured beside the frames."""
+        """Return whether any views are still being captured in the background."""
         return bool(self._making)
 
     def views(self, asset: int, params: CaptureParams, wait: bool) -> ViewTextures | None:
-        """Return the views of an asset, uploaded if they were not.
+        """Return the views of an asset, capturing and uploading them if necessary.
 
         Parameters
         ----------
@@ -82,12 +82,12 @@ class CapturedViewStore:
         params
             How it is captured.
         wait
-            Whether the frame waits until they are; otherwise a thread captures them meanwhile.
+            Whether to wait for the capture; otherwise a thread captures them in the background.
 
         Returns
         -------
         ViewTextures | None
-            The views; meanwhile those captured before with other params from the same directions, or None.
+            The views; until they are captured, earlier ones from the same directions with other params, or None.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class CapturedViewStore:
         return drawn
 
     def _show(self, request: _Request, params: CaptureParams, views: CapturedViews | None) -> ViewTextures:
-        """Upload `views` in the place of those that were drawn for `request`."""
+        """Upload `views`, replacing earlier ones for the same `request`."""
         if views is None:
             raise LookupError(f"asset {request.asset} has no mesh")
         if (before := self._drawn.pop(request, None)) is not None:
@@ -119,7 +119,7 @@ class CapturedViewStore:
         return made
 
     def forget(self) -> None:
-        """Forget all views, because their scope has been released, and those that are being captured."""
+        """Drop all views, because their scope has been released, and captures in progress."""
         if self._threads is not None:
             self._threads.shutdown(wait=False, cancel_futures=True)
         self._threads = None

@@ -1,8 +1,8 @@
-"""Upload the clusters of a mesh, and make the indices by which those of many objects are drawn at once.
+"""Upload the clusters of a mesh, and make indices that draw the clusters of many objects in one call.
 
-An index stands for an object and a vertex: object × vertices + vertex. Shaders fetch both from textures, so that one
-draw call draws any clusters of any objects of an asset, and vertices are still transformed once for the triangles that
-share them. (OpenGL 3.3 has neither base instances nor indirect draws.)
+An index encodes an object and a vertex: object × vertices + vertex. Shaders fetch both from textures, so that one draw
+call draws any clusters of any objects of an asset, and vertices are still transformed once for the triangles that share
+them. (OpenGL 3.3 has neither base instances nor indirect draws.)
 """
 
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ from depthwalk.render.resources.mesh_object import MeshLook
 from depthwalk.types import Rows
 
 CLUSTER_VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("uv", "2f4")])
-"""What shaders fetch of a vertex: two texels."""
+"""What shaders fetch per vertex: two texels."""
 
-_MAX_INDEX = 1 << 31  # gl_VertexID has a sign
+_MAX_INDEX = 1 << 31  # gl_VertexID is signed
 
 
 @dataclass(kw_only=True)
@@ -34,7 +34,7 @@ class ClusterObject:
     vertices : all vertices, on the GPU, as `CLUSTER_VERTEX`.
     colours : their colours, `RECORDS_PER_ROW` to a row; None where all are white.
     look : the materials of the mesh.
-    materials : (parts,) which of them each part of the mesh has.
+    materials : (parts,) index of the material of each part of the mesh.
     """
 
     clusters: MeshClusters
@@ -45,11 +45,11 @@ class ClusterObject:
 
     @property
     def most_objects(self) -> int:
-        """Return how many objects an index can tell apart."""
+        """Return how many objects fit into an index."""
         return max(_MAX_INDEX // max(len(self.clusters.positions), 1), 1)
 
     def indices(self, objects: Rows, clusters: Rows) -> NDArray[np.uint32]:
-        """Return the indices of the triangles of some clusters.
+        """Return the indices of the triangles of `clusters`.
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class ClusterObject:
         return faces
 
     def free(self, gl: Scope) -> None:
-        """Free the GL objects, which `gl` owns, but for the materials."""
+        """Free the GL objects, which `gl` owns, except the materials."""
         self.vertices.free()
         if self.colours is not None:
             gl.free(self.colours)
@@ -83,7 +83,7 @@ def upload_clusters(gl: Scope, clusters: MeshClusters, look: MeshLook, materials
     gl : the scope that owns the GL objects.
     clusters : the clusters.
     look : the materials of the mesh.
-    materials : (parts,) which of them each part of the mesh has.
+    materials : (parts,) index of the material of each part of the mesh.
 
     Returns
     -------

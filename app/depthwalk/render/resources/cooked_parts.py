@@ -1,4 +1,4 @@
-"""Number the parts of assets that depth images show, and keep what was cooked of each. Nothing here is on the GPU."""
+"""Number the parts of assets that depth images show, and keep each part's cooked data, in main memory."""
 
 import logging
 from collections.abc import Sequence
@@ -19,19 +19,19 @@ _Part = TypeVar("_Part", BakedObject, CookedObject)
 
 
 class CookedParts:
-    """Number the parts of assets from `first` on, in the order in which these are asked for.
+    """Number the parts of assets from `first` on, in the order in which they are asked for.
 
-    Smaller numbers are those of assets, whose meshes have them. Numbers stay when what was cooked is forgotten.
+    Smaller numbers are those of assets and their meshes. Numbers stay valid when cooked data are dropped.
 
     Parameters
     ----------
     library
-        Where assets come from.
+        Provides the assets.
 
     Attributes
     ----------
     options
-        How depth images are cooked; to be set while nothing cooked is kept.
+        How depth images are cooked; set it only before anything is cooked, or after `forget`.
     """
 
     def __init__(self, library: Library) -> None:
@@ -63,7 +63,7 @@ class CookedParts:
         return asset in self._numbers
 
     def numbers(self, asset: int) -> range:
-        """Return the numbers of the parts of an asset, which is read and cooked if need be.
+        """Return the numbers of the parts of an asset, reading and cooking it if necessary.
 
         Parameters
         ----------
@@ -90,18 +90,18 @@ class CookedParts:
         return self._cooked[number]
 
     def load(self, number: int) -> tuple[LodGeometry, VirtualTexture]:
-        """Return geometry and texture of the part numbered `number`, cooked again where the cache has lost them."""
+        """Return geometry and texture of the part numbered `number`, cooking it again if the cache has lost them."""
         try:
             return self.cooked(number).load()
-        except OSError:  # lost, or damaged, since it was found
+        except OSError:  # the cached file was lost or damaged since it was found
             return self._cook_again(number).load()
 
     def is_shipped_cooked(self, number: int) -> bool:
-        """Return whether the part numbered `number` is there cooked only, without the images it was made of."""
+        """Return whether the part numbered `number` exists only in cooked form, without its depth images."""
         return self._library.is_shipped_cooked(self.asset_of(number))
 
     def baked(self, number: int) -> BakedObject:
-        """Read again the depth images that a part was cooked from.
+        """Read the depth images that a part was cooked from.
 
         Parameters
         ----------
@@ -116,7 +116,7 @@ class CookedParts:
         Raises
         ------
         LookupError
-            Where the asset has no depth images any more.
+            Where the asset no longer has depth images.
         """
         asset = self.asset_of(number)
         model = self._library.baked(asset)
@@ -125,13 +125,13 @@ class CookedParts:
         return self._part(model.parts, number)
 
     def forget(self) -> None:
-        """Forget what was cooked, until it is asked for again."""
+        """Drop all cooked data; they are loaded again when asked for."""
         self._cooked.clear()
 
     def _cook_again(self, number: int) -> CookedObject:
-        """Cook the asset of the part numbered `number` again, whose arrays the cache has lost.
+        """Cook the asset of the part numbered `number` again, because the cache has lost its arrays.
 
-        Return that part with its arrays in memory, so that a cache which fails again does no harm.
+        Returns that part with its arrays in memory, so that a cache that fails again does no harm.
         """
         asset = self.asset_of(number)
         objects = self._library.cooked(asset, self.options, again=True)
@@ -139,10 +139,10 @@ class CookedParts:
         return self._part(objects, number)
 
     def _by_number(self, asset: int, objects: tuple[CookedObject, ...]) -> dict[int, CookedObject]:
-        """Return the cooked objects of an asset by the numbers of its parts, and warn unless there is one each.
+        """Return the cooked objects of an asset by the numbers of its parts, and warn unless there is one for each.
 
-        The number of parts changes where the asset's file is replaced after numbers were given. The scene is drawn on
-        all the same, by `_part`.
+        The number of parts changes if the asset's file is replaced after numbers were assigned. The scene is still
+        drawn, with the objects that `_part` picks.
         """
         numbers = self._numbers[asset]
         if len(objects) != len(numbers):
@@ -155,5 +155,5 @@ class CookedParts:
         return {number: self._part(objects, number) for number in numbers}
 
     def _part(self, parts: Sequence[_Part], number: int) -> _Part:
-        """Return which of an asset's parts has the number `number`: the last one where too few are left."""
+        """Return which of an asset's `parts` has the number `number`; the last one, if there are too few."""
         return parts[min(number - self._numbers[self.asset_of(number)].start, len(parts) - 1)]

@@ -1,7 +1,7 @@
-"""Upload depth images: geometry as vertex and index buffers, with the uniforms that go with them.
+"""Upload depth images: their geometry as vertex and index buffers, and the uniforms of the shaders that draw them.
 
-A baked object is drawn in two steps. Its geometry is warped into an impostor or drawn straight into the picture; that
-needs `use_geometry`. Later each pixel looks up the surface that it shows; that needs `use_surface`.
+A baked object is drawn in two steps. First its geometry is warped into an impostor or drawn straight into the picture,
+which needs `use_geometry`. Later each pixel looks up the surface that it shows, which needs `use_surface`.
 """
 
 from collections.abc import Sequence
@@ -24,8 +24,8 @@ from depthwalk.gpu.program import Packed, Program
 from depthwalk.render.resources.surface_texture import SurfaceTexture
 from depthwalk.scene.object_settings import LodParams
 
-# Texels by which boundary strips are set back: they guess how a surface goes on, and give way to samples of it. Of 0,
-# 0.5, 1 and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.
+# Texels by which boundary strips are set back: they extrapolate a surface, and must not hide its samples. Of 0, 0.5, 1
+# and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.
 _SETBACK = 0.5
 
 SURFACE_UNITS = 7  # texture units that looking up a surface takes
@@ -46,7 +46,7 @@ class DepthObject:
     chunks
         The runs of indices that one draw call can take, small enough for 16 bits.
     texture
-        Colours and normals; None until it is known how much of them is needed.
+        Colours and normals; None until `TextureStreaming.fit` has chosen their resolution.
     meso
         The relief of the meso-structure, which repeats; one texel for an object without meso-structure.
     geometry
@@ -79,7 +79,7 @@ class DepthObject:
 
     @property
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
-        """Return all GL objects of this object, so that they are freed when it gives way to others."""
+        """Return all GL objects of this object, to be freed when it is evicted."""
         textures = () if self.texture is None else self.texture.owned
         return self.vertices, self.indices, self.meso, *textures
 
@@ -94,7 +94,7 @@ class DepthObject:
 
     @property
     def least_texels(self) -> float:
-        """Return the texels per metre of the face that has fewest, object frame."""
+        """Return the texels per metre of the face that has the fewest, object frame."""
         return float(min(self.surface["texels"]))
 
     @property
@@ -142,7 +142,7 @@ class DepthObject:
         return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
 
     def draw(self, array: moderngl.VertexArray, runs: Sequence[tuple[int, int]], instances: int) -> None:
-        """Draw some runs of indices.
+        """Draw the given runs of indices.
 
         Parameters
         ----------
@@ -163,13 +163,13 @@ class DepthObject:
             if run not in self._divided:
                 self._divided[run] = chunk_runs(self.chunks, *run)
             for first, count, base in self._divided[run]:
-                # In place of a base vertex, which moderngl does not offer.
+                # Instead of a base vertex, which moderngl does not offer.
                 array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
                 array.render(vertices=count, first=first, instances=instances)
 
     @cached_property
     def _divided(self) -> dict[tuple[int, int], list[tuple[int, int, int]]]:
-        """Return the draw calls of each run of indices that was drawn: there are few, of levels and their pieces."""
+        """Return a cache of the draw calls for each run of indices; there are few runs, of levels and their pieces."""
         return {}
 
     def use_geometry(self, program: Program, lod: LodParams) -> None:
@@ -190,7 +190,7 @@ class DepthObject:
         program.set(meso_fade=lod.meso_fade)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
-        """Bind textures to at most `SURFACE_UNITS` texture units, and set the uniforms that looking up a surface needs.
+        """Bind textures to at most `SURFACE_UNITS` texture units, and set the uniforms for looking up a surface.
 
         Parameters
         ----------
@@ -222,19 +222,19 @@ class DepthObject:
 
     @cached_property
     def _uniforms(self) -> dict[tuple[Program, tuple[int, int] | None], Packed]:
-        """Return the uniforms of each program that has drawn this object: of geometry, or of a surface's detail."""
+        """Return a cache of packed uniforms by program; for surfaces, also by texture detail and first unit."""
         return {}
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObject:
-    """Upload a cooked object into a scope, all but its texture.
+    """Upload a cooked object into a scope, without its texture.
 
     Parameters
     ----------
     gl
         The scope that owns the GL objects.
     baked
-        The depth images that it was cooked from, of which the pixels are not needed any more.
+        The depth images that it was cooked from; their pixels are not needed.
     grids
         The geometry.
 
@@ -275,14 +275,14 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
 
 
 def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:
-    """Upload a tile of relief, which repeats; one texel of no depth where there is none."""
+    """Upload the tile of relief, which repeats; one texel without depth where there is none."""
     relief = np.zeros((1, 1, 3), np.float32) if meso is None else meso.relief
     texels = np.concatenate([relief, np.zeros_like(relief[..., :1])], -1).astype(np.float16)
     return gl.tiling_texture((texels.shape[1], texels.shape[0]), 4, texels.tobytes(), dtype="f2")
 
 
 def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:
-    """Return the uniforms of shaders/common/meso.glsl; without meso-structure it reads only a height of 0."""
+    """Return the uniforms of shaders/common/meso.glsl; without meso-structure only a height of 0."""
     if meso is None:
         return {"meso_height": 0.0}
     height, width = meso.relief.shape[:2]

@@ -1,4 +1,4 @@
-"""Measure how far points in front of a height field are from its surface (Donnelly 2005)."""
+"""Compute the distance volume of a height field: how far points in front of it are from the surface (Donnelly 2005)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,24 +7,24 @@ from scipy.ndimage import distance_transform_edt, map_coordinates
 from depthwalk.bake.images import BakedObject
 from depthwalk.render.resources.relative_depth import relative_depth
 
-_MAX_FINE_SLICES = 256  # of the volume in which distances are measured: a second or two for 256 × 256 texels
+_MAX_FINE_SLICES = 256  # of the volume that distances are computed in: a second or two for 256 × 256 texels
 
 
 def distance_volume(baked: BakedObject, size: tuple[int, int, int]) -> NDArray[np.float32]:
-    """Return how far points in the box about a height field are from what is behind its surface.
+    """Return the distances of points in the box about a height field from its surface.
 
     Parameters
     ----------
     baked
         An object of one planar depth image.
     size
-        Width, height and depth of the volume, texels. Distances are measured in one with as many times more slices as
-        make its texels about cubes, of which the volume keeps some.
+        Width, height and depth of the volume, texels. Distances are computed with more slices, so many that texels are
+        about cubes; the volume keeps some of them.
 
     Returns
     -------
     NDArray[np.float32]
-        (depth, height, width) metres, 0 behind the surface; +inf becomes the length of the box where there is none.
+        (depth, height, width) metres, 0 behind the surface; the diagonal of the box if there is no surface at all.
     """
     columns, rows, slices = size
     volume = baked.cylinder

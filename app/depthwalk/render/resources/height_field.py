@@ -1,7 +1,7 @@
-"""Upload planar depth images as height fields, which the rivals of the warp look surfaces up in.
+"""Upload planar depth images as height fields, in which the rivals of the warp look surfaces up.
 
-A height field has coordinates of its own: u and v from 0 to 1 over the picture, as its depth image has them, and the
-depth behind the picture's plane, from 0 at the plane to 1 at the back of the object. u × v points inward.
+A height field has its own coordinates: u and v from 0 to 1 over the picture, as in its depth image, and the depth
+behind the picture's plane, from 0 at the plane to 1 at the back of the object. u × v points inward.
 """
 
 from collections.abc import Callable
@@ -29,11 +29,11 @@ class HeightField:
     uniforms
         The uniforms of shaders/common/height_field.vert and .glsl and of field_frame.glsl, by name.
     distances
-        The volume of distances to the surface, metres; None until somebody needs it.
+        The volume of distances to the surface, metres; None until it is needed.
     triangles
-        The indices of the triangles between all texels, numbered row by row; None until somebody needs them.
+        The indices of the triangles between all texels, numbered row by row; None until they are needed.
     relative
-        The depths once more, (H, W) float32, in the memory of the processor; None until somebody needs them.
+        The depths, (H, W) float32, in main memory; None until they are needed.
     """
 
     depth: moderngl.Texture
@@ -44,7 +44,7 @@ class HeightField:
 
     @property
     def owned(self) -> tuple[moderngl.Texture | moderngl.Texture3D | moderngl.Buffer, ...]:
-        """Return all GL objects of the field, so that they are freed with its asset."""
+        """Return all GL objects of the field, to be freed with its asset."""
         return self.depth, *(made for made in (self.distances, self.triangles) if made is not None)
 
     @property
@@ -55,7 +55,7 @@ class HeightField:
         return 4 * self.depth.width * self.depth.height + volume + triangles
 
     def from_object(self, points: Array) -> Array:
-        """Return points (n, 3), metres in the object frame, in the field's own coordinates (n, 3).
+        """Convert points (n, 3) from the object frame, metres, to the field's own coordinates (n, 3).
 
         Twin of `field_from_object` in shaders/common/field_frame.glsl.
         """
@@ -65,9 +65,9 @@ class HeightField:
 
 
 class HeightFields:
-    """Make height fields of depth objects when they are first drawn so, and free them with their objects.
+    """Create height fields of depth objects when they are first needed, and free them with their objects.
 
-    All methods take the number of a depth object that is one planar depth image.
+    All methods take the number of a depth object that is a single planar depth image.
 
     Parameters
     ----------
@@ -93,14 +93,14 @@ class HeightFields:
         return self._fields[number]
 
     def distances(self, number: int, resolution: int, slices: int) -> moderngl.Texture3D:
-        """Return the volume of distances of a height field, made again where it has another size.
+        """Return the volume of distances of a height field, computing it if there is none of this size.
 
         Parameters
         ----------
         number
             The number of the depth object.
         resolution
-            Most width and height of the volume, texels; it is not larger than the picture.
+            Largest width and height of the volume, texels; it is never larger than the picture.
         slices
             Its depth, texels.
 
@@ -115,7 +115,7 @@ class HeightFields:
             if field.distances is not None:
                 self._gl.free(field.distances)
                 field.distances = None
-            from depthwalk.render.resources.distance_volume import distance_volume  # here: few pictures need SciPy
+            from depthwalk.render.resources.distance_volume import distance_volume  # here: few scenes need SciPy
 
             volume = distance_volume(self._baked(number), size)
             field.distances = self._gl.volume(size, 1, "f2", volume.astype(np.float16).tobytes())
@@ -136,17 +136,17 @@ class HeightFields:
         return field.relative
 
     def free(self, number: int) -> None:
-        """Free what was made of the depth object numbered `number`, if anything was."""
+        """Free the height field of the depth object numbered `number`, if there is one."""
         if (field := self._fields.pop(number, None)) is not None:
             self._gl.free(*field.owned)
 
     def forget(self) -> None:
-        """Forget all fields, because their scope has been released."""
+        """Drop all fields, because their scope has been released."""
         self._fields.clear()
 
 
 def upload_height_field(gl: Scope, baked: BakedObject) -> HeightField:
-    """Upload the depths of an object of one planar depth image into a scope.
+    """Upload the depths of an object that is a single planar depth image into a scope.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def upload_height_field(gl: Scope, baked: BakedObject) -> HeightField:
     uniforms = {
         "field_size": (2 * volume.half_width, 2 * volume.half_depth, volume.height),
         "field_top": volume.top,
-        # The warped grid ends in the middles of the outermost texels, and so does this one.
+        # The warped grid ends at the centres of the outermost texels, and so does this one.
         "field_margin": (0.5 / width, 0.5 / height),
     }
     return HeightField(depth=texture, uniforms=uniforms)
@@ -184,11 +184,11 @@ def texel_triangles(solid: NDArray[np.bool_]) -> NDArray[np.uint32]:
     Returns
     -------
     NDArray[np.uint32]
-        (t, 3) numbers of texels, row by row; one triangle without extent where there is none.
+        (t, 3) numbers of texels, row by row; one degenerate triangle where there is none.
     """
     number = np.arange(solid.size, dtype=np.uint32).reshape(solid.shape)
-    here, right, up, across = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
-    cells = np.stack([np.stack([here, up, right], -1), np.stack([across, right, up], -1)], -2)
+    corner, right, up, opposite = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
+    cells = np.stack([np.stack([corner, up, right], -1), np.stack([opposite, right, up], -1)], -2)
     triangles = cells.reshape(-1, 3)
     kept = triangles[solid.ravel()[triangles].all(1)]
     return kept if len(kept) else np.zeros((1, 3), np.uint32)

@@ -1,4 +1,4 @@
-"""Describe who gives assets to the renderer: a library, and who makes them ready beside the frames."""
+"""Define the protocols of what provides assets to the renderer: a library, and a background that prepares them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,9 +15,9 @@ from depthwalk.ingest.mesh import Mesh, MeshLevel
 
 
 class Library(Protocol):
-    """Describe where the renderer gets assets from, by number; the renderer itself reads no files.
+    """Provide assets to the renderer, by number; the renderer itself reads no files.
 
-    Every method that reads raises InputError for files that cannot be used.
+    Every method that reads files raises InputError for those that cannot be used.
     """
 
     def __len__(self) -> int:
@@ -25,11 +25,11 @@ class Library(Protocol):
         ...
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` has depth images, without making them."""
+        """Return whether the asset numbered `asset` has depth images, without baking them."""
         ...
 
     def has_height_field(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` is one planar depth image, without making it."""
+        """Return whether the asset numbered `asset` is a single planar depth image, without baking it."""
         ...
 
     def has_mesh(self, asset: int) -> bool:
@@ -49,28 +49,28 @@ class Library(Protocol):
         ...
 
     def forget_mesh(self, asset: int) -> None:
-        """Free the memory of the mesh of the asset numbered `asset` and of its levels, until they are asked for."""
+        """Free the memory of the mesh and levels of the asset numbered `asset`, until they are asked for again."""
         ...
 
     def is_shipped_cooked(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` is there cooked only, so that `baked` would raise InputError."""
+        """Return whether the asset numbered `asset` exists only cooked, so that `baked` would raise InputError."""
         ...
 
     def bake_missing(self, assets: Sequence[int]) -> None:
-        """Bake the depth images that assets with the numbers `assets` lack, several at a time if possible."""
+        """Bake the missing depth images of assets with the numbers `assets`, several at a time if possible."""
         ...
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of an asset, baked and cooked first if need be.
+        """Return the cooked depth images of an asset, baking and cooking them if necessary.
 
         Parameters
         ----------
         asset
             The number of the asset.
         options
-            What is built of it.
+            How it is cooked.
         again
-            Whether to cook even what the cache keeps, because that cannot be loaded; the arrays then stay in memory.
+            Whether to ignore the cache, because its file cannot be loaded; the arrays then stay in memory.
 
         Returns
         -------
@@ -80,15 +80,15 @@ class Library(Protocol):
         ...
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return the depth images of the asset numbered `asset`, baked first if need be; None where it has none."""
+        """Return the depth images of the asset numbered `asset`, baking them if necessary; None where it has none."""
         ...
 
     def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
-        """Return views of the mesh of the asset numbered `asset`, captured first if need be; None without a mesh."""
+        """Return views of the mesh of the asset numbered `asset`, capturing them if necessary; None without a mesh."""
         ...
 
     def translucent_mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of the asset numbered `asset` if any of it lets light through or glows, else None."""
+        """Return the mesh of the asset numbered `asset` if any part of it is translucent or glows, else None."""
         ...
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
@@ -97,17 +97,17 @@ class Library(Protocol):
 
 
 class Background(Protocol):
-    """Describe who makes depth images ready beside the frames, so that no frame waits for them."""
+    """Load, bake and cook depth images in the background, so that no frame waits for them."""
 
     def is_cooked(self, asset: int, options: CookOptions) -> bool:
-        """Return whether the depth images of an asset can be had at once; if not, have them made ready.
+        """Return whether the depth images of an asset are available at once; if not, start preparing them.
 
         Parameters
         ----------
         asset
             The number of the asset.
         options
-            What is built of it.
+            How it is cooked.
 
         Returns
         -------
@@ -117,10 +117,10 @@ class Background(Protocol):
         ...
 
     def poll(self) -> bool:
-        """Take over what was made ready since the last call, and return whether there was anything."""
+        """Take over what was finished since the last call; return whether there was anything."""
         ...
 
     @property
     def is_busy(self) -> bool:
-        """Return whether something that was asked for is still being made ready."""
+        """Return whether anything that was asked for is still in preparation."""
         ...

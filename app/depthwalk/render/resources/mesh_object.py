@@ -1,7 +1,7 @@
-"""Upload meshes: vertex buffers and textures, and whether back faces can be seen.
+"""Upload meshes: vertex and index buffers, and materials with their textures.
 
-A mesh may have several levels of detail. Each level is a `MeshObject` with buffers of its own; all share one
-`MeshLook`, the materials.
+A mesh may have several levels of detail. Each level is a `MeshObject` with its own buffers; all share one `MeshLook`,
+the materials.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.render.resources.meshlets import Meshlets
 
 WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of materials without one
-# moderngl's format of a vertex, and which attributes a pass reads: all of them, all but colours, positions alone.
+# moderngl's format of a vertex, and the attributes that a pass reads: all, all but colour and uv, or positions only.
 PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
 PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
 POSITION_LAYOUT = ("3f 24x", "in_position")
-CUT_OUT_LAYOUT = ("3f 16x 2f", "in_position", "in_uv")  # for shadows of what has cut-outs
+CUT_OUT_LAYOUT = ("3f 16x 2f", "in_position", "in_uv")  # for shadows of meshes with cut-outs
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
-# Of a mesh that was not read yet, a guess: a smooth one has half a vertex for each triangle, one of facets three.
+# An estimate for meshes that are not read yet: a smooth one has half a vertex per triangle, a faceted one three.
 BYTES_PER_TRIANGLE = 3 * 4 + _VERTEX.itemsize
 
 
@@ -36,7 +36,7 @@ class MaterialLook(NamedTuple):
     uniforms
         The uniforms of shaders/mesh/mesh.frag, by name.
     painted
-        Whether colours of the texture or of vertices show, so that the mesh is drawn by PAINTED_LAYOUT.
+        Whether the texture or the vertices have colours, so that the mesh is drawn with PAINTED_LAYOUT.
     cutoff
         Alpha of the texture below which there is no surface; None: the surface is everywhere.
     """
@@ -61,7 +61,7 @@ class MeshLook:
     materials
         The materials, on the GPU.
     solid
-        Whether nobody sees a back face, see `is_solid`.
+        Whether back faces are never visible, see `is_solid`.
     """
 
     materials: list[MaterialLook]
@@ -88,7 +88,7 @@ class MeshObject:
     look
         The materials.
     meshlets
-        The patches by which the level is culled, in whose order the triangles lie; None where it is always drawn whole.
+        The meshlets, in whose order the triangles are; None where the level is always drawn whole.
     """
 
     parts: tuple[Part, ...]
@@ -119,7 +119,7 @@ def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
     mesh
         The mesh.
     solid
-        Whether nobody sees a back face: the result of `is_solid`, which takes too long to compute here.
+        Whether back faces are never visible: the result of `is_solid`, which takes too long to compute here.
 
     Returns
     -------
@@ -154,7 +154,7 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
     vertices = np.zeros(len(rows), _VERTEX)
     vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions[rows], mesh.normals[rows], mesh.uv[rows]
     vertices["colour"][:, :3] = mesh.colours[rows]
-    # A mesh of which nothing is opaque has a degenerate triangle that no part draws: GL has no empty buffers.
+    # A mesh without opaque parts gets a degenerate triangle that no part draws, as GL has no empty buffers.
     corners = np.ascontiguousarray(faces if len(faces) else np.zeros((1, 3)), np.uint32)
     indices = gl.buffer(corners)
     return MeshObject(

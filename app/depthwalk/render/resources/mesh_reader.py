@@ -1,4 +1,4 @@
-"""Read meshes beside the frames, one at a time, or at once where frames wait."""
+"""Read meshes in a background thread, one at a time, or at once where frames wait for them."""
 
 import logging
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 
 class FallbackMesh(NamedTuple):
-    """Hold a fallback mesh as it was read, with what takes too long to find out while a frame waits.
+    """Hold a fallback mesh as it was read, with what takes too long to compute during a frame.
 
     Attributes
     ----------
@@ -24,9 +24,9 @@ class FallbackMesh(NamedTuple):
     meshlets
         The meshlets of each level; None for a level that is drawn whole.
     solid
-        Whether nobody sees a back face, see `is_solid`.
+        Whether back faces are never visible, see `is_solid`.
     is_simplified
-        Whether `levels` holds the simplified levels, too; otherwise it holds the mesh alone.
+        Whether `levels` includes the simplified levels; otherwise it holds only the mesh.
     is_clustered
         Whether the clusters have been read, too.
     """
@@ -39,24 +39,24 @@ class FallbackMesh(NamedTuple):
 
     @property
     def is_better_simplified(self) -> bool:
-        """Return whether it needs the simplified levels where it replaces depth images."""
+        """Return whether it needs its simplified levels when it replaces depth images."""
         return is_simplified(len(self.levels[0].mesh.faces))
 
 
 class MeshReader:
-    """Read the meshes of assets, with what takes too long to find out while a frame waits.
+    """Read the meshes of assets, with what takes too long to compute during a frame.
 
     Parameters
     ----------
     library
-        Where meshes come from.
+        Provides the meshes.
 
     Attributes
     ----------
     meshes
-        What has been read and not been forgotten, by the number of the asset.
+        The meshes that have been read and not been dropped since, by the number of the asset.
     failures
-        Complaints about meshes that could not be read beside the frames, oldest first; the caller may clear the list.
+        Messages about meshes that could not be read in the background, oldest first; the caller may clear the list.
     """
 
     def __init__(self, library: Library) -> None:
@@ -66,13 +66,13 @@ class MeshReader:
         self._failed: set[int] = set()
         self._thread: ThreadPoolExecutor | None = None
         self._reading: tuple[int, Future[FallbackMesh]] | None = None
-        # Assets to be read beside the frames, and whether with simplified levels, and with clusters.
+        # Assets to be read in the background, and whether with simplified levels, and with clusters.
         self._awaited: dict[int, tuple[bool, bool]] = {}
 
     def read(self, asset: int, wait: bool) -> bool:
-        """Have the mesh of an asset read, unless it was, with its simplified levels where it is light or heavy.
+        """Read the mesh of an asset unless it has been read, with simplified levels if `is_simplified` asks for them.
 
-        One that was read to stand in for depth images lacks these levels, and is read once more.
+        A mesh that was read as a placeholder may lack these levels, and is read again then.
 
         Parameters
         ----------
@@ -84,12 +84,12 @@ class MeshReader:
         Returns
         -------
         bool
-            Whether reading it has ended, well or not. If not, it is being read, or another one.
+            Whether it has been read or has failed. If not, it, or another mesh before it, is being read.
 
         Raises
         ------
         InputError
-            For files that cannot be used, if `wait`; otherwise `failures` tells it.
+            For files that cannot be used, if `wait`; otherwise a message is added to `failures`.
         """
         known = self.meshes.get(asset)
         if asset in self._failed or (known is not None and known.is_simplified >= known.is_better_simplified):
@@ -103,14 +103,14 @@ class MeshReader:
         return self._take_read() == asset
 
     def is_read(self, asset: int, simplified: bool = False, clustered: bool = False) -> bool:
-        """Return whether a mesh has been read; if not, a thread reads it when its turn comes.
+        """Return whether a mesh has been read; if not, queue it for the background thread.
 
         Parameters
         ----------
         asset
             The number of the asset.
         simplified
-            Whether its simplified levels are needed, too, however few triangles it has.
+            Whether its simplified levels are needed, too, regardless of its size.
         clustered
             Whether its clusters are needed, too.
 
@@ -134,11 +134,11 @@ class MeshReader:
 
     @property
     def is_busy(self) -> bool:
-        """Return whether any mesh is still to be read beside the frames."""
+        """Return whether any mesh is still to be read in the background."""
         return bool(self._awaited) or self._reading is not None
 
     def levels(self, asset: int) -> tuple[MeshLevel, ...] | None:
-        """Return the levels of a mesh as far as a thread has read them.
+        """Return the levels of a mesh that have been read.
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ class MeshReader:
         return self.meshes[asset].levels if asset in self.meshes else None
 
     def poll(self) -> bool:
-        """Go on with reading meshes beside the frames; return whether one has come that `is_read` was asked for."""
+        """Take over meshes from the thread and start the next; return whether one that `is_read` queued has arrived."""
         read = self._take_read()
         if self._reading is None and self._awaited:
             asset, needs = next(iter(self._awaited.items()))
@@ -161,12 +161,12 @@ class MeshReader:
         return read is not None and self._awaited.pop(read, None) is not None
 
     def forget(self, asset: int) -> None:
-        """Forget the mesh of an asset, in the library too, until it is asked for again."""
+        """Drop the mesh of an asset, in the library too, until it is asked for again."""
         del self.meshes[asset]
         self._library.forget_mesh(asset)
 
     def end(self) -> None:
-        """Stop reading, and forget all meshes."""
+        """Stop reading, and drop all meshes."""
         if self._thread is not None:
             self._thread.shutdown(wait=False, cancel_futures=True)
         self._thread = self._reading = None
@@ -179,7 +179,7 @@ class MeshReader:
         self._reading = asset, self._thread.submit(self._read, asset, simplified, clustered)
 
     def _take_read(self) -> int | None:
-        """Return the number of the asset whose mesh a thread has finished reading, well or not; None where it reads."""
+        """Return the asset whose mesh the thread has just read, or failed to read; None while it is busy or idle."""
         if self._reading is None or not self._reading[1].done():
             return None
         (asset, future), self._reading = self._reading, None
@@ -192,12 +192,12 @@ class MeshReader:
         return asset
 
     def _read(self, asset: int, simplified: bool | None, clustered: bool) -> FallbackMesh:
-        """Read the mesh of `asset`, and find out what takes too long for a frame.
+        """Read the mesh of `asset`, and compute what takes too long for a frame.
 
-        simplified: whether its simplified levels are needed, however few triangles it has; None: where it is light.
+        simplified: whether its simplified levels are needed, regardless of its size; None: if `is_simplified` says so.
         """
         mesh = self._library.mesh(asset)
-        assert mesh is not None  # an asset that has one, says the library
+        assert mesh is not None  # the callers ask only for assets with a mesh
         if simplified is None:
             simplified = is_simplified(len(mesh.faces))
         simplified = simplified or len(mesh.faces) > MOST_UNSIMPLIFIED

@@ -1,8 +1,8 @@
 """Keep meshes on the GPU, by the number of their asset.
 
-The meshes of objects that the scene shows as meshes are uploaded when they are first drawn, and stay. Fallback meshes,
-which are drawn instead of depth images that would only be magnified, are read when they are first needed. Where
-frames may not wait, a thread reads them meanwhile (`mesh_reader`). They go when others need their memory.
+Meshes of objects that the scene shows as meshes are uploaded when they are first drawn, and stay. Fallback meshes,
+which replace depth images near by or where they are quicker, are read when they are first needed; where frames may not
+wait, by a thread (`mesh_reader`). They are evicted when other assets need their memory.
 """
 
 from collections.abc import Sequence
@@ -25,12 +25,12 @@ class MeshStore:
     gl
         The scope of the asset store, which owns the GL objects.
     library
-        Where meshes come from.
+        Provides the meshes.
 
     Attributes
     ----------
     reader
-        Reads fallback meshes, and those that stand in for depth images.
+        Reads fallback meshes and placeholders.
     """
 
     def __init__(self, gl: Scope, library: Library) -> None:
@@ -41,11 +41,11 @@ class MeshStore:
         self._clusters: dict[int, ClusterObject] = {}
         self._requested: set[int] = set()  # in this frame
         self._requested_before: set[int] = set()  # in the frame before
-        self._shown: set[int] = set()  # of what the reader has, what the scene shows as meshes
+        self._shown: set[int] = set()  # of the reader's meshes, those that the scene shows as placeholders or meshes
         self.reader = MeshReader(library)
 
     def object(self, asset: int, level: int = 0) -> MeshObject:
-        """Return a level of the mesh of an asset, uploaded if it was not.
+        """Return a level of the mesh of an asset, uploading it if necessary.
 
         Parameters
         ----------
@@ -73,14 +73,14 @@ class MeshStore:
             known = self.reader.meshes.get(asset)
             self._look(asset, mesh)
             simplified = self._library.mesh_levels(asset)[level].mesh if level else mesh
-            # The representation `mesh-lod` may ask for levels that the fallback mesh does not have.
+            # The representation `mesh-lod` may ask for levels that the fallback mesh was read without.
             ready = known.meshlets[level : level + 1] if known else ()
             meshlets = ready[0] if ready else build_meshlets(simplified)
             levels[level] = upload_mesh(self._gl, simplified, self._looks[asset], meshlets)
         return levels[level]
 
     def clusters(self, asset: int) -> ClusterObject:
-        """Return the clusters of the mesh of the asset numbered `asset`, uploaded if they were not.
+        """Return the clusters of the mesh of the asset numbered `asset`, uploading them if necessary.
 
         Raises LookupError where it has no mesh.
         """
@@ -95,14 +95,14 @@ class MeshStore:
         return self._clusters[asset]
 
     def _look(self, asset: int, mesh: Mesh) -> MeshLook:
-        """Return the materials of the mesh of an asset, uploaded if they were not."""
+        """Return the materials of the mesh of an asset, uploading them if necessary."""
         if asset not in self._looks:
             known = self.reader.meshes.get(asset)
             self._looks[asset] = upload_look(self._gl, mesh, known.solid if known else is_solid(mesh))
         return self._looks[asset]
 
     def begin_frame(self) -> None:
-        """Begin a frame: fallback meshes that neither it nor the frame before asks for may be released."""
+        """Begin a frame: fallback meshes that neither it nor the last frame asks for may be released."""
         self._requested_before, self._requested = self._requested, set()
 
     def mesh_fallbacks(self, assets: Sequence[int], wait: bool) -> dict[int, tuple[MeshLevel, ...]]:
@@ -113,7 +113,7 @@ class MeshStore:
         assets
             The numbers of the assets whose meshes are to be read, the most urgent first.
         wait
-            Whether to wait until all are read; otherwise they are read meanwhile, one by one.
+            Whether to wait until all are read; otherwise they are read in the background, one by one.
 
         Returns
         -------
@@ -139,11 +139,11 @@ class MeshStore:
 
     @property
     def wanted_bytes(self) -> int:
-        """Return how many of `fallback_bytes` those that are not `unwanted_fallbacks` take."""
+        """Return `fallback_bytes` without those of `unwanted_fallbacks`."""
         return self._bytes(self.reader.meshes.keys() - self.unwanted_fallbacks)
 
     def _bytes(self, assets: set[int]) -> int:
-        """Return how many bytes of GPU memory the buffers of the meshes of some assets take."""
+        """Return how many bytes of GPU memory the mesh buffers of `assets` take."""
         levels = (level for asset in assets for level in self._drawn.get(asset, {}).values())
         return sum(level.vertices.size + level.indices.size for level in levels)
 
@@ -151,7 +151,7 @@ class MeshStore:
     def unwanted_fallbacks(self) -> set[int]:
         """Return the numbers of the assets whose fallback meshes may be released.
 
-        No recent frame has asked for these, and the scene does not show them in place of depth images.
+        Neither of the last two frames has asked for them, and the scene does not show them as placeholders.
         """
         return self.reader.meshes.keys() - self._requested - self._requested_before - self._shown
 
@@ -173,7 +173,7 @@ class MeshStore:
             self.reader.forget(asset)
 
     def forget(self) -> None:
-        """Forget all meshes and stop reading; call this when the scope has released its GL objects."""
+        """Drop all meshes and stop reading; call this when the scope has released its GL objects."""
         self.reader.end()
         for known in (
             self._shown,
@@ -186,5 +186,5 @@ class MeshStore:
             known.clear()
 
     def show(self, assets: set[int]) -> None:
-        """Keep the meshes of the assets with the numbers `assets`, which the scene shows in place of depth images."""
+        """Keep the meshes of the assets with the numbers `assets`, which the scene shows as placeholders or meshes."""
         self._shown = assets

@@ -1,7 +1,7 @@
-"""Divide meshes into meshlets, patches of triangles, and leave out those that nobody can see.
+"""Divide meshes into meshlets, patches of triangles, and cull those that cannot be seen.
 
-A meshlet has a bounding sphere, by which it is out of sight, and a cone that holds the normals of its triangles, by
-which all of them face away (Shirman and Abi-Ezzi 1993, "The Cone of Normals Technique for Fast Processing of Curved
+A meshlet has a bounding sphere, for frustum culling, and a cone that holds the normals of its triangles, for culling
+meshlets that face away (Shirman and Abi-Ezzi 1993, "The Cone of Normals Technique for Fast Processing of Curved
 Patches").
 """
 
@@ -21,8 +21,8 @@ from depthwalk.render.view.view import View
 from depthwalk.types import Array
 
 SIZE = 64  # triangles of a meshlet: smaller ones are culled better, but there are more to test
-_FEWEST = 128  # meshlets: a smaller mesh is drawn as fast as it is tested
-_NORMAL_WEIGHT = 0.15  # part of the mesh's size that counts as far apart as normals which differ by 1
+_FEWEST = 128  # meshlets: a mesh with fewer is drawn as fast as it is tested
+_NORMAL_WEIGHT = 0.15  # part of the mesh's size that normals which differ by 1 count as
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,10 +32,9 @@ class Meshlets:
     Attributes
     ----------
     vertices
-        (v,) rows of the mesh's vertices, in the order in which meshlets first use them, since GPUs remember only the
-        vertices used last.
+        (v,) rows of the mesh's vertices, in the order in which meshlets first use them, for the GPU's vertex cache.
     faces
-        (m, SIZE, 3) uint32 rows of `vertices`. The last meshlet of a part is filled up with empty triangles.
+        (m, SIZE, 3) uint32 rows of `vertices`. The last meshlet of a part is padded with empty triangles.
     part
         (m,) the part of the mesh that each meshlet belongs to, rising.
     centre
@@ -133,7 +132,7 @@ def build_meshlets(mesh: Mesh) -> Meshlets | None:
 def _patches(places: Array, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     """Divide triangles with `places` (6, n) and the numbers `rows` (n,) into patches of SIZE, the last of fewer.
 
-    They are halved again and again, across the coordinate in which they differ most.
+    They are split recursively, along the coordinate in which they differ most.
     """
     if len(rows) <= SIZE:
         return [rows]
@@ -141,7 +140,7 @@ def _patches(places: Array, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     half = SIZE * (-(-len(rows) // SIZE) // 2)
     order = along.argpartition(half)
     rows = rows.take(order)
-    if len(rows) <= 2 * SIZE:  # halves are whole patches, whose places nobody asks for
+    if len(rows) <= 2 * SIZE:  # halves are whole patches, whose places are not needed
         return [rows[:half], rows[half:]]
     places = places.take(order, 1)  # not `places[:, order]`, whose transposed layout is slow to reduce
     return _patches(places[:, :half], rows[:half]) + _patches(places[:, half:], rows[half:])
@@ -150,7 +149,7 @@ def _patches(places: Array, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
 def _meshlets(
     faces: NDArray[np.int32], corners: Array, normals: Array, patches: list[NDArray[np.intp]], part: NDArray[np.int64]
 ) -> Meshlets:
-    """Build meshlets of patches.
+    """Build meshlets from patches.
 
     Parameters
     ----------
@@ -164,7 +163,7 @@ def _meshlets(
     count = np.array([len(patch) for patch in patches])
     place = (np.cumsum(count) - count)[:, None] + np.arange(SIZE) % count[:, None]
     rows = np.concatenate(patches)[place]  # (m, SIZE), repeated where there are fewer
-    # Coordinates apart, (m, 3 SIZE) and (m, SIZE) each, which NumPy reduces five times as fast.
+    # One array per coordinate, (m, 3 SIZE) and (m, SIZE), which NumPy reduces five times as fast.
     points = [np.ascontiguousarray(x).take(rows, 0).reshape(len(rows), -1) for x in corners.transpose(2, 0, 1)]
     centre = np.stack([(x.min(1) + x.max(1)) / 2 for x in points], -1)
     squares = sum(np.square(x - middle[:, None]) for x, middle in zip(points, centre.T, strict=True))

@@ -1,4 +1,4 @@
-"""Make what shaders read of objects that are drawn straight into a picture or a shadow map, not as impostors."""
+"""Make the instance records of objects that are drawn straight into a picture or a shadow map, not as impostors."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,27 +7,27 @@ from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
 COVERAGE_BITS = 4
-"""The lowest bits of the second number in the visibility buffer, which say how much of a pixel is covered."""
+"""Lowest bits of the second number in the visibility buffer, which hold how much of a pixel is covered."""
 
 FIRST_CAPTURED = 2 << COVERAGE_BITS
-"""Second number in the visibility buffer where captured views show row 0; 2 ** COVERAGE_BITS more is the next row."""
+"""Second number in the visibility buffer where captured views show row 0; each further row adds 2 ** COVERAGE_BITS."""
 
 PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
 """Where an object stands relative to the viewer, or to the shadow map's centre, metres; its quaternion; its scale."""
 
 CAPTURED_RECORD = np.dtype([*((name, PLACED_RECORD[name]) for name in PLACED_RECORD.names or ()), ("row", "f4")])
-"""The same of an object that captured views show, and the number of its row, which float32 holds exactly."""
+"""The same for an object that captured views show, and the number of its row, which float32 holds exactly."""
 
 
 def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
-    """Return what shaders read of n objects.
+    """Return the instance records of n objects.
 
-    Positions are relative to the viewer, so that float32 is exact enough far from the world's origin, too.
+    Positions are relative to `origin`, so that float32 is exact enough far from the world's origin, too.
 
     Parameters
     ----------
     origin
-        (3,) what positions are relative to: the viewer or a shadow map's centre, metres, world.
+        (3,) the viewer or a shadow map's centre, metres, world.
     objects
         The n objects.
 
@@ -43,9 +43,9 @@ def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
 
 
 def captured_records(origin: Array, objects: Objects, rows: Rows) -> NDArray[np.void]:
-    """Return what shaders read of the objects `rows` (n,), shown by captured views: (n,) CAPTURED_RECORD.
+    """Return the instance records of the objects `rows` (n,), shown by captured views: (n,) CAPTURED_RECORD.
 
-    origin: as of `placed_records`.
+    origin: see `placed_records`.
     """
     placed, records = placed_records(origin, objects.take(rows)), np.zeros(len(rows), CAPTURED_RECORD)
     for name in placed.dtype.names or ():

@@ -1,6 +1,6 @@
-"""Upload the virtual textures of depth images: colours and normals, as finely as is asked for.
+"""Upload the virtual textures of depth images, colours and normals, at a given resolution.
 
-`render.resources.texture_streaming` decides how finely that is.
+`render.resources.texture_streaming` chooses that resolution.
 """
 
 from dataclasses import dataclass
@@ -33,9 +33,9 @@ class SurfaceTexture:
     base
         The object's own texture; None where `coordinates` is.
     page_table
-        The table that says where a tile lies in these pictures, one layer per depth image.
+        The table of where each tile lies in these pictures, one layer per depth image.
     detail
-        How much of the texture is here.
+        Which part of the whole texture is on the GPU.
     defines
         Defines of shaders/common/virtual_texture.glsl: which colours the object has, and whether texels are left out.
     uniforms
@@ -57,7 +57,7 @@ class SurfaceTexture:
 
     @property
     def owned(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
-        """Return all GL objects of this texture, so that they are freed when it gives way to another."""
+        """Return all GL objects of this texture, to be freed when it is replaced."""
         textured = (texture for texture in (self.coordinates, self.base) if texture is not None)
         return self.normals, self.colours, self.tints, self.page_table, *textured
 
@@ -70,9 +70,9 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
     gl
         The scope that owns the GL objects.
     pages
-        What `at_detail` returned for `detail`.
+        The texture as `at_detail` returned it for `detail`.
     detail
-        How much of the whole texture that is.
+        Which part of the whole texture that is.
 
     Returns
     -------
@@ -127,6 +127,6 @@ def _upload_coordinates(gl: Scope, coordinates: NDArray[np.uint16]) -> moderngl.
 
 
 def _upload_base(gl: Scope, texture: NDArray[np.uint8]) -> moderngl.Texture:
-    """Upload a texture (h, w, 3), sRGB, in the format in which meshes have theirs, so that both are filtered alike."""
+    """Upload a texture (h, w, 3), sRGB, in the format of mesh textures, so that both are filtered alike."""
     opaque = np.full((*texture.shape[:2], 1), 255, np.uint8)
     return gl.srgb_texture((texture.shape[1], texture.shape[0]), np.concatenate([texture, opaque], -1).tobytes())

@@ -1,4 +1,4 @@
-"""Give depth objects as much of their virtual textures as their pixels show, and change it beside the frames."""
+"""Stream the virtual textures of depth objects, at the resolution that their pixels need, in the background."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -13,18 +13,18 @@ from depthwalk.render.resources.depth_image_object import DepthObject
 from depthwalk.render.resources.surface_texture import upload_texture
 from depthwalk.types import Array
 
-_LASTING = 1.25  # a texture loses texels only where pixels cover so many times as many as would be enough
+_LASTING = 1.25  # hysteresis: a texture is reduced only if pixels are larger than it needs by this factor
 
 
 class _Reading(NamedTuple):
-    """Hold a texture that a thread makes ready, and how much of the whole texture it will be."""
+    """Hold a texture that a thread is loading, and which part of the whole texture it will be."""
 
     detail: Detail
     texture: Future[VirtualTexture]
 
 
 class TextureStreaming:
-    """Upload the textures of depth objects, and replace those of which pixels show less, or more, than is there.
+    """Upload the textures of depth objects, and replace those that are finer or coarser than their pixels need.
 
     Small textures are uploaded whole, and stay so. Depth objects have the numbers of their parts, see `CookedParts`.
 
@@ -33,11 +33,11 @@ class TextureStreaming:
     gl
         The scope of the asset store, which owns the GL objects.
     parts
-        Where textures come from.
+        Provides the textures.
     objects
         The depth objects on the GPU, by number; kept up to date by the asset store.
     make_room
-        Releases depth objects until as many bytes fit into the budget, but none whose number is in the set.
+        Evicts depth objects until as many bytes fit into the budget, but none whose number is in the set.
     """
 
     def __init__(
@@ -49,22 +49,22 @@ class TextureStreaming:
     ) -> None:
         self._gl, self._parts, self._objects, self._make_room = gl, parts, objects, make_room
         self._whole: dict[int, VirtualTexture] = {}  # of depth objects that have no texture yet
-        self._texels: dict[int, int] = {}  # of the whole textures that may be on the GPU in part
+        self._texels: dict[int, int] = {}  # in the whole textures of objects that may have a part of theirs on the GPU
         self._reading: dict[int, _Reading] = {}
-        self._threads: ThreadPoolExecutor | None = None  # one, made when it is first needed
+        self._threads: ThreadPoolExecutor | None = None  # a single thread, created on first use
 
     @property
     def has_partial(self) -> bool:
-        """Return whether any depth object was uploaded of which some texels may be left out."""
+        """Return whether any depth object on the GPU may have a part of its texture only."""
         return bool(self._texels)
 
     @property
     def is_busy(self) -> bool:
-        """Return whether a texture is still being read, to take the place of another."""
+        """Return whether a texture is being read to replace another."""
         return bool(self._reading)
 
     def begin(self, number: int, texture: VirtualTexture) -> None:
-        """Upload the whole `texture` of a new depth object, or wait until `fit` knows how much of it is needed."""
+        """Upload the `texture` of a new depth object if it is small; otherwise `fit` chooses which part is needed."""
         if can_leave_out(texture):
             self._whole[number] = texture
             self._texels[number] = texture.normals[..., 0].size
@@ -80,10 +80,10 @@ class TextureStreaming:
         exact: bool = False,
         changes: bool = True,
     ) -> None:
-        """Upload as much of each object's texture as its pixels show, and no more.
+        """Upload each object's texture at the resolution that its pixels need.
 
-        Textures are changed in steps, see `Detail`. Where there is no time, what is on the GPU is shown on: coarser
-        texels than there might be, but never none.
+        Textures change in steps, see `Detail`. While there is no time, the texture on the GPU stays in use; it may be
+        coarser than needed, but never missing.
 
         Parameters
         ----------
@@ -92,13 +92,13 @@ class TextureStreaming:
         footprint
             (n,) the least length that a pixel covers on each object, metres, object frame.
         seconds
-            Time after which no further texture is uploaded; a thread reads textures beside the frames. None: all have
-            what they need when this returns.
+            Time after which no further texture is uploaded; a thread reads textures in the background. None: all have
+            the resolution that they need when this returns.
         exact
-            Whether no texture may have more than it needs, so that pictures do not depend on those before. Otherwise it
-            keeps that while the viewer is not much farther away, lest it come and go.
+            Whether no texture may be finer than needed, so that pictures do not depend on earlier ones. Otherwise
+            textures are reduced only when the viewer is clearly farther away, lest they change back and forth.
         changes
-            Whether textures that are on the GPU may be replaced. If not, only what has none gets one.
+            Whether textures that are on the GPU may be replaced. If not, only objects without a texture get one.
         """
         start, shown = time.perf_counter(), set(numbers)
 
@@ -122,12 +122,12 @@ class TextureStreaming:
         self._whole.clear()
 
     def forget(self, number: int) -> None:
-        """Forget the texture of depth object `number`, whose GL objects are freed with it."""
+        """Drop the texture of depth object `number`, whose GL objects are freed with the object."""
         for kept in self._whole, self._reading, self._texels:
             kept.pop(number, None)
 
     def release(self) -> None:
-        """End the thread and forget all textures, whose GL objects are freed with those of the asset store."""
+        """End the thread and drop all textures, whose GL objects are freed with those of the asset store."""
         if self._threads is not None:
             self._threads.shutdown(cancel_futures=True)
         self._threads = None
@@ -135,9 +135,9 @@ class TextureStreaming:
             kept.clear()
 
     def _change_beside(self, number: int, wanted: Detail, is_late: bool, needed: set[int]) -> None:
-        """Have a thread read the texture of depth object `number`; upload it in a later frame, unless that `is_late`.
+        """Let a thread read the texture of depth object `number`, and upload it in a later frame that is not late.
 
-        needed: numbers of the depth objects that must not give way to it.
+        needed: numbers of the depth objects that must not be evicted for it.
         """
         if number not in self._reading:
             load, threads = self._parts.cooked(number).load, self._threads or ThreadPoolExecutor(1, "textures")
@@ -154,7 +154,7 @@ class TextureStreaming:
             self._replace(number, texture, wanted, needed)
 
     def _show(self, number: int, detail: Detail, needed: set[int]) -> None:
-        """Give depth object `number` a texture of `detail` at once. needed: numbers of what must not give way to it."""
+        """Upload the texture of depth object `number` at `detail` at once. needed: objects that must not be evicted."""
         whole = self._whole[number] if number in self._whole else self._parts.load(number)[1]
         self._replace(number, at_detail(whole, detail), detail, needed)
 

@@ -1,7 +1,7 @@
-"""Gather what of a mesh lets light through or glows, as polygons for the pass `translucency`.
+"""Gather the translucent and glowing triangles of a mesh for the pass `translucency`.
 
-Depth images hold opaque surfaces alone, without the light that they send out. Both are few triangles of most meshes:
-the panes of a window, the lamps of a car.
+Depth images hold only opaque surfaces, without the light that they emit. In most meshes both are few triangles: the
+panes of a window, the lamps of a car.
 """
 
 import logging
@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 
 Texels = NDArray[np.uint8]
 
-_MOST_CELLS = 1024  # along a texture, for each of which it is known whether it is black
+_MOST_CELLS = 1024  # along a texture; for each cell it is stored whether it is black
 
 TRANSLUCENT_VERTEX = np.dtype(
     [
@@ -33,7 +33,7 @@ TRANSLUCENT_VERTEX = np.dtype(
         ("highlight", "2f4"),
     ]
 )
-"""A vertex: metres, asset frame; linear light sent out; linear colour and opacity; strength and exponent of Phong."""
+"""A vertex: metres, asset frame; emission, linear; linear colour and opacity; Phong strength and exponent."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +49,9 @@ class TextureRun:
     colour
         (H, W, 4) texture of the colours, sRGB with alpha, top row first; None: none.
     emission
-        (H, W, 4) texture of the light that is sent out, sRGB, top row first; None: none.
+        (H, W, 4) texture of the emission, sRGB, top row first; None: none.
     cutoff
-        Alpha of the texture of colours, 0 to 1, below which nothing glows; None: it does everywhere.
+        Alpha of the texture of colours, 0 to 1, below which nothing glows; None: everything glows.
     """
 
     first: int
@@ -80,7 +80,7 @@ class TranslucentMesh:
     centre
         (3,) middle of all vertices' bounding box, metres, asset frame.
     radius
-        How far vertices are from it at most, metres.
+        Greatest distance of a vertex from `centre`, metres.
     """
 
     vertices: NDArray[np.void]
@@ -93,7 +93,7 @@ class TranslucentMesh:
 
 
 def gather_translucent(mesh: Mesh) -> TranslucentMesh | None:
-    """Gather what of a mesh lets light through or glows.
+    """Gather the translucent and glowing triangles of a mesh.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def gather_translucent(mesh: Mesh) -> TranslucentMesh | None:
         Its triangles; None where there are none.
     """
     glowing = [part for part in mesh.parts if mesh.materials[part.material].glows]
-    through = _Gathered(mesh, mesh.translucent_faces, mesh.translucent_parts, lambda each: each.texture)
+    through = _Gathered(mesh, mesh.translucent_faces, mesh.translucent_parts, lambda material: material.texture)
     shining = _Gathered(mesh, mesh.faces, glowing, _stencil, _GlowingFaces(mesh).of)
     if len(shining.faces) > MAX_TRANSLUCENT_TRIANGLES:
         found, most = len(shining.faces), MAX_TRANSLUCENT_TRIANGLES
@@ -129,12 +129,12 @@ def gather_translucent(mesh: Mesh) -> TranslucentMesh | None:
 
 
 def _stencil(material: Material) -> Texels | None:
-    """Return the texture whose alpha says where there is a surface; None: there is one everywhere."""
+    """Return the texture whose alpha cuts holes into the surface; None: there are none."""
     return None if material.cutoff is None else material.texture
 
 
 class _Gathered:
-    """Gather the vertices of parts of a mesh, with what their materials say, and their faces by their textures.
+    """Gather the vertices of parts of a mesh, with their materials' values, and their faces, sorted by textures.
 
     Parameters
     ----------
@@ -145,9 +145,9 @@ class _Gathered:
     parts
         The parts to gather.
     colour
-        Returns the texture of a material that counts.
+        Returns the colour texture to use of a material.
     seen
-        Returns which faces (f,) of a part, given with their material, are gathered; None: all are.
+        Returns which faces (f,) of a part to gather, given their corners (f, 3) and their material; None: all.
     """
 
     def __init__(
@@ -178,7 +178,7 @@ class _Gathered:
     def runs(self, first: int) -> tuple[TextureRun, ...]:
         """Return the runs of faces that show the same textures; `first` is the number of the first face."""
         runs = []
-        for _, alike in groupby(self._parts, lambda each: self._key(each[0])):
+        for _, alike in groupby(self._parts, lambda part: self._key(part[0])):
             materials, counts = zip(*alike, strict=True)
             if count := sum(counts):
                 runs.append(
@@ -205,7 +205,7 @@ def _vertices(mesh: Mesh, rows: NDArray[np.integer], material: Material) -> NDAr
 
 
 class _GlowingFaces:
-    """Tell which faces of a mesh may glow, by summed-area tables of the textures of what is sent out (Crow 1984).
+    """Find which faces of a mesh may glow, by summed-area tables of their emission textures (Crow 1984).
 
     Parameters
     ----------
@@ -215,12 +215,12 @@ class _GlowingFaces:
 
     def __init__(self, mesh: Mesh) -> None:
         self._uv = mesh.uv
-        self._tables: dict[int, _LitCells] = {}  # by the identity of the texture: many parts may show one
+        self._tables: dict[int, _LitCells] = {}  # by the identity of the texture, which many parts may share
 
     def of(self, faces: NDArray[np.int32], material: Material) -> Mask:
         """Return which faces (f, 3) of a material may show a texel that is not black, (f,) bool.
 
-        None is missed that may. Faces across which the texture begins anew are kept.
+        The test is conservative; faces across which the texture repeats are always kept.
         """
         texture = material.emission_texture
         if texture is None:
@@ -231,7 +231,7 @@ class _GlowingFaces:
         corners = self._uv[faces].astype(np.float64)
         corners -= np.floor(corners.min(1, keepdims=True))
         across, down = corners[..., 0] * width, (1 - corners[..., 1]) * height
-        # Texels that linear filters read; coarser mip-maps read more, of what is then less than a pixel.
+        # The texels that linear filtering reads. Coarser mip-maps read more, but then the face is smaller than a pixel.
         left, right, top, bottom = across.min(1) - 1, across.max(1) + 1, down.min(1) - 1, down.max(1) + 1
         wraps = (left < 0) | (top < 0) | (right > width) | (bottom > height)
         return np.asarray(wraps | self._tables[id(texture)].any_in(left, right, top, bottom))
@@ -244,7 +244,7 @@ class _LitCells:
     Attributes
     ----------
     edge
-        Texels along a cell; more than 1 where the texture is large, or its table would take more memory than itself.
+        Texels along a cell; more than 1 for a large texture, whose table would otherwise take more memory than itself.
     counts
         (rows + 1, columns + 1) how many such cells are above and to the left of each corner of the grid.
     """
@@ -264,7 +264,7 @@ class _LitCells:
         return cls(edge=edge, counts=counts)
 
     def any_in(self, left: Array, right: Array, top: Array, bottom: Array) -> Mask:
-        """Return for n rectangles whether any cell that they touch is not black, (n,); edges are texels."""
+        """Return whether any cell that each of n rectangles touches is not black, (n,); edges in texels."""
         rows, columns = (side - 1 for side in self.counts.shape)
         first = (np.clip(np.floor(low / self.edge), 0, most) for low, most in ((top, rows), (left, columns)))
         end = (np.clip(np.ceil(high / self.edge), 0, most) for high, most in ((bottom, rows), (right, columns)))

@@ -1,4 +1,4 @@
-"""Keep what of meshes lets light through or glows on the GPU, by the number of the asset."""
+"""Keep the translucent and glowing triangles of meshes on the GPU, by the number of the asset."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -31,7 +31,7 @@ class TranslucentObject:
     indices
         The buffer of `mesh.faces`, three uint32 per triangle.
     textures
-        The textures of colour and of emission, by the identity of their texels; one white texel for none.
+        The textures of colour and of emission, by the identity of their texels; a white texel where there is none.
     """
 
     mesh: TranslucentMesh
@@ -52,23 +52,23 @@ class TranslucentObject:
 
 
 class TranslucentStore:
-    """Read and upload what of an asset is translucent or glows, when the asset is first in sight.
+    """Read and upload the translucent and glowing triangles of an asset when it is first in sight.
 
     Parameters
     ----------
     gl
         The scope of the asset store, which owns the GL objects.
     read
-        Returns the mesh of an asset; None where there is nothing of the kind. It may be called by a thread.
+        Returns the mesh of an asset; None where nothing of it is translucent or glows. May be called from a thread.
     count
         The number of assets.
 
     Attributes
     ----------
     objects
-        What was found, by the number of the asset.
+        The triangles, by the number of the asset.
     is_unknown
-        (count,) bool, which assets nobody has asked about yet.
+        (count,) bool, which assets `ask` was not called for yet.
     """
 
     def __init__(self, gl: Scope, read: Callable[[int], Mesh | None], count: int) -> None:
@@ -76,25 +76,25 @@ class TranslucentStore:
         self.objects: dict[int, TranslucentObject] = {}
         self.is_unknown: NDArray[np.bool_] = np.ones(count, bool)
         self._reading: dict[int, Future[TranslucentMesh | None]] = {}
-        self._thread: ThreadPoolExecutor | None = None  # made when it is first needed
+        self._thread: ThreadPoolExecutor | None = None  # created on first use
 
     @property
     def is_busy(self) -> bool:
-        """Return whether anything is still being read beside the frames."""
+        """Return whether anything is still being read in the background."""
         return bool(self._reading)
 
     @property
     def bytes(self) -> int:
-        """Return how many bytes of GPU memory all takes."""
-        return sum(each.bytes for each in self.objects.values())
+        """Return how many bytes of GPU memory all objects take."""
+        return sum(translucent.bytes for translucent in self.objects.values())
 
     def ask(self, assets: Iterable[int], wait: bool) -> None:
-        """Have assets read that are still unknown.
+        """Read those of `assets` that are still unknown.
 
         Parameters
         ----------
         assets
-            Their numbers.
+            The numbers of the assets.
         wait
             Whether to wait until they are read; otherwise a thread reads them, and `poll` takes them over.
 
@@ -114,11 +114,11 @@ class TranslucentStore:
             self._reading[asset] = self._thread.submit(self._gathered, asset)
 
     def poll(self) -> None:
-        """Take over what was read beside the frames; a warning tells of files that cannot be used."""
+        """Take over what was read in the background; files that cannot be used are logged as warnings."""
         for asset in [asset for asset, future in self._reading.items() if future.done()]:
             try:
                 self._show(asset, self._reading.pop(asset).result())
-            except InputError as error:  # who draws the asset complains of it, if anything of it is drawn
+            except InputError as error:  # drawing the asset's other surfaces reports it, too
                 log.warning("what is translucent cannot be shown: %s", error)
 
     def _gathered(self, asset: int) -> TranslucentMesh | None:
@@ -126,7 +126,7 @@ class TranslucentStore:
         return None if mesh is None else gather_translucent(mesh)
 
     def _show(self, asset: int, mesh: TranslucentMesh | None) -> None:
-        """Upload what was found of an asset."""
+        """Upload the triangles of an asset, if it has any."""
         if mesh is not None:
             self.objects[asset] = TranslucentObject(
                 mesh=mesh,
@@ -137,15 +137,15 @@ class TranslucentStore:
 
     def _textures(self, mesh: TranslucentMesh) -> dict[int, moderngl.Texture]:
         runs = (*mesh.runs, *mesh.glowing)
-        each: dict[int, Texels | None] = {id(texels): texels for run in runs for texels in (run.colour, run.emission)}
-        return {number: self._texture(WHITE if texels is None else texels) for number, texels in each.items()}
+        by_id: dict[int, Texels | None] = {id(texels): texels for run in runs for texels in (run.colour, run.emission)}
+        return {number: self._texture(WHITE if texels is None else texels) for number, texels in by_id.items()}
 
     def _texture(self, texels: Texels) -> moderngl.Texture:
         flipped = np.ascontiguousarray(texels[::-1])
         return self._gl.srgb_texture((texels.shape[1], texels.shape[0]), flipped.tobytes())
 
     def forget(self) -> None:
-        """Forget all, because the scope has been released, and what is being read; it may be asked for again."""
+        """Drop all objects, because the scope has been released, and those being read; they may be asked for again."""
         if self._thread is not None:
             self._thread.shutdown(wait=False, cancel_futures=True)
         self._thread = None

@@ -1,7 +1,7 @@
-"""Place the sun's shadow maps about the viewer: one for each of several slices by distance, each seen along the light.
+"""Place the cascades, the sun's shadow maps about the viewer: one for each of several slices by distance.
 
 Near the viewer a map covers little and shows fine edges; farther maps cover more (Zhang et al. 2006, "Parallel-Split
-Shadow Maps for Large-scale Virtual Environments"). The maps are placed so that they change as seldom as possible.
+Shadow Maps for Large-scale Virtual Environments"). They are placed so that they change as seldom as possible.
 """
 
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.types import Array
 
-DEPTH = 1.5  # depth of a map, in widths: so deep a map need not move as often along the light; shaders read it
-_STEPS_PER_RADIUS = 2  # steps by which the nearest map moves sideways, per radius of its slice; each map has one more
-_EXTENT_STEPS = 16  # steps by which the sphere of all shadows grows and moves, at least, per its radius
-_NEAREST_SPLIT = 1 / 64  # of the distance: logarithms of the near plane itself would give slices of centimetres
+DEPTH = 1.5  # depth of a map, in widths: deep enough to move rarely along the light; shaders read it
+_STEPS_PER_RADIUS = 2  # steps in which the nearest map moves sideways, per radius of its slice; each map has one more
+_EXTENT_STEPS = 16  # least number of steps, per radius, in which the sphere of all shadows grows and moves
+_NEAREST_SPLIT = 1 / 64  # of the distance: splitting from the near plane would give slices of centimetres
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ class Cascade:
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
         """Return which spheres may cast a shadow within the map.
 
-        They are those that meet the prism which begins at the map's far side and goes on towards the sun without end.
+        These meet the prism that begins at the map's far side and extends towards the sun without end.
 
         Parameters
         ----------
@@ -73,14 +73,14 @@ class Cascade:
         Returns
         -------
         NDArray[np.bool_]
-            (n,) whether each sphere may.
+            (n,) whether each sphere may cast a shadow in it.
         """
         right, up, toward = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
         across = np.maximum(np.abs(right), np.abs(up)) < self.half + bounds.bounding_radius
         return np.asarray(across & (toward > -(DEPTH * self.half + bounds.bounding_radius)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel of the map covers where spheres are; for the sun this is the same everywhere.
+        """Return the length that a texel of the map covers where spheres are; for the sun the same everywhere.
 
         Parameters
         ----------
@@ -119,9 +119,9 @@ def light_axes(to_sun: Array) -> NDArray[np.float64]:
 def shadow_extent(bounds: Bounds, to_sun: Array, ground: float | None) -> tuple[Array, float] | None:
     """Return a sphere that holds all objects and the shadows that they cast on the ground.
 
-    No shadow of the sun falls outside it, however far the ground goes on. It is the sphere about the objects, larger by
-    half the way from the highest point of any down to the ground, and by a little more, so that it stays where it is
-    while an object moves: else the shadows of all that rest would swim.
+    No shadow of the sun falls outside it, however large the ground is. It is the sphere about the objects, extended by
+    half the way along the light from their highest point down to the ground, and rounded up, so that it stays in place
+    while an object moves; otherwise the shadows of objects at rest would swim.
 
     Parameters
     ----------
@@ -135,8 +135,8 @@ def shadow_extent(bounds: Bounds, to_sun: Array, ground: float | None) -> tuple[
     Returns
     -------
     tuple[Array, float] | None
-        Its centre (3,), metres, world, and its radius, metres. None where there are no objects, and where a sun on or
-        below the horizon casts shadows without end.
+        Its centre (3,), metres, world, and its radius, metres. None if there are no objects, or if a sun at or below
+        the horizon casts shadows without end.
     """
     if not len(bounds.bounding_radius):
         return None
@@ -153,12 +153,12 @@ def shadow_extent(bounds: Bounds, to_sun: Array, ground: float | None) -> tuple[
 def fit_cascades(
     view: View, to_sun: Array, params: ShadowParams, extent: tuple[Array, float] | None = None
 ) -> tuple[Cascade, ...]:
-    """Place the sun's maps about the viewer, up to `params.distance` from him.
+    """Place the sun's maps about the viewer, up to a distance of `params.distance`.
 
     A map holds the sphere about the viewer whose radius is the end of its slice, so that turning and zooming change no
     map (a clipmap: Losasso and Hoppe 2004, "Geometry Clipmaps"). Its centre moves by whole texels, so that edges of
-    shadows do not swim, and by many at a time, so that it is seldom redrawn; along the light by more still, which costs
-    no texels. A map that would be larger than `extent` holds just that, stays where it is, and is the last.
+    shadows do not swim, and by many at a time, so that it is seldom redrawn; along the light by even more, which costs
+    no texels. A map that would be larger than `extent` is fitted to that, does not move, and is the last.
 
     Parameters
     ----------
@@ -167,15 +167,15 @@ def fit_cascades(
     to_sun
         (3,) direction towards the sun, of any length, world.
     params
-        How many maps there are, how far they reach, and how fine they are.
+        Number, reach and resolution of the maps.
     extent
-        Centre (3,), metres, world, and radius, metres, of a sphere that holds all shadows, see `shadow_extent`; None
-        where they go on beyond `params.distance`.
+        Centre (3,), metres, world, and radius, metres, of a sphere that holds all shadows, see `shadow_extent`; None if
+        there is no such sphere.
 
     Returns
     -------
     tuple of Cascade
-        The nearest first; none where everything in sight is beyond the distance.
+        The nearest first; none if everything in sight is beyond the distance.
     """
     middle, size = (view.position, np.inf) if extent is None else extent
     distance = min(params.distance, _power_of_two(float(np.linalg.norm(middle - view.position)) + size))
@@ -195,13 +195,13 @@ def fit_cascades(
         texel = 2 * half / params.resolution
         sideways = max(np.floor(step / texel), 1.0) * texel
         steps = glm.dvec3(sideways, sideways, 2 * (DEPTH * half - radius))
-        centre = (glm.round(viewer / steps) * steps) * light_from_world  # a row vector is turned back
+        centre = (glm.round(viewer / steps) * steps) * light_from_world  # a row vector: rotates back
         cascades.append(Cascade(centre=components(centre), half=half, axes=axes, resolution=params.resolution))
     return tuple(cascades)
 
 
 def split_distances(near: float, far: float, count: int, share: float) -> NDArray[np.float64]:
-    """Return where slices of the view end: the practical split scheme of Zhang et al. 2006.
+    """Return the distances at which slices of the view end: the practical split scheme of Zhang et al. 2006.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def split_distances(near: float, far: float, count: int, share: float) -> NDArra
     far
         Distance from the viewer at which the last slice ends, metres.
     count
-        How many slices.
+        Number of slices.
     share
         Share of the logarithmic split, 0 to 1, which gives all slices the same error in pixels; the rest is the uniform
         split, which gives near slices more room.
@@ -225,12 +225,12 @@ def split_distances(near: float, far: float, count: int, share: float) -> NDArra
 
 
 def _power_of_two(distance: float) -> float:
-    """Return the next power of 2 that is not less: so maps keep their size while somebody walks about a small scene."""
+    """Round up to a power of 2, so that maps keep their size while a viewer walks about a small scene."""
     return float(2 ** np.ceil(np.log2(distance)))
 
 
 def _snapped(middle: Array, radius: float) -> tuple[Array, float]:
-    """Return a sphere about another, whose centre and radius are multiples of a step: a power of 2, as the radius."""
+    """Return an enclosing sphere whose centre and radius are multiples of a step, which depends on the radius."""
     step = _power_of_two(radius) / 2 / _EXTENT_STEPS
     snapped = np.round(middle / step) * step
     needed = float(np.linalg.norm(snapped - middle)) + radius

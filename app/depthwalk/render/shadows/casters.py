@@ -1,7 +1,7 @@
-"""Choose what is drawn into a shadow map: the objects that may cast a shadow in it, as fine as a texel can show.
+"""Choose what is drawn into a shadow map: the objects that may cast a shadow in it, at the detail of its texels.
 
-A light is a viewer like any other: the error of a coarser level and the magnification of a depth image are measured in
-texels of the map, as they are measured in pixels of the picture.
+A light is a viewer like any other: the error of a level of detail and the magnification of a depth image are measured
+in texels of the map, as they are in pixels of the picture.
 """
 
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Rows
 
 LightView = Cascade | Spot
-"""What a shadow map is seen through; `render.view.view_block.MapView` says what shaders are told of it."""
+"""What a shadow map is seen through; `render.view.view_block.MapView` defines what shaders need of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ class ShadowMap:
     meshes
         The meshes that cast shadows in the map.
     provisional
-        Whether its casters are coarser than they should be, so that a first picture is there soon.
+        Whether its casters are coarser than they should be, so that the first picture appears soon.
     """
 
     view: LightView
@@ -53,7 +53,7 @@ class ShadowMap:
         return sum(group.count * length for group in self.grids.batches for _, length in group.indices) // 3
 
     def shows_same(self, other: "ShadowMap") -> bool:
-        """Return whether an earlier map looks like this one, so that this one need not be drawn.
+        """Return whether an earlier map is equal to this one, so that this one need not be drawn.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class ShadowMap:
         )
 
     def sees_same(self, other: "ShadowMap") -> bool:
-        """Return whether another map lies at the same place and has the same size, whatever is drawn into the two."""
+        """Return whether another map has the same place and size, whatever is drawn into the two."""
         return sees_same(self.view, other.view)
 
     def follows(self, before: "ShadowMap", from_afar: bool = False) -> bool:
@@ -85,12 +85,12 @@ class ShadowMap:
         before
             The earlier map.
         from_afar
-            Whether it may also have moved farther, since another map holds what the earlier one does not reach.
+            Whether the map may have moved farther, because another map covers what the earlier one does not reach.
 
         Returns
         -------
         bool
-            Whether it may.
+            Whether it may be shown.
         """
         mine, its = self.view, before.view
         if not (isinstance(mine, Cascade) and isinstance(its, Cascade)):
@@ -112,10 +112,10 @@ class Shadows:
         Whether maps of the sun may be redrawn some frames later, as long as they follow what is shown
         (`ShadowMap.follows`).
     portion
-        About how many triangles of a map that may wait are drawn in a frame, so that frames take equally long; None:
-        one map is drawn whole in each.
+        About how many triangles of a map that may wait are drawn per frame, to keep the frame rate even; None: one
+        whole map per frame.
     interactive
-        Whether the viewer moves, so that maps which have moved far may wait, too, except the last.
+        Whether the viewer moves, so that even maps that have moved far may wait, except the last.
     lamps
         The maps of lamps, by the tile of the atlas that each lies in.
     tiles
@@ -131,7 +131,7 @@ class Shadows:
 
 
 def sees_same(view: LightView, other: LightView) -> bool:
-    """Return whether two maps lie at the same place, see the same and have the same size."""
+    """Return whether two maps have the same place, projection and size."""
     return (view.centre, view.resolution, view.clip_from_centre) == (
         other.centre,
         other.resolution,
@@ -168,9 +168,9 @@ def shadow_map(
 ) -> ShadowMap:
     """Plan what is drawn into a shadow map.
 
-    Every object is drawn at the coarsest level that is off by `rule.error` texels at most, or at the finest whose
-    triangles are affordable, if that is coarser. Where depth images would only be magnified, and the mesh has not too
-    many triangles, the mesh is drawn instead; so it is where `auto` may choose and the mesh has fewer triangles.
+    Every object is drawn at the coarsest level with an error of at most `rule.error` texels, or at the finest with
+    affordable triangles, if that is coarser. The mesh is drawn instead where depth images would only be magnified and
+    the mesh does not have too many triangles, and where `auto` may choose and the mesh has fewer triangles.
 
     Parameters
     ----------
@@ -179,9 +179,9 @@ def shadow_map(
     rows
         (m,) rows of the objects that cast shadows in the map, as `find_casters` returns them.
     scene
-        All objects, and what is known of their assets.
+        All objects and their assets.
     rule
-        When meshes take the place of depth images; its pixels are texels here.
+        When meshes replace depth images; its pixels are texels here.
     triangles_per_texel
         How many triangles an object may have for each texel that it covers.
     chooses
@@ -226,9 +226,9 @@ def _cast_as(
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
 
-    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images. They do
-    where these would be magnified, and of objects that choose where the mesh has fewer triangles, which are all that it
-    costs here. Parts of one asset may disagree near a lamp; then both cast.
+    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images: where these
+    would be magnified and, for objects that choose, where the mesh has fewer triangles, as only triangles cost anything
+    here. Near a lamp parts of one asset may decide differently; then both cast.
     """
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     nearest, middle = (texel / objects.scale[rows] for texel in view.texels(bounds.take(rows)))
@@ -253,9 +253,9 @@ def _grid_level(
 ) -> NDArray[np.int64]:
     """Return the level (n,) at which depth images are drawn.
 
-    That is the coarsest which is off by `error` texels at most, or the finest with affordable triangles, if that is
-    coarser. nearest, middle: what a texel covers (n,) where the objects come nearest to the light and at their middles,
-    metres in the frames of the objects. number: (n,) of the objects in `CookedParts`.
+    That is the coarsest with an error of at most `error` texels, or the finest with affordable triangles, if that is
+    coarser. nearest, middle: length that a texel covers (n,) where the objects are nearest to the light and at their
+    middles, metres in the frames of the objects. number: (n,) of the objects in `CookedParts`.
     """
     texels = table.area[number] / middle**2
     affordable = affordable_level(table.triangles[number], texels, triangles_per_texel)

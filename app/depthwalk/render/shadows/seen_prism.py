@@ -1,6 +1,6 @@
-"""Find what may cast its shadow on something that a view sees, for maps that serve one picture alone.
+"""Find what may cast a shadow on something in view, for shadow maps that are used for a single picture.
 
-Seen along the sun's light, the frustum of a view is a convex polygon; what casts a shadow into it lies over that
+Seen along the sun's light, the frustum of a view is a convex polygon. Whatever casts a shadow into it is above that
 polygon, and not behind all of the frustum.
 """
 
@@ -15,7 +15,7 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
 
-_FLAT = 1e-9  # of the frustum's extent: points nearer to each other make no edge
+_FLAT = 1e-9  # of the frustum's extent: points closer to each other than this make no edge
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class SeenPrism:
         axes
             (3, 3) rows right, up and towards the sun, unit vectors, world.
         distance
-            Metres from the viewer where shadows end.
+            Distance from the viewer where shadows end, metres.
 
         Returns
         -------
@@ -68,19 +68,19 @@ class SeenPrism:
         return cls(origin=view.position, axes=axes, normals=normals, offsets=offsets, bottom=seen[:, 2].min())
 
     def meets(self, bounds: Bounds, margin: float) -> NDArray[np.bool_]:
-        """Return which spheres the prism meets, and so may cast a shadow on what is seen.
+        """Return which spheres meet the prism, and so may cast a shadow on something in view.
 
         Parameters
         ----------
         bounds
             The n spheres, world.
         margin
-            Metres by which a shadow may be wider than what casts it.
+            Metres by which a shadow may be wider than its caster.
 
         Returns
         -------
         NDArray[np.bool_]
-            (n,) whether each sphere may.
+            (n,) whether each sphere meets it.
         """
         place, reach = (bounds.centre - self.origin) @ self.axes.T, bounds.bounding_radius + margin
         beside = place[:, :2] @ self.normals.T - self.offsets > reach[:, None]
@@ -93,7 +93,7 @@ def _sides(points: Array) -> tuple[Array, Array]:
     first, second = np.array(list(combinations(range(len(points)), 2))).T
     along = points[second] - points[first]
     length = np.linalg.norm(along, axis=1)
-    first, along, length = (each[length > _FLAT * extent] for each in (first, along, length))
+    first, along, length = (column[length > _FLAT * extent] for column in (first, along, length))
     normals = np.stack([along[:, 1], -along[:, 0]], -1) / length[:, None]
     normals = np.concatenate([normals, -normals])
     offsets = (normals * np.tile(points[first], (2, 1))).sum(1)

@@ -1,4 +1,4 @@
-"""Keep shadow maps as tiles of equal size in one texture, and know which of them must be drawn again."""
+"""Keep shadow maps as tiles of equal size in one texture, and find which of them must be drawn again."""
 
 from collections.abc import Mapping
 
@@ -16,7 +16,7 @@ class ShadowAtlas:
     scope
         Owns the GL objects.
     columns
-        How many tiles a row has at most.
+        Most tiles in a row.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class ShadowAtlas:
         self._held: dict[int, ShadowMap] = {}  # by tile, in the order in which they were drawn
 
     def fit(self, tiles: int, resolution: int) -> moderngl.Texture:
-        """Return the texture, created again where its size changes; all maps must then be drawn again.
+        """Return the texture; if its size changes, it is created again and all maps must be drawn again.
 
         Parameters
         ----------
@@ -58,7 +58,7 @@ class ShadowAtlas:
         return self.texture
 
     def stale(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Return which of some maps the atlas does not show yet, so that they must be drawn, each after `begin`.
+        """Return which of the `requested` maps the atlas does not hold; these must be drawn, each after `begin`.
 
         Parameters
         ----------
@@ -72,15 +72,15 @@ class ShadowAtlas:
         """
         held = self._held
         same = {tile: map_ for tile, map_ in requested.items() if tile in held and map_.shows_same(held[tile])}
-        held.update(same)  # what looks the same as a provisional map is none any more; the order stays
+        held.update(same)  # a requested map equal to a provisional one makes that final; the order stays
         return {tile: map_ for tile, map_ in requested.items() if tile not in same}
 
     def shown(self, tile: int) -> ShadowMap:
-        """Return the map that the tile numbered `tile` shows now, which an earlier frame may have asked for."""
+        """Return the map that the tile numbered `tile` holds now, which may be that of an earlier frame."""
         return self._held[tile]
 
     def provisional(self, stale: Mapping[int, ShadowMap]) -> set[int]:
-        """Return the tiles of those `stale` maps that a provisional map stands for, at the same place."""
+        """Return the tiles of those `stale` maps for which the atlas holds a provisional map at the same place."""
         held = self._held
         return {
             tile
@@ -89,25 +89,25 @@ class ShadowAtlas:
         }
 
     def waiting(self, stale: Mapping[int, ShadowMap], last: int | None = None) -> dict[int, ShadowMap]:
-        """Return which of some stale maps may be shown as they are for some frames more.
+        """Return which of the `stale` maps may be redrawn some frames later.
 
-        Those may that follow what their tile shows (`ShadowMap.follows`); but not the nearest, in tile 0, if its
-        objects changed where it is: near by one sees that a shadow is late. If it only moved, as while somebody walks,
-        it may wait as the others may: until then the next map holds what it does not reach. And so may one that a
-        provisional map stands for.
+        A map may wait if it follows what its tile shows (`ShadowMap.follows`). The nearest map, in tile 0, may not wait
+        if its objects changed while it stayed in place, since a late shadow is noticed near by. If it only moved, as
+        while the viewer walks, it may wait: meanwhile the next map covers what it does not reach. So may a map whose
+        tile holds a provisional one.
 
         Parameters
         ----------
         stale
             The maps, as `stale` returns them.
         last
-            The tile of the map that reaches farthest, where others may wait wherever they were; None: none may that
-            moved too far.
+            The tile of the farthest map, if all others may wait however far they moved; None: maps that moved too far
+            may not wait.
 
         Returns
         -------
         dict[int, ShadowMap]
-            Those, by the number of their tile, the one drawn longest ago first.
+            The maps that may wait, by the number of their tile, the one drawn longest ago first.
         """
         held = {tile: map_ for tile, map_ in self._held.items() if tile in stale}  # in the order of drawing
         return {
@@ -118,7 +118,7 @@ class ShadowAtlas:
         }
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
-        """Clear a tile, so that a map is drawn into it next.
+        """Clear a tile before a map is drawn into it.
 
         Parameters
         ----------
@@ -146,11 +146,11 @@ class ShadowAtlas:
         return self._framebuffer
 
     def forget(self) -> None:
-        """Forget what the tiles show, so that all maps are drawn again."""
+        """Forget what the tiles hold, so that all maps are drawn again."""
         self._held.clear()
 
     def release(self) -> None:
-        """Release the texture and its framebuffer; `fit` makes them again."""
+        """Release the texture and its framebuffer; `fit` creates them again."""
         if self.texture is not None:
             self._scope.free(self._framebuffer, self.texture)
         self.texture = self._framebuffer = None

@@ -1,4 +1,4 @@
-"""Choose which spot lights have a shadow map in a frame, and say what each map sees.
+"""Choose which spot lights have a shadow map in a frame, and what each map sees.
 
 Point lights have none: light in all directions would take six maps.
 """
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
 
-NEAR = 0.01  # of a lamp's range: nearer surfaces, as the lamp's own glass, cast no shadow; shaders read it
+NEAR = 0.01  # of a lamp's range: nearer surfaces, such as the lamp's own glass, cast no shadow; shaders read it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class Spot:
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """Return the place of the lamp relative to the centre, which is the lamp itself, in homogeneous coordinates."""
+        """Return the position of the lamp relative to `centre`, which it is itself, in homogeneous coordinates."""
         return 0.0, 0.0, 0.0, 1.0
 
     @cached_property
@@ -78,7 +78,7 @@ class Spot:
         return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel of the map covers where spheres are, as `Cascade.texels` does."""
+        """Return the length that a texel of the map covers where spheres are, as `Cascade.texels` does."""
         distance = np.linalg.norm(bounds.centre - np.array(self.centre), axis=1)
         nearest = np.maximum(distance - bounds.bounding_radius, NEAR * self.reach)
         return self.texel * nearest, self.texel * np.maximum(distance, bounds.bounding_radius)
@@ -108,7 +108,7 @@ def lamp_spot(lamp: "LampParams", resolution: int) -> Spot:
 def choose_shadow_lamps(view: View, lamps: Sequence["LampParams"]) -> list[int]:
     """Choose the lamps that should have a shadow map in this frame.
 
-    These are the lamps that the scene lets cast shadows, that shine, and whose cones the view may see.
+    These are the lamps that cast shadows in the scene, are switched on, and whose cones the view may see.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def choose_shadow_lamps(view: View, lamps: Sequence["LampParams"]) -> list[int]:
     Returns
     -------
     list[int]
-        Numbers of lamps in `lamps`; those that light the viewer's position most come first.
+        Indices in `lamps`; those that light the viewer's position most come first.
     """
     numbers = np.array([number for number, lamp in enumerate(lamps) if lamp.shadow and lamp.intensity > 0], int)
     if not len(numbers):
@@ -135,24 +135,24 @@ def choose_shadow_lamps(view: View, lamps: Sequence["LampParams"]) -> list[int]:
 
 
 def assign_tiles(chosen: Sequence[int], lamps: Sequence["LampParams"], count: int) -> dict[int, int]:
-    """Give each chosen lamp a tile of the atlas.
+    """Assign each chosen lamp a tile of the atlas.
 
-    A lamp gets the same tile in every frame, so that its map need not be drawn again, unless another chosen lamp with
-    a claim to the same tile is in sight; then it gets the next free one.
+    A lamp gets the same tile in every frame, so that its map need not be drawn again, unless another chosen lamp has
+    that tile; then it gets the next free one.
 
     Parameters
     ----------
     chosen
-        Numbers of the lamps that get a tile, `count` at most.
+        Indices of the lamps that get a tile, at most `count`.
     lamps
         All lamps of the scene.
     count
-        How many tiles there are.
+        Number of tiles.
 
     Returns
     -------
     dict
-        The tile by the number of the lamp.
+        The tile by the index of the lamp.
     """
     rank = {number: k for k, number in enumerate(n for n, lamp in enumerate(lamps) if lamp.shadow)}
     tiles: dict[int, int] = {}

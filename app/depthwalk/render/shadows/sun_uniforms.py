@@ -1,4 +1,4 @@
-"""Hand shadow maps to the shaders: texture and uniforms, for shaders/common/sun_maps.glsl and shaders/light."""
+"""Hold shadow maps as shaders read them: texture and uniforms, for shaders/common/sun_maps.glsl and shaders/light."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -24,7 +24,7 @@ class LampMaps:
     texture
         The depth texture, in square tiles of equal size.
     params
-        The settings that the maps were drawn by.
+        The settings that the maps were drawn with.
     """
 
     texture: moderngl.Texture
@@ -42,7 +42,7 @@ class SunMaps:
     cascades
         What each tile shows, the nearest first; all look along one direction.
     params
-        The settings that the maps were drawn by.
+        The settings that the maps were drawn with.
     """
 
     texture: moderngl.Texture
@@ -50,14 +50,14 @@ class SunMaps:
     params: ShadowParams
 
     def uniforms(self, view: View, lod: LodParams) -> dict[str, Any]:
-        """Return the uniforms of shaders/common/sun_maps.glsl but for its sampler, `sun_maps`.
+        """Return the uniforms of shaders/common/sun_maps.glsl, except its sampler `sun_maps`.
 
         Parameters
         ----------
         view
             The view of the picture: points are looked up by world vectors from its position.
         lod
-            The settings of detail, which say how far off surfaces of the picture may be.
+            The settings of detail, which bound the error of surfaces in the picture.
 
         Returns
         -------

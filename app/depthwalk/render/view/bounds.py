@@ -1,7 +1,7 @@
-"""Compute where objects are in the world, which of them a view may see, and the clip planes that hold those.
+"""Compute the bounding volumes of objects, which objects a view may see, and near and far planes that hold those.
 
-Spheres bound every object; upright cylinders, from which the distance to a viewer is measured, some of them. All are
-computed when objects change, and read by every frame.
+Every object has a bounding sphere, computed when objects change and read by every frame. Cylinders fit more tightly;
+occlusion is tested, and distances to a viewer are measured, by them.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array
 
-# Of far over near plane, unless the near one is 5 cm away already. So 24 bits resolve 1/8000 of a distance; with less,
-# the sunlit wall of a room is full of its own shadow.
+# Largest ratio of far to near plane, unless the near plane is 5 cm away already. So 24 bits resolve 1/8000 of a
+# distance; with less, the sunlit wall of a room shows shadow acne.
 _MAX_DEPTH_RATIO = 2e3
-_MAX_NEAR = 0.05  # metres, to which the ratio may push the near plane out
+_MAX_NEAR = 0.05  # metres up to which the ratio may push the near plane out
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,8 @@ class Bounds(StructOfArrays):
     def visible(self, view: View) -> tuple[NDArray[np.intp], Array]:
         """Find the spheres that a view may see.
 
-        They reach between the sides of its frustum and are not wholly behind the viewer; near and far plane do not
-        count.
+        That is, spheres that reach between the sides of its frustum and are not wholly behind the viewer. Near and far
+        plane are ignored.
 
         Parameters
         ----------
@@ -100,7 +100,7 @@ class Bounds(StructOfArrays):
 
         Returns
         -------
-        indices : (m,) numbers of these spheres, those with the nearest centres first.
+        indices : (m,) indices of these spheres, those with the nearest centres first.
         forward : (m,) distances of their centres, metres along the view axis.
         """
         indices, forward = self.seen(view)
@@ -108,7 +108,7 @@ class Bounds(StructOfArrays):
         return indices[nearest_first], forward[nearest_first]
 
     def seen(self, view: View) -> tuple[NDArray[np.intp], Array]:
-        """Find the spheres that a view may see, as `visible` does, but return them as they stand.
+        """Find the spheres that a view may see, as `visible` does, but in their own order.
 
         Parameters
         ----------
@@ -116,7 +116,7 @@ class Bounds(StructOfArrays):
 
         Returns
         -------
-        indices : (m,) numbers of these spheres, rising.
+        indices : (m,) indices of these spheres, rising.
         forward : (m,) distances of their centres, metres along the view axis.
         """
         right, up, forward = ((self.centre - view.position) @ view.axes.T).T
@@ -142,7 +142,7 @@ class Bounds(StructOfArrays):
 def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:
     """Return rectangles in the picture that hold n spheres.
 
-    For a sphere that reaches in front of the near plane this is the whole picture.
+    For a sphere that reaches in front of the near plane, this is the whole picture.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def depth_range(forward: Array, bounding_radius: Array, ground: tuple[float, flo
 def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
     """Return the least and the greatest distance at which the ground may be seen.
 
-    The ground is a level square about the world's origin. Of all rays the steepest meets it first.
+    The ground is a level square about the world's origin. The steepest ray meets it first.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
 
 
 def outside(viewer: Array, centre: Array, half_height: Array, cylinder_radius: Array) -> Array:
-    """Return how far n viewers are from n upright cylinders.
+    """Return the distances of n viewers from n upright cylinders.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Make views that see more than others, or with fewer pixels, and tell what lies within one."""
+"""Make views with a wider angle or fewer pixels, and test which points lie within a view."""
 
 import math
 from dataclasses import replace
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
-LEVEL_MARGIN = 1 / 3  # margin above and below for each at the sides
+LEVEL_MARGIN = 1 / 3  # margin above and below, as a part of that at the sides
 
 
 def widened(view: View, margin: float) -> View:
-    """Return `view` with more picture on every side; the pixels that both have in common are the same.
+    """Return `view` with a margin on every side; the pixels that both have in common are the same.
 
     Parameters
     ----------
     view : the view of the window.
-    margin : part of its width that is added on the left and on the right. Above and below `LEVEL_MARGIN` of that part
-        of its height is added: viewers turn about far more than they nod.
+    margin : part of its width that is added on the left and on the right. Above and below, `LEVEL_MARGIN` of that part
+        of its height is added, as viewers turn more than they look up and down.
 
     Returns
     -------
@@ -32,12 +32,12 @@ def widened(view: View, margin: float) -> View:
 
 
 def reduced(view: View, scale: float) -> View:
-    """Return `view` with fewer pixels, `scale` times as many along either axis, but objects drawn as finely as in it.
+    """Return `view` with fewer pixels, but with the same levels of detail.
 
     Parameters
     ----------
     view : the view of the whole picture.
-    scale : 0 to 1.
+    scale : factor for the number of pixels along either axis, 0 to 1.
 
     Returns
     -------
@@ -54,11 +54,11 @@ def shows(view: View, points: Array, wider: float = 1.0) -> Mask:
     ----------
     view : the view of the picture.
     points : (…, 3), right, up and ahead of its camera, metres.
-    wider : how many times as wide and high the picture is taken to be.
+    wider : the factor by which the picture is widened, and heightened, for the test.
 
     Returns
     -------
-    (…), whether each does.
+    (…), whether each lies within.
     """
     within: Mask = np.abs(points[..., :2]) <= points[..., 2:] * (wider * np.array(view.half_extent))
     return np.logical_and(within[..., 0], within[..., 1])
@@ -70,7 +70,7 @@ def spread_rays(view: View, columns: int, rows: int) -> NDArray[np.float64]:
     Parameters
     ----------
     view : the view of the picture.
-    columns, rows : how many there are along its edges.
+    columns, rows : numbers of rays along its edges.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Place a camera so that some objects fill its picture."""
+"""Place a camera so that objects fill its picture."""
 
 import math
 from collections.abc import Callable
@@ -15,9 +15,9 @@ from depthwalk.scene.camera import view_from_world
 from depthwalk.types import Array
 
 IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
-_FILLED = 0.9  # of the picture's height or width, by the objects
-_NEAREST = 0.3  # of the objects' radius: no part of them comes nearer, so that the perspective stays mild
-_BLOCK = 1024  # objects whose points are turned at a time
+_FILLED = 0.9  # part of the picture's height or width that the objects fill
+_NEAREST = 0.3  # of the objects' radius: least distance of any part of them, so that the perspective stays mild
+_BLOCK = 1024  # objects whose points are rotated at a time
 
 
 def camera_on(
@@ -29,17 +29,17 @@ def camera_on(
     fov: float,
     away: glm.dvec3,
 ) -> Camera:
-    """Return the camera nearest to some objects that sees all of them, with a margin around.
+    """Return the nearest camera that sees all objects, with a margin around.
 
-    Each side of a frustum whose camera has a given direction is a plane of a given direction. So the farthest points
-    along the normals of the four sides say where the planes must be at least, and these where the camera.
+    The direction of the camera fixes the directions of the four sides of its frustum. The points farthest along their
+    normals determine where these planes must be, and so where the camera is.
 
     Parameters
     ----------
     objects : the n objects.
     bounds : their bounding spheres, world.
     extremes : returns the points (k, 3), metres, asset frame, that reach farthest of the asset with a given number. It
-        is asked for those alone whose spheres reach out among all.
+        is only called for assets of objects whose spheres may reach farthest of all.
     aspect : width of the picture over its height.
     fov : vertical angle of view, radians.
     away : direction from the objects to the camera, world, of any length.
@@ -54,7 +54,7 @@ def camera_on(
     rigid = view_from_world(Camera(components(away), (0.0, 0.0, 0.0), fov))
     right, up, back = np.array(glm.dmat3(rigid).to_list()).T  # rows of the rotation, world
     across, down = np.array([aspect, 1.0]) * math.tan(fov / 2) * _FILLED
-    # x, y and z of the view; with z towards the viewer a point is seen where ±x ≤ across · (z of the camera − z)
+    # In view coordinates, z towards the viewer: a point is visible where ±x ≤ across · (z of the camera − z).
     sides = np.stack([right + across * back, across * back - right, up + down * back, down * back - up, back, -back])
     east, west, north, south, front, rear = _reach(objects, bounds, extremes, sides, middle)
     toward = max((east + west) / (2 * across), (north + south) / (2 * down), front + _NEAREST * radius)
@@ -67,17 +67,17 @@ def camera_on(
 def _reach(
     objects: Objects, bounds: Bounds, extremes: Callable[[int], Array], directions: Array, middle: Array
 ) -> NDArray[np.float64]:
-    """Return how far some objects reach from a point.
+    """Return how far objects reach from a point in given directions.
 
     Parameters
     ----------
-    objects, bounds, extremes : as of `camera_on`.
+    objects, bounds, extremes : see `camera_on`.
     directions : (d, 3) of any lengths, world.
     middle : (3,) the point, metres, world.
 
     Returns
     -------
-    (d,) largest scalar product of each direction with what leads from `middle` to a point of the objects.
+    (d,) largest scalar product of each direction with the vector from `middle` to a point of the objects.
     """
     along = (bounds.centre - middle) @ directions.T
     spread = bounds.bounding_radius[:, None] * np.linalg.norm(directions, axis=1)
@@ -85,9 +85,9 @@ def _reach(
     reach = np.full(len(directions), -np.inf)
     for asset in np.unique(objects.asset[rows]).tolist():
         points, members = extremes(asset), rows[objects.asset[rows] == asset]
-        for some in np.split(members, range(_BLOCK, len(members), _BLOCK)):
-            turned = rotate(conjugate(objects.rotation[some].astype(np.float64))[:, None], directions)
-            place = (objects.position[some] - middle) @ directions.T
-            scaled = objects.scale[some, None] * (turned @ points.T).max(-1, initial=-np.inf)
+        for block in np.split(members, range(_BLOCK, len(members), _BLOCK)):
+            turned = rotate(conjugate(objects.rotation[block].astype(np.float64))[:, None], directions)
+            place = (objects.position[block] - middle) @ directions.T
+            scaled = objects.scale[block, None] * (turned @ points.T).max(-1, initial=-np.inf)
             reach = np.maximum(reach, (place + scaled).max(0))
     return reach

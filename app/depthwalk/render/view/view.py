@@ -1,14 +1,13 @@
 """Describe what a frame is seen through: a camera, a picture's size and the matrices that follow from them.
 
-Single matrices, vectors and quaternions are PyGLM's, in double precision (`glm.dmat4`, `glm.dvec3`, `glm.dquat`); NumPy
-computes what is done for all objects at once. `View` therefore offers `position`, `axes` and `ray_from_screen`, by
-which arrays of points are multiplied, as NumPy arrays, and its other matrices as PyGLM's.
+Single matrices, vectors and quaternions are PyGLM's, in double precision (`glm.dmat4`, `glm.dvec3`, `glm.dquat`); work
+on all objects at once is done by NumPy. So `View` offers `position`, `axes` and `ray_from_screen`, which are multiplied
+with arrays of points, as NumPy arrays, and its other matrices as PyGLM's.
 
-PyGLM stores matrices column by column, as GLSL does, and indexes them `matrix[column][row]`. `matrix_array` leads out
-of it, so that nobody else has to think of that: it gives the NumPy array that is indexed `[row, column]` and multiplies
-column vectors from the left. The way back is `glm.dmat4(array)`, which reads such an array as the same matrix.
-Beware of tuples: `glm.dvec3(values)` rounds those of a tuple or a list to single precision, as does arithmetic with
-them; `glm.dvec3(*values)` keeps them.
+PyGLM stores matrices column by column, as GLSL does, and indexes them `matrix[column][row]`. `matrix_array` converts
+one to a NumPy array that is indexed `[row, column]` and multiplies column vectors from the left; `glm.dmat4(array)`
+converts such an array back. Beware of tuples: `glm.dvec3(values)` rounds the values of a tuple or a list to single
+precision, as does arithmetic with them; `glm.dvec3(*values)` keeps them.
 """
 
 import math
@@ -33,12 +32,12 @@ class View:
     ----------
     camera : where the viewer stands and looks, world.
     size : width and height of the picture, pixels.
-    near, far : distances of the near and the far plane, metres along the view axis; None where the renderer is to fit
-        them to the scene.
+    near, far : distances of the near and the far plane, metres along the view axis; None: the renderer fits them to the
+        scene.
     shear : how far a point at one metre along the view axis is shifted in the picture to the right and up, metres. This
         gives the frustum of a camera that was moved aside and still sees the same rectangle.
-    scale : pixels of the picture, along either axis, for each of those that decide how finely objects are drawn. It is
-        below 1 for a picture that shows the objects of a larger one in fewer pixels, to be finished sooner.
+    scale : size of the picture relative to the one that levels of detail are chosen for. It is below 1 for a picture
+        that shows the objects of a larger one in fewer pixels, to be finished sooner.
     """
 
     camera: Camera
@@ -62,7 +61,7 @@ class View:
 
     @cached_property
     def axes(self) -> NDArray[np.float64]:
-        """Return the camera's directions right, up and forward, rows (3, 3), world; unit vectors but for the shear.
+        """Return the camera's directions right, up and forward, rows (3, 3), world; unit vectors without a shear.
 
         `axes @ (point - position)` is how far to the right, up and ahead of the viewer a point appears, metres.
         """
@@ -70,7 +69,7 @@ class View:
 
     @cached_property
     def view_from_world(self) -> glm.dmat4:
-        """Return the transform from world to view coordinates, both in metres: rigid but for the shear."""
+        """Return the transform from world to view coordinates, both in metres: rigid without a shear."""
         right, up = self.shear
         shear = glm.dmat4()
         shear[2] = glm.dvec4(-right, -up, 1, 0)  # view coordinates look along −z
@@ -120,7 +119,7 @@ class View:
 
     @cached_property
     def detail_pixels(self) -> float:
-        """Return `focal_pixels` as they are to be when it is decided how finely objects are drawn."""
+        """Return `focal_pixels` for a `scale` of 1, by which levels of detail are chosen."""
         return self.focal_pixels / self.scale
 
     def unproject(self, across: float, down: float, distance: float) -> glm.dvec3:
@@ -141,11 +140,11 @@ class View:
 
 
 def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
-    """Return where the viewer stands in the frames of n objects.
+    """Return the position of the viewer in the frames of n objects.
 
     Parameters
     ----------
-    view : the view, of which only the position counts.
+    view : the view; only its position is used.
     position : (n, 3) positions of the objects, metres, world.
     rotation : (n, 4) unit quaternions (x, y, z, w) of the objects, world from object.
     scale : (n,) scales of the objects.
@@ -163,7 +162,7 @@ def matrix_array(matrix: glm.dmat3 | glm.dmat4) -> NDArray[np.float64]:
 
 
 def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
-    """Return how far along the view axis the surfaces in a depth buffer are.
+    """Convert values of a depth buffer to distances along the view axis.
 
     Parameters
     ----------
@@ -173,7 +172,7 @@ def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArra
 
     Returns
     -------
-    Metres, of the same shape; +inf where `depth` is 1, which is where nothing was drawn.
+    Metres, of the same shape; +inf where `depth` is 1, that is, where nothing was drawn.
     """
     with np.errstate(divide="ignore"):
         distance = near * far / (far - depth.astype(np.float64) * (far - near))

@@ -1,8 +1,8 @@
 """Fill the uniform block `View` of shaders/common/view.glsl: what a picture or a shadow map is seen through.
 
 Every shader that projects points, follows rays or measures pixels reads this one block, which is filled once per view
-instead of once per program. Pictures and shadow maps have a binding point each, so that drawing maps in the midst of a
-frame leaves the picture's view in place.
+instead of once per program. Pictures and shadow maps have separate binding points, so that drawing maps in the middle
+of a frame does not disturb the picture's view.
 """
 
 from typing import Protocol
@@ -37,7 +37,7 @@ VIEW_BLOCK = np.dtype(
 
 
 class MapView(Protocol):
-    """Describe the view that one shadow map shows; `Cascade` does so for a map of the sun, `Spot` for a lamp's."""
+    """Describe what one shadow map sees; implemented by `Cascade` for maps of the sun and by `Spot` for lamps."""
 
     @property
     def clip_from_centre(self) -> glm.dmat4:
@@ -51,7 +51,7 @@ class MapView(Protocol):
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """Return where the light is relative to `centre`, in homogeneous coordinates, world axes.
+        """Return the position of the light relative to `centre`, in homogeneous coordinates, world axes.
 
         For the sun this is the direction to it, with a last component of 0.
         """
@@ -85,7 +85,7 @@ class ViewBlock:
         self._shown: View | MapView | None = None
 
     def show(self, view: View | MapView) -> None:
-        """Bind the buffer, filled with a view; write to it only where the view is another object than before.
+        """Fill the buffer with a view and bind it; it is written only if `view` is another object than before.
 
         Parameters
         ----------
@@ -121,9 +121,9 @@ def picture_record(view: View) -> NDArray[np.void]:
 
 
 def map_record(view: MapView) -> NDArray[np.void]:
-    """Return a single `VIEW_BLOCK` record for a shadow map, which sees what `view` says.
+    """Return a single `VIEW_BLOCK` record for a shadow map that `view` describes.
 
-    Shaders only compare the depths of a map, and look nothing up along its rays, so that the fields for these are 0.
+    Shaders only compare the depths of a map, and follow no rays in it, so the fields for these are 0.
     """
     record = np.zeros((), VIEW_BLOCK)
     record["clip_from_eye"] = matrix_array(view.clip_from_centre).T

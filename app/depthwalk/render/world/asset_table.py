@@ -1,4 +1,4 @@
-"""Tabulate what plans must know of the scene's assets: bounds, levels of detail and index ranges."""
+"""Tabulate the scene's assets for planning: bounds, levels of detail and index ranges."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -25,7 +25,7 @@ from depthwalk.types import Array, Ints, Mask, Rows
 
 @dataclass(frozen=True, kw_only=True)
 class AssetTable:
-    """Hold what plans must know of meshes and depth objects; `a` is how many numbers `CookedParts` gives to these.
+    """Hold what planning needs of meshes and depth objects; `a` is how many numbers `CookedParts` gives them.
 
     A depth object is the depth images of one part of an asset.
 
@@ -40,14 +40,14 @@ class AssetTable:
     cylinder_radius : (a,) radius of that cylinder, metres.
     index_first : (a, levels, RANGES) first index of each range of indices, see `LodGeometry`.
     index_count : (a, levels, RANGES) number of indices of each range.
-    horizon : (a, levels, PIECES, 4) metres, by which pieces are found that face away, see `piece_horizons`.
+    horizon : (a, levels, PIECES, 4) metres, for culling pieces that face away, see `piece_horizons`.
     triangles : (a, levels) number of triangles of all pieces.
     error : (a, levels) geometric error, metres, see `LodGeometry`; +inf where the object has no such level.
     meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
-    full_triangles : number of triangles of the whole meshes of all objects, or of those that their depth images were
-        made of. Of pictures with depth it is not known, and they count for none.
-    clusters : the clusters of meshes that are drawn as such, by number.
+    full_triangles : number of triangles of all objects' full meshes, or of the meshes that their depth images were
+        baked from. For pictures with depth it is not known, and counts as 0.
+    clusters : the clusters of the meshes that are drawn by clusters, by number.
     """
 
     volumes: Volumes
@@ -76,17 +76,17 @@ class AssetTable:
     def has_paper_cases(self) -> Mask:
         """Return which (a,) depth objects have their triangles in the ranges of the paper's cases, see `cook.cases`.
 
-        Cooked depth images that a scene names have them in the renderer's own pieces of the side.
+        Depth images that were cooked before (a scene names their file) have the renderer's own pieces of the side.
         """
         return np.asarray(~self.index_count[:, :, PAPER_SIDE + 1 : BOTTOM_PIECE].any((1, 2)))
 
     @cached_property
     def _known_runs(self) -> dict[tuple[int, int, int], tuple[tuple[int, int], ...]]:
-        """Return what `runs` returned before."""
+        """Return the cache of `runs`."""
         return {}
 
     def runs(self, asset: int, level: int, pieces: int) -> tuple[tuple[int, int], ...]:
-        """Return which runs of an asset's indices draw some pieces of a level, see `cook.cases.piece_runs`.
+        """Return the runs of an asset's indices that draw `pieces` of a level, see `cook.cases.piece_runs`.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ class AssetTable:
         return self._known_runs[key]
 
     def nearest(self, asset: Rows, viewer: Array) -> Array:
-        """Return how far viewers are from the cylinders that enclose n objects.
+        """Return the distances of viewers from the cylinders that enclose n objects.
 
         Parameters
         ----------
@@ -119,13 +119,13 @@ class AssetTable:
 
 
 def asset_table(objects: Objects, library: Library, parts: CookedParts, fallbacks: bool = True) -> AssetTable:
-    """Return the table of all numbers of `parts`, filled in for the assets that some objects use.
+    """Return the table of all numbers of `parts`, filled in for the assets that `objects` use.
 
     Parameters
     ----------
     objects : the objects, whose `asset` holds numbers of `parts`.
-    library : where assets come from.
-    parts : gives numbers to what is drawn, and cooks it.
+    library : provides the assets.
+    parts : numbers the parts that are drawn, and cooks them.
     fallbacks : whether meshes may replace depth images.
 
     Returns
@@ -171,7 +171,7 @@ def asset_table(objects: Objects, library: Library, parts: CookedParts, fallback
 
 @dataclass(frozen=True, kw_only=True)
 class _Enclosing:
-    """Hold the columns of `AssetTable` that enclose assets, while they are filled in."""
+    """Hold the columns of `AssetTable` with the assets' bounds, while they are filled in."""
 
     centre: NDArray[np.float64]
     bounding_radius: NDArray[np.float64]
@@ -202,7 +202,7 @@ class _Enclosing:
         self.bounding_radius[number] = np.hypot(self.half_height[number], self.cylinder_radius[number])
 
     def put_fallbacks(self, fallbacks: MeshFallbacks, known: list[int]) -> None:
-        """Enclose meshes that may replace depth objects by what encloses these, but for those `known` better."""
+        """Bound meshes that may replace depth objects as these are, except meshes whose own bounds are `known`."""
         rows = np.flatnonzero((fallbacks.mesh >= 0) & ~np.isin(fallbacks.mesh, known))
         mesh, half_height, radius = fallbacks.mesh[rows], fallbacks.half_height[rows], fallbacks.cylinder_radius[rows]
         self.centre[mesh], self.half_height[mesh], self.cylinder_radius[mesh] = (
@@ -214,7 +214,7 @@ class _Enclosing:
 
 
 def _used_meshes(objects: Objects, library: Library) -> dict[int, tuple[MeshLevel, ...]]:
-    """Return the meshes that `objects` use, by number; all levels of detail of those that are drawn simplified."""
+    """Return the meshes that `objects` use, by number; with all levels of detail if they are drawn simplified."""
     simplified = set(objects.asset[np.isin(objects.representation, SIMPLIFIED)].tolist())
     levels: dict[int, tuple[MeshLevel, ...]] = {}
     for number in np.unique(objects.asset[objects.asset < len(library)]).tolist():
@@ -232,20 +232,20 @@ def _full_triangles(
     for number, levels in meshes.items():
         counts[number] = len(levels[0].mesh.faces)
     for number, depth_object in cooked.items():
-        if number == parts.numbers(parts.asset_of(number)).start:  # each part knows of the whole mesh
+        if number == parts.numbers(parts.asset_of(number)).start:  # each part holds the count of the whole mesh
             counts[number] = depth_object.outline.mesh_triangles or 0
     return int(counts[objects.asset].sum())
 
 
 def _used_clusters(objects: Objects, library: Library) -> dict[int, MeshClusters]:
-    """Return the clusters of the meshes that `objects` are drawn by, by number."""
+    """Return the clusters of the meshes that `objects` draw by clusters, by number."""
     used = np.unique(objects.asset[objects.representation == Representation.MESH_CLUSTERS]).tolist()
     found = ((number, library.mesh_clusters(number)) for number in used)
     return {number: clusters for number, clusters in found if clusters is not None}
 
 
 def _volumes(count: int, cooked: dict[int, CookedObject]) -> tuple[Volumes, NDArray[np.float64]]:
-    """Return `AssetTable.volumes` and `texel` of `count` numbers, of which `cooked` are depth objects."""
+    """Return `AssetTable.volumes` and `texel` for `count` numbers, of which `cooked` are depth objects."""
     columns = {name: np.zeros(count) for name in ("radius", "bottom", "top")}
     footprint, has_side, texel = np.zeros((count, DIRECTIONS)), np.zeros(count, bool), np.ones(count)
     for number, depth_object in cooked.items():
@@ -261,7 +261,7 @@ def _volumes(count: int, cooked: dict[int, CookedObject]) -> tuple[Volumes, NDAr
 def _level_columns(
     count: int, cooked: dict[int, CookedObject]
 ) -> tuple[Ints, Ints, NDArray[np.float64], NDArray[np.float64]]:
-    """Return `AssetTable.index_first`, `index_count`, `horizon` and `error` of `count` numbers.
+    """Return `AssetTable.index_first`, `index_count`, `horizon` and `error` for `count` numbers.
 
     cooked: those of them that are depth objects.
     """
@@ -276,7 +276,7 @@ def _level_columns(
 
 
 def _mesh_fallbacks(objects: Objects, library: Library, parts: CookedParts) -> MeshFallbacks:
-    """Return the meshes that may replace `objects`: of depth images of a mesh without meso-structure laid over it."""
+    """Return the meshes that may replace `objects`: where depth images show a mesh, and no meso-structure on it."""
     fallbacks = MeshFallbacks.empty(len(parts))
     imaged = np.unique(objects.asset[objects.asset >= parts.first])
     for asset in np.unique([parts.asset_of(number) for number in imaged.tolist()]).astype(int).tolist():

@@ -1,9 +1,9 @@
-"""Gather far neighbours into clusters that share one impostor: a hierarchical level of detail (HLOD).
+"""Group far neighbours into clusters that share one impostor: a hierarchical level of detail (HLOD).
 
-An object a few pixels high is drawn in no time, but planned, cached and composited like any other. From far away,
-neighbours hardly move against each other: their common tile is reused like any other, by the depth of the box that
-holds them all (`render.impostors.reprojection_error`). So a frame costs what its clusters cost, until one is warped
-again. Here is their data; `render.draw.far_cluster_planner` decides when and how they are drawn.
+An object a few pixels high costs little to draw, but as much as any other to plan, cache and composite. From far away,
+neighbours hardly move against each other, so their common tile is reused like any other, within a bound given by the
+box that holds them all (`render.impostors.reprojection_error`). A frame then costs what its clusters cost, until one is
+warped again. This module holds their data; `render.draw.far_cluster_planner` decides when and how they are drawn.
 """
 
 from collections.abc import Callable
@@ -20,8 +20,8 @@ from depthwalk.render.world.spatial_cells import SpatialCells, enclosing_boxes
 from depthwalk.types import Ints, Mask, Rows
 
 MEMBERS = 1 << 16 - IMAGE_BITS  # at most: a texel of the atlas holds the member in the bits that its image leaves
-_STEEP = 0.1  # height above or below a cell by distance; seen less steeply, most objects of a cell hide each other
-_FAR = 4.0  # half diagonals of a cell from which on it is far: parallax within a cluster is an eighth of its own
+_STEEP = 0.1  # least height above or below a cell by distance; at lower angles most of its objects hide each other
+_FAR = 4.0  # least distance, in half diagonals of a cell: parallax within a cluster is then an eighth of its own
 
 
 @dataclass(kw_only=True)
@@ -33,7 +33,7 @@ class FarClusters:
     order : (n,) rows of the objects, see `SpatialCells`.
     first : (k + 1,) where each cluster begins in `order`.
     of_cell : (c + 1,) the first cluster of each cell.
-    able : (c,) whether all objects of each cell may share tiles.
+    able : (c,) whether all objects of the cell may share tiles.
     low : (k, 3) least corner of each cluster's box, metres, world.
     high : (k, 3) greatest corner of each cluster's box, metres, world.
     version : (k,) how often objects of each cluster's cell have moved.
@@ -55,16 +55,16 @@ class FarClusters:
     def far(self, view: View, cells: SpatialCells, numbers: Rows, pixels: float) -> Mask:
         """Return which cells may be drawn by clusters.
 
-        These cells are far away for their size, and no object in them is `pixels` pixels across. The viewer looks down
-        or up at them so steeply that few of their objects hide each other: elsewhere it is cheaper to test the objects
+        Such cells are far away for their size, and no object in them is `pixels` pixels across. The viewer looks down
+        or up at them so steeply that few of their objects hide each other; otherwise it is cheaper to test the objects
         one by one.
 
         Parameters
         ----------
         view : the view of the picture.
         cells : the cells that the clusters were made of.
-        numbers : (m,) numbers of the cells in question.
-        pixels : diameter from which on objects are drawn one by one, pixels.
+        numbers : (m,) numbers of the cells to test.
+        pixels : diameter above which objects are drawn one by one, pixels.
 
         Returns
         -------
@@ -84,7 +84,7 @@ class FarClusters:
         Parameters
         ----------
         view : the view of the picture.
-        cells : (m,) numbers of the cells whose clusters are looked at.
+        cells : (m,) numbers of the cells whose clusters are tested.
 
         Returns
         -------
@@ -107,7 +107,7 @@ class FarClusters:
         return self.first[numbers + 1] - self.first[numbers]
 
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
-        """Return the objects of some clusters, cluster by cluster.
+        """Return the objects of the clusters `numbers`, cluster by cluster.
 
         Parameters
         ----------
@@ -141,7 +141,7 @@ class FarClusters:
         return np.logical_and.reduceat(resident, np.cumsum(count) - count) if len(count) else resident
 
     def follow(self, cells: SpatialCells, bounds: Bounds) -> None:
-        """Fit the boxes to objects that moved since the last call.
+        """Refit the boxes of cells whose objects moved since the last call.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Place the objects of a scene as they are drawn: a row for a mesh, or one for each part of the depth images."""
+"""Expand the objects of a scene into the rows that are drawn: one for a mesh, or one per part of its depth images."""
 
 from dataclasses import dataclass
 
@@ -19,14 +19,14 @@ from depthwalk.types import Ints, Mask
 
 @dataclass(frozen=True, kw_only=True)
 class ObjectRows:
-    """Say in which rows the objects of a scene are drawn.
+    """Map the objects of a scene to the rows that are drawn.
 
     Attributes
     ----------
     scene : the scene.
-    library : tells which assets have meshes and depth images.
-    store : numbers what is drawn.
-    forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
+    library : knows which assets have meshes and depth images.
+    store : numbers meshes and parts of depth images.
+    forced : draw every object whose asset has this representation by it; None: each object by its own.
     placeholders : what is drawn of assets whose depth images are not ready; None: all are ready.
     """
 
@@ -41,7 +41,7 @@ class ObjectRows:
 
         Parameters
         ----------
-        which : the slice of the scene's objects to return.
+        which : the slice of the scene's objects to place.
 
         Returns
         -------
@@ -61,19 +61,19 @@ class ObjectRows:
         )
 
     def rows_of(self, which: slice) -> slice:
-        """Return which rows of all that `place` returns belong to the scene's objects `which`."""
+        """Return the slice of the rows of `place()` that belong to the scene's objects `which`."""
         before, within = (
             int(self._rows(self.scene.objects.take(run))[2].sum()) for run in (slice(0, which.start), which)
         )
         return slice(before, before + within)
 
     def chooses(self) -> Mask:
-        """Return which rows (n,) of all that `place` returns are drawn as meshes or depth images as is quicker."""
+        """Return which rows (n,) of `place()` are drawn as mesh or depth images, whichever is quicker (`auto`)."""
         chooses = asked_for(self.scene.objects, self.library, self.forced) == Representation.AUTO
         return np.repeat(chooses, self._rows(self.scene.objects)[2])
 
     def _rows(self, objects: Objects) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
-        """Return how each object (n,) is drawn, the first number that shows it, and how many do."""
+        """Return how each object (n,) is drawn, the first number in `CookedParts` that shows it, and how many do."""
         library, store = self.library, self.store
         representation = asked_for(objects, library, self.forced)
         placeholders = self.placeholders or Placeholders.none(len(library))

@@ -1,4 +1,4 @@
-"""Decide what is drawn of an asset whose depth images are not ready: its mesh, or nothing while that is read, too."""
+"""Choose placeholders for assets whose depth images are still loading or baking: their meshes, once these are read."""
 
 from dataclasses import dataclass
 
@@ -11,21 +11,21 @@ from depthwalk.render.resources.library import Library
 from depthwalk.scene.arrays import OF_MESH, SIMPLIFIED, Objects, Representation
 from depthwalk.types import Array, Mask
 
-# Triangles of all objects of an asset whose mesh stands in for its depth images. More would take seconds a frame, for
-# which a visitor would rather wait than walk.
+# Most triangles of all objects of an asset whose mesh stands in for depth images. More would take seconds per frame,
+# which is worse than waiting.
 _MAX_TRIANGLES = 3_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Placeholders:
-    """Hold what can be drawn of each of a scene's a assets while depth images are made ready.
+    """Hold, for each of a scene's a assets, what can be drawn until its depth images are ready.
 
     Attributes
     ----------
     ready : (a,) whether its depth images can be drawn.
     has_mesh : (a,) whether its mesh can be drawn.
-    representation : (a,) uint8, the `Representation` in which its mesh stands in for depth images that are not ready.
-    too_many : (a,) whether the meshes that would have to stand in have too many triangles, so that nothing is drawn.
+    representation : (a,) uint8, the `Representation` by which its mesh is drawn in place of depth images.
+    too_many : (a,) whether those meshes would have too many triangles, so that nothing is drawn.
     """
 
     ready: Mask
@@ -35,7 +35,7 @@ class Placeholders:
 
     @classmethod
     def none(cls, assets: int) -> "Placeholders":
-        """Return the table of a scene of `assets` assets that are all ready, because frames wait for them."""
+        """Return the table for `assets` assets that are all ready, because frames wait for them."""
         return cls(
             ready=np.ones(assets, bool),
             has_mesh=np.ones(assets, bool),
@@ -47,15 +47,15 @@ class Placeholders:
 def find_placeholders(
     objects: Objects, library: Library, store: AssetStore, forced: Representation | None, viewer: Array | None
 ) -> Placeholders:
-    """Ask for all assets that a scene shows, and find out what can be drawn meanwhile.
+    """Request all assets that a scene shows, and find out what can be drawn until they are ready.
 
-    Where `store.background` is None, frames wait for everything, and everything is ready.
+    Where `store.background` is None, frames wait for all assets, and all are ready.
 
     Parameters
     ----------
     objects : the scene's objects.
-    library : tells which assets have meshes and depth images.
-    store : knows what is ready, and has the rest made so, the assets nearest to the viewer first.
+    library : knows which assets have meshes and depth images.
+    store : knows what is ready, and loads or bakes the rest, the assets nearest to the viewer first.
     forced : the representation of all objects whose asset has it; None: each object's own.
     viewer : (3,) where the viewer stands, metres, world; None: not known.
 

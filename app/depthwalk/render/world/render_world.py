@@ -1,4 +1,4 @@
-"""Keep the scene's objects as they are drawn, in arrays, until objects move or are drawn in another way."""
+"""Keep the scene's objects in arrays as they are drawn, until they move or their representation changes."""
 
 from dataclasses import dataclass
 
@@ -30,9 +30,9 @@ class SceneArrays:
     ----------
     objects : the objects, or parts of objects, as they are drawn.
     bounds : their bounding spheres, world.
-    table : what is known of the assets.
+    table : bounds, levels and index ranges of the assets.
     generation : how often all of this was computed from scratch; impostor tiles of an earlier generation are dropped.
-    choice : which objects are drawn as is quicker, by `auto`; None where none is.
+    choice : which objects are drawn by `auto`, whichever way is quicker; None where none is.
     """
 
     objects: Objects
@@ -49,7 +49,7 @@ class RenderWorld:
     ----------
     scene : the scene whose objects are drawn.
     library : reads meshes and depth images of the scene's assets.
-    assets : gives numbers to what is drawn, and brings it to the GPU.
+    assets : numbers meshes and parts of depth images, and uploads them to the GPU.
     """
 
     def __init__(self, scene: Scene, library: Library, assets: AssetStore) -> None:
@@ -90,7 +90,7 @@ class RenderWorld:
         ----------
         view : the view of the picture.
         min_pixels : diameter of objects, pixels, below which they are left out.
-        which : (a,) the assets in question.
+        which : (a,) the assets to test.
 
         Returns
         -------
@@ -102,7 +102,7 @@ class RenderWorld:
 
     @property
     def _rows(self) -> ObjectRows:
-        """Return in which rows the objects are drawn, as long as nothing else is made ready."""
+        """Return the rows in which the objects are drawn, with the current placeholders."""
         return ObjectRows(
             scene=self._scene,
             library=self._library,
@@ -112,11 +112,11 @@ class RenderWorld:
         )
 
     def take_arrivals(self, viewer: Array) -> None:
-        """Show what was made ready beside the frames; where anything was, all arrays are computed once more.
+        """Take over assets that were loaded or baked in the background; if there are any, recompute all arrays.
 
         Parameters
         ----------
-        viewer : (3,) where the viewer stands, metres, world; what is nearest to it is made ready first.
+        viewer : (3,) where the viewer stands, metres, world; the nearest assets are loaded first.
         """
         self._viewer = viewer
         if self._assets.poll():
@@ -136,7 +136,7 @@ class RenderWorld:
     def is_whole(self) -> bool:
         """Return whether every object of the scene is shown in some way.
 
-        It is False while assets that are still read beside the frames leave some objects out.
+        False while objects are left out because their assets are still being read in the background.
         """
         return len(self.objects()) >= len(self._scene.objects)
 
@@ -146,14 +146,14 @@ class RenderWorld:
         self._changes += 1
 
     def table(self) -> AssetTable:
-        """Return bounds, cylinders and index ranges of the assets, which are loaded first if need be."""
+        """Return bounds, cylinders and index ranges of the assets, loading them first if necessary."""
         options = cook_options(self._scene.render)
         if self._assets.parts.options != options:
             self._assets.release()
             self._assets.parts.options = options
             self._forget()
         if self._table is None:
-            as_in_scene = self._representation in (None, Representation.AUTO)  # other names mean that one alone
+            as_in_scene = self._representation in (None, Representation.AUTO)  # other names allow no fallback
             self._table = asset_table(self.objects(), self._library, self._assets.parts, as_in_scene)
         return self._table
 
@@ -165,7 +165,7 @@ class RenderWorld:
         return self._bounds
 
     def points(self, number: int) -> Array:
-        """Return all points of the surface of an asset, which is read if need be.
+        """Return all points of the surface of an asset, reading it if necessary.
 
         Parameters
         ----------
@@ -183,10 +183,10 @@ class RenderWorld:
         return points if len(points) else np.zeros((1, 3))
 
     def _translucent_points(self, number: int) -> Array:
-        """Return the corners (n, 3) of what lets light through, which depth images do not show, in the part's frame."""
+        """Return the corners (n, 3) of translucent triangles, which depth images lack, in the part's frame."""
         try:
             mesh = self._library.translucent_mesh(self._assets.parts.asset_of(number))
-        except InputError:  # whoever draws it tells
+        except InputError:  # reported when it is drawn
             mesh = None
         if mesh is None:
             return np.zeros((0, 3))
@@ -220,7 +220,7 @@ class RenderWorld:
         )
 
     def _mesh_choice(self) -> MeshChoice | None:
-        """Return which objects are drawn as is quicker, and what was measured of them; None where none is."""
+        """Return which objects are drawn by `auto`, and the advice measured for them; None where none is."""
         objects, table = self.objects(), self.table()
         if self._choice is None and self._has_auto():
             parts = self._assets.parts
@@ -241,7 +241,7 @@ class RenderWorld:
         return forced is Representation.AUTO
 
     def moved(self, changed: slice | None = None) -> None:
-        """Take notice that objects moved; call this after `set_node_transform`.
+        """Update the arrays for objects that moved; call this after `set_node_transform`.
 
         Parameters
         ----------
@@ -262,10 +262,10 @@ class RenderWorld:
 
     @property
     def representation(self) -> Representation | None:
-        """Return how all objects are drawn whose asset allows it.
+        """Return the representation by which all objects are drawn whose asset allows it.
 
-        It is None where each is drawn as the scene says, with meshes in place of depth images near by and, by `auto`,
-        where they are quicker.
+        None where each is drawn as the scene says, with meshes in place of depth images near by and, by `auto`, where
+        they are quicker.
         """
         return self._representation
 
@@ -277,14 +277,14 @@ class RenderWorld:
 
 
 class FrameResidency:
-    """Bring to the GPU what the objects of one frame need, in the order in which they are asked for.
+    """Upload the assets that the objects of one frame need, in the order in which they are asked for.
 
     Parameters
     ----------
     world : the world whose objects are drawn.
-    assets : the store that brings assets to the GPU.
+    assets : the store that uploads assets.
     seconds : time after which no further upload begins, see `AssetStore.stream`; None: the frame waits for all.
-    releases : whether what other frames need may give way, see `AssetStore.stream`.
+    releases : whether assets that other frames need may be evicted, see `AssetStore.stream`.
     """
 
     def __init__(self, world: RenderWorld, assets: AssetStore, seconds: float | None, *, releases: bool = True) -> None:
@@ -294,8 +294,8 @@ class FrameResidency:
         self._needed: list[int] = []
         self._is_needed = np.zeros(len(assets.parts), bool)
         self._is_needed[: assets.parts.first] = True  # meshes, which are always there
-        self._on_gpu: Mask | None = None  # of all numbers, when `resident` was called last
-        self._asked = np.zeros(len(assets.parts), bool)  # for which meshes `is_mesh_resident` was
+        self._on_gpu: Mask | None = None  # for all numbers, when `resident` was called last
+        self._asked = np.zeros(len(assets.parts), bool)  # meshes that `is_mesh_resident` was called for
         self._has_mesh = np.zeros(len(assets.parts), bool)
         if releases:
             assets.meshes.begin_frame()
@@ -306,7 +306,7 @@ class FrameResidency:
         Parameters
         ----------
         rows : (m,) rows of the objects.
-        distance : (m,) how far away they are, metres; None: the nearest come first.
+        distance : (m,) how far away they are, metres; None: `rows` are sorted, nearest first.
 
         Returns
         -------
@@ -325,8 +325,8 @@ class FrameResidency:
     def is_mesh_resident(self, meshes: Rows) -> Mask:
         """Return which meshes may replace depth images in this frame; an `IsResident`.
 
-        The other meshes are being read. A mesh that is not resident when it is first asked for counts as absent for the
-        whole frame, so that all views of the frame agree.
+        The others begin to be read. A mesh that is not resident at the first query counts as absent for the whole
+        frame, so that all views of the frame agree.
 
         Parameters
         ----------
@@ -348,11 +348,11 @@ class FrameResidency:
 
 
 def _in_order(numbers: Rows, urgency: Array | None = None) -> list[int]:
-    """Return each of some numbers (n,) once, those with the least urgency (n,) first; None: as they stand."""
-    each = np.bincount(numbers).nonzero()[0]
-    if len(each) > 1:
-        least = np.full(each[-1] + 1, np.inf)
+    """Return the distinct `numbers` (n,), sorted by their least `urgency` (n,); None: in order of first occurrence."""
+    distinct = np.bincount(numbers).nonzero()[0]
+    if len(distinct) > 1:
+        least = np.full(distinct[-1] + 1, np.inf)
         np.minimum.at(least, numbers, np.arange(len(numbers)) if urgency is None else urgency)
-        each = each[np.argsort(least[each], kind="stable")]
-    in_order: list[int] = each.tolist()
+        distinct = distinct[np.argsort(least[distinct], kind="stable")]
+    in_order: list[int] = distinct.tolist()
     return in_order

@@ -1,6 +1,6 @@
 """Sort objects into cells of neighbours: a bounding volume hierarchy of one level.
 
-A frame tests the boxes of cells first, and only the objects of cells that it may see.
+Culling tests the boxes of cells first, then only the objects of cells that may be visible.
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Ints, Mask, Rows
 
-_OBJECTS = 256  # of a cell; 64 and 1024 took as long
-_LEAF = 64  # objects of runs within a cell that lie even closer together
+_OBJECTS = 256  # per cell; 64 and 1024 took as long
+_LEAF = 64  # objects per run, within a cell, that lie even closer together
 
 
 @dataclass(kw_only=True)
@@ -43,7 +43,7 @@ class SpatialCells:
 
     @cached_property
     def cell_of_row(self) -> NDArray[np.int32]:
-        """Return the cell (n,) of each object; computed when it is first asked for."""
+        """Return the cell (n,) of each object."""
         cell = np.empty(len(self.order), np.int32)
         cell[self.order] = np.repeat(np.arange(len(self.low), dtype=np.int32), np.diff(self.first))
         return cell
@@ -83,7 +83,7 @@ class SpatialCells:
         return int((self.first[cells + 1] - self.first[cells]).sum())
 
     def sample_objects(self, cells: Rows, count: int) -> Rows:
-        """Return some objects of some cells, evenly spread over them.
+        """Return an even sample of the objects of `cells`.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class SpatialCells:
         return box_cylinders(self.low[cells], self.high[cells])
 
     def visible(self, view: View, bounds: Bounds, min_pixels: float, cells: Rows) -> tuple[Rows, Array]:
-        """Return the objects of some cells that the view may show, cell by cell, and where they are.
+        """Return the objects of `cells` that the view may show, cell by cell, and their distances.
 
         Parameters
         ----------
@@ -146,9 +146,9 @@ class SpatialCells:
         return np.asarray(inside & (2 * view.detail_pixels * self.largest >= min_pixels * gap))
 
     def refit(self, bounds: Bounds, rows: slice) -> None:
-        """Fit the boxes of cells to objects that moved.
+        """Refit the boxes of cells whose objects moved.
 
-        Objects stay in their cells: one that went far from the others makes its cell large.
+        Objects stay in their cells: one that moves far from the others makes its cell large.
 
         Parameters
         ----------
@@ -183,7 +183,7 @@ def sort_into_cells(bounds: Bounds) -> SpatialCells:
 
 
 def in_sight(view: View, bounds: Bounds, min_pixels: float, rows: Rows) -> tuple[Rows, Array]:
-    """Return which of some objects the view may show, as `SpatialCells.visible` does of those of cells.
+    """Return which of the objects `rows` the view may show, as `SpatialCells.visible` does for those of cells.
 
     Parameters
     ----------
@@ -194,7 +194,8 @@ def in_sight(view: View, bounds: Bounds, min_pixels: float, rows: Rows) -> tuple
 
     Returns
     -------
-    (m,) int64 rows of those in sight, as they stand, and (m,) distances of their centres, metres along the view axis.
+    (m,) int64 rows of those in sight, in the given order, and (m,) distances of their centres, metres along the view
+    axis.
     """
     return _in_sight(view, bounds, min_pixels, rows.astype(np.int32), np.array([0, len(rows)]), np.zeros(1, np.int64))
 
@@ -230,7 +231,7 @@ def _in_sight(
 
 
 def nearest_first(rows: Rows, forward: Array) -> Rows:
-    """Return some objects in order of their distance; equally distant ones as they stand.
+    """Sort objects by their distance; equally distant ones keep their order.
 
     Parameters
     ----------
@@ -245,7 +246,7 @@ def nearest_first(rows: Rows, forward: Array) -> Rows:
 
 
 def nearest(forward: Array, count: int) -> Rows:
-    """Return which objects are nearest, without putting the others in order.
+    """Return which objects are nearest, without sorting the others.
 
     Parameters
     ----------
@@ -254,7 +255,7 @@ def nearest(forward: Array, count: int) -> Rows:
 
     Returns
     -------
-    (count,), or (m,) if these are fewer: numbers of the nearest, of equally distant ones those that stand first.
+    (count,), or (m,) if these are fewer: indices of the nearest; among equally distant ones, the first.
     """
     if len(forward) <= count:
         return np.arange(len(forward))
@@ -263,7 +264,7 @@ def nearest(forward: Array, count: int) -> Rows:
 
 
 def boxes_about(bounds: Bounds, rows: Rows, size: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the boxes around each `size` of some objects that stand one after the other.
+    """Return the boxes around each run of `size` consecutive objects.
 
     Parameters
     ----------
@@ -302,7 +303,7 @@ def enclosing_boxes(
     radius = bounds.bounding_radius[:, None]
     low = np.minimum.reduceat(bounds.centre - radius, starts)
     high = np.maximum.reduceat(bounds.centre + radius, starts)
-    # Rounding to float32 must not let a sphere out.
+    # Rounding to float32 must not shrink the boxes.
     return (
         np.nextafter(low.astype(np.float32), np.float32(-np.inf)),
         np.nextafter(high.astype(np.float32), np.float32(np.inf)),
