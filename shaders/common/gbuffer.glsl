@@ -1,4 +1,3 @@
-<<<<<<< HEAD
 // Packs a surface into the two words of the G-buffer, and unpacks it again for lighting. Twin: reference/gbuffer.py.
 //   x, from the lowest bits: square root of the linear colour (3 × 8 bits, as fine as sRGB), specular strength (8 bits).
 //   y: world normal on the octahedron (2 × 12 bits, at most 0.06° off), logarithm of the shininess (8 bits; 0: lit already).
@@ -9,14 +8,6 @@
 const uint NORMAL_MASK = (1u << NORMAL_BITS) - 1u, SHININESS_SHIFT = 2u * uint(NORMAL_BITS);
 const float NORMAL_STEPS = float(NORMAL_MASK - 1u);     // even, so that floors and walls have exact normals
 const float SHININESS_STEPS = 254.0;
-=======
-// Packs the surface of a pixel into the G-buffer for the lighting pass, and unpacks it; normals are in world space.
-//   albedo:  RGBA8, colour as its square root (8 bits then suffice), a = specular strength
-//   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS
-#include "common/octahedron.glsl"
-#from depthwalk.limits import MAX_SHININESS
-const float LIT = 0.0;          // instead of the shininess: the pixel is lit already
->>>>>>> words-render
 
 uvec2 packed_surface(vec3 linear, float specular, vec3 normal, float shininess) {
     uvec4 colour = uvec4(clamp(vec4(sqrt(linear), specular), 0.0, 1.0) * 255.0 + 0.5);

@@ -4,13 +4,8 @@
 #include "common/distance.glsl"
 #include "common/gbuffer.glsl"
 #include "gpaa/line.glsl"
-<<<<<<< HEAD
 uniform usampler2D surface_texture;
-uniform float least_fold;           // cosine: surfaces that meet at less are smooth neighbour
-=======
-uniform sampler2D surface_texture;
 uniform float least_fold;           // cosine of the angle below which surfaces that meet are smooth neighbours
->>>>>>> words-render
 
 flat in vec4 ends;
 flat in float silhouette;           // 1, or 0 for a crease between faces that are both seen

@@ -1,4 +1,4 @@
-// Copies one sample of each pixel of the textures that objects and ground were drawn into.
+// Copies one sample of each pixel from the multisampled targets.
 uniform usampler2DMS surface_samples;
 uniform usampler2DMS visibility_samples;
 uniform sampler2DMS depth_samples;

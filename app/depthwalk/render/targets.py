@@ -22,11 +22,7 @@ class Drawn:
 
     Attributes
     ----------
-<<<<<<< HEAD
-    surface, visibility_texture, depth : as the attributes of `Targets` with these names.
-=======
-    albedo, surface, visibility_texture, depth : see the attributes of `Targets` with these names.
->>>>>>> words-render
+    surface, visibility_texture, depth : see the attributes of `Targets` with these names.
     tile_light : likewise; None where tiles are not lit.
     """
 

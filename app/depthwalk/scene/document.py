@@ -15,6 +15,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
+from ruamel.yaml.scanner import Scanner, ScannerError
 
 from depthwalk.errors import InputError, missing_file, quoted
 from depthwalk.ingest.formats import MESH_SUFFIXES
@@ -177,8 +178,22 @@ def _at_offset(name: str, before: str, message: str) -> InputError:
     return located(name, before.count("\n"), len(before) - (before.rfind("\n") + 1), message)
 
 
+class _BoundedScanner(Scanner):
+    """Refuse brackets nested deeper than `MAX_YAML_DEPTH` while they are scanned.
+
+    A bracket may begin a key, so the scanner reads up to 1,024 characters ahead of the composer, which limits the depth
+    as well, and for each token looks at all brackets that are open: a thousand of them cost a million steps.
+    """
+
+    def fetch_flow_collection_start(self, TokenClass: Any, to_push: str) -> None:  # noqa: N803  (ruamel's names)
+        if len(self.indents) + len(self.flow_context) >= MAX_YAML_DEPTH:
+            raise ScannerError(None, None, "maximum depth", self.reader.get_mark())
+        super().fetch_flow_collection_start(TokenClass, to_push)
+
+
 def _compose(text: str, name: str) -> Node | None:
     yaml = YAML(typ="safe", pure=True)
+    yaml.Scanner = _BoundedScanner
     yaml.max_depth = MAX_YAML_DEPTH
     try:
         with warnings.catch_warnings():
