@@ -1,11 +1,13 @@
 """YAML text as values that know where they stand."""
 
+import cProfile
+import pstats
 from pathlib import Path
 
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.scene.document import label, parse_document, read_document
+from depthwalk.scene.document import MAX_YAML_DEPTH, label, parse_document, read_document
 
 TEXT = "version: 1\nobjects:\n  - {asset: box, yaw: 90}\nwalk:\n"
 
@@ -71,3 +73,15 @@ def test_what_is_refused(text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_document(text, "file")
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("before", ["", "objects: ", "a:\n  - "])
+def test_brackets_too_deep_are_refused_at_their_place_and_at_once(before: str) -> None:
+    """Scanning all thousand of them took a million calls; that many characters are read ahead."""
+    profile = cProfile.Profile()
+    with pytest.raises(InputError, match="nested too deeply") as error, profile:
+        parse_document(f"{before}{'[' * 1000}{']' * 1000}", "file")
+    column = MAX_YAML_DEPTH + 1 if not before else MAX_YAML_DEPTH + len("objects: ")
+    if "\n" not in before:
+        assert str(error.value) == f"file:1:{column}: not valid YAML: nested too deeply"
+    assert pstats.Stats(profile).total_calls < 300_000  # type: ignore[attr-defined]
