@@ -74,8 +74,9 @@ one.
 A mesh can take the place of a scene file: it becomes the asset `model`, which has `dpci`, and one object of it stands
 on the origin: `depthwalk view bust.obj`. `view` and `render` turn it as it seems to stand, and say so;
 `--set assets.model.up=y` or `z` says how it stands. A mesh without any height, as a floor of one plane, has no side
-that depth images could show; draw it with `--representation mesh`. A model of nothing but glass has no `dpci`. What
-else of glass and glow a mesh file may hold, [baking](baking.md#glass-and-glow) says.
+that depth images could show; draw it with `--representation mesh`. The same holds for what is more than 40 km or less
+than 1 µm across, unless it gets another `height`. A model of nothing but glass has no `dpci`. What else of glass and
+glow a mesh file may hold, [baking](baking.md#glass-and-glow) says.
 """
 _PATH = """## Path files
 
