@@ -307,6 +307,13 @@ def test_info_describes_files(
     assert re.fullmatch(r"64 × 64, \d\d\.\d % covered, depths \S+ to \S+ m", baked["part top.0"])
 
 
+def test_info_tells_of_colours(run: Callable[..., Any], tmp_path: Path) -> None:
+    mesh = tmp_path / "a.obj"
+    for colour, said in ("", None), (" 1 0 0", "one for each vertex"):
+        mesh.write_text("".join(f"v {place}{colour}\n" for place in ("0 0 0", "1 0 0", "0 1 0")) + "f 1 2 3\n")
+        assert rows(run("info", mesh).stdout).get("colours") == said
+
+
 @pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])
 def test_info_of_a_missing_file(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
     result = run("info", tmp_path / name)

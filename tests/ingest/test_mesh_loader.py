@@ -2,6 +2,7 @@
 
 import logging
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Literal
 
@@ -339,6 +340,20 @@ def test_what_lies_level_has_no_height(tmp_path: Path) -> None:
     wall = load_mesh(path, up="z")
     check_height(wall, path)
     assert np.ptp(wall.positions, axis=0).tolist() == [1, 1, 0]
+
+
+@pytest.mark.parametrize(("side", "fits"), [(1e-7, False), (2e-6, True), (39_000.0, True), (41_000.0, False)])
+def test_depth_images_hold_what_float16_can(tmp_path: Path, side: float, fits: bool) -> None:
+    """What is larger is drawn as polygons, or scaled."""
+    path = tmp_path / "hill.obj"
+    path.write_text(f"v 0 0 0\nv {side} 0 0\nv 0 {side} 0\nv 0 0 {side}\nf 1 2 3\nf 1 2 4\n")
+    mesh = load_mesh(path)
+    with nullcontext() if fits else pytest.raises(InputError, match=r"hill.obj: is \S+ m across, and depth images"):
+        check_height(mesh, path)
+    with nullcontext() if fits else pytest.raises(InputError, match=r"hold 1e-06 to 40000 m; give it another 'height'"):
+        check_mesh(path, upright=True)
+    check_mesh(path)
+    check_height(load_mesh(path, height=2.0), path)
 
 
 def half_of_glass(folder: Path, dissolve: float = 0.5) -> Path:

@@ -56,3 +56,10 @@ def test_what_cannot_be_read(tmp_path: Path, name: str, defect: str) -> None:
     (tmp_path / name).touch()
     with pytest.raises(InputError, match=defect):
         read_soup(tmp_path / name)
+
+
+def test_a_file_of_another_kind_is_no_ply(tmp_path: Path) -> None:
+    path = tmp_path / "really_an_obj.ply"
+    path.write_text("v 0 0 0\nf 1 1 1\n")
+    with pytest.raises(InputError, match=r"really_an_obj\.ply: not a PLY file$"):
+        read_soup(path)

@@ -49,11 +49,25 @@ def test_an_empty_override_is_null() -> None:
         ("count: many", "file:1:8: count: must be a whole number, not 'many'"),
         ("inner: {name: [1]}", "file:1:15: inner.name: must be text, not a list"),
         ("inner: {sise: 1}", "file:1:9: inner.sise: unknown key; did you mean 'size'?"),
+        ("flags: {a: 1}", "file:1:8: flags: must be a list, not a mapping"),
         ("inner: {xyz: 1}", "file:1:9: inner.xyz: unknown key; known here: 'size', 'name'"),
     ],
 )
 def test_messages_are_in_plain_words(text: str, message: str) -> None:
     assert told(text) == [message]
+
+
+class Node(Params):
+    yaw: float = param(0.0, "Yaw")
+    representation: str = param("", "Representation")
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"), [("rotation", "yaw"), ("Rotate", "yaw"), ("represent", "representation"), ("path", None)]
+)
+def test_words_of_other_programs_are_understood(key: str, meant: str | None) -> None:
+    hint = f"; did you mean {meant!r}?" if meant else "; known here: 'yaw', 'representation'"
+    assert told(f"{key}: 1", model=Node) == [f"file:1:1: {key}: unknown key{hint}"]
 
 
 def test_many_keys_are_not_listed() -> None:

@@ -256,6 +256,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     yield "bytes", str(path.stat().st_size)
     yield "triangles", str(len(mesh.faces) + len(mesh.translucent_faces))
     yield "vertices", str(len(mesh.positions))
+    if (mesh.colours < 255).any():
+        yield "colours", "one for each vertex"
     yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
     for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]

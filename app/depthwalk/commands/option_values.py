@@ -200,6 +200,24 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
     return load_scene(path, asset_roots or (), parse_settings(settings))
 
 
+def still_representation(
+    name: RepresentationName, scene: Path, settings: Sequence[str] | None
+) -> "Representation | None":
+    """Return the representation of a single picture of `scene`: of a mesh by itself its polygons, unless told otherwise.
+
+    Baking a mesh takes as long as drawing its polygons a hundred times, and one picture is all that is asked for. Who
+    sets anything about its depth images, by --representation or --set, gets those.
+    """
+    from depthwalk.ingest.formats import MESH_SUFFIXES
+    from depthwalk.scene.arrays import Representation
+
+    asked = any(setting.startswith(("assets.model.dpci", "objects")) for setting in settings or ())
+    is_mesh = scene.suffix.lower() in MESH_SUFFIXES
+    if name is RepresentationName.SCENE and is_mesh and not asked:
+        return Representation.MESH
+    return representation(name)
+
+
 def _auto_or_up_to(most: int, option: str, text: str | None) -> int | Literal["auto"] | None:
     if text is None or text == "auto":
         return text  # type: ignore[return-value]  # a text is not narrowed to its literals

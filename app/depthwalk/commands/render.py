@@ -14,6 +14,7 @@ from depthwalk.commands.option_values import (
     parse_resolution,
     refuse_reuse,
     representation,
+    still_representation,
 )
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
@@ -107,13 +108,16 @@ def main(
             raise typer.Exit(FAILURE)
         return
     cameras = [walk.sample(number / walk.fps) for number in numbers] if walk else []
+    drawn_as = (
+        representation(representation_name) if walk else still_representation(representation_name, scene, settings)
+    )
     keys: list[str] = []
     if output.is_series and walk:
         named = frame_keys(loaded, settings or (), size, str(representation_name), no_background, output.suffix)
         keys = [named.key(camera) for camera in cameras]
     with ExitStack() as stack:
         with without_garbage():
-            headless = stack.enter_context(open_headless(loaded, size, representation(representation_name)))
+            headless = stack.enter_context(open_headless(loaded, size, drawn_as))
         if turned := stand_upright(loaded, headless.renderer):
             log.warning("%s", turned)
         cameras = cameras or [options.apply(loaded.camera or headless.frame_all())]

@@ -26,6 +26,7 @@ log = logging.getLogger(__name__)
 
 LEVEL = 1e-6  # height over extent below which a mesh counts as flat and horizontal
 SMALLEST, LARGEST = 1e-15, 1e15  # extents whose squares float32 can hold
+SMALLEST_BAKED, LARGEST_BAKED = 1e-6, 40_000.0  # m, extents whose diagonals and details float16 can hold
 
 
 def load_mesh(
@@ -138,7 +139,7 @@ def check_mesh(
     height
         Height in metres to which the mesh would be scaled; None takes the file's units for metres.
     upright
-        Whether to raise InputError also for a mesh that is flat and horizontal, so that it cannot be baked.
+        Whether to raise InputError also for a mesh that is flat and horizontal, too large or too small to be baked.
     """
     path = Path(path)
     sources = Sources()
@@ -148,7 +149,7 @@ def check_mesh(
     shown = _retextured(replace(soup, uv=soup.uv[vertices], material=soup.material[solid]), texture, path, sources)
     positions = _placed(soup.positions[vertices], path, up, height)
     if upright:
-        _check_upright(positions.astype(np.float32), path)
+        _check_extent(positions.astype(np.float32), path)
         opaque = np.array([material.opacity is None for material in _drawable(shown, path)], bool)
         _check_opaque(int(opaque[shown.material].sum()), path)
 
@@ -222,8 +223,8 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raise InputError where `mesh`, of the file `path`, cannot be baked: flat and horizontal, or nothing opaque."""
-    _check_upright(mesh.positions, path)
+    """Raise InputError where `mesh`, of the file `path`, cannot be baked: flat, out of range, or nothing opaque."""
+    _check_extent(mesh.positions, path)
     _check_opaque(len(mesh.faces), path)
 
 
@@ -234,7 +235,13 @@ def _check_opaque(faces: int, path: Path) -> None:
         )
 
 
-def _check_upright(positions: NDArray[np.floating], path: Path) -> None:
+def _check_extent(positions: NDArray[np.floating], path: Path) -> None:
+    largest = float(np.ptp(positions, axis=0).max())
+    if not SMALLEST_BAKED <= largest <= LARGEST_BAKED:
+        raise InputError(
+            f"{path}: is {largest:g} m across, and depth images hold {SMALLEST_BAKED:g} to {LARGEST_BAKED:g} m; "
+            "give it another 'height', or draw it as polygons, without 'dpci' or by --representation mesh"
+        )
     if _level(positions):
         raise InputError(
             f"{path}: is flat and horizontal; draw it as polygons, without 'dpci' or by --representation mesh"

@@ -94,7 +94,7 @@ def parse_obj(data: bytes, path: Path) -> ObjMesh:
     columns = _numbers(lines, lines.of(b"v"), b"v")
     polygons = lines.of(b"f")
     if not polygons.any():
-        raise InputError(f"{path}: no faces")
+        raise InputError(f"{path}: no faces; points and lines alone are not drawn")
     sizes = lines.blanks[polygons]
     if sizes.min() < 3:
         raise lines.error(polygons, int(np.argmax(sizes < 3)), "a face needs at least three corners")

@@ -43,6 +43,8 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
     data = sources.read(path)
     if not data:
         raise InputError(f"{path}: empty file")
+    if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
+        raise InputError(f"{path}: not a PLY file")
     try:
         if path.suffix.lower() == ".obj":
             return _read_obj(data, path, sources)

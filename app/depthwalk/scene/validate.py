@@ -30,6 +30,22 @@ _PLAIN_WORDS = {
     "a valid integer": "a whole number",
     "a valid boolean": "true or false",
     "a valid string": "text",
+    "a valid list": "a list",
+}
+_OTHER_PROGRAMS = {  # Words that other programs use for a key of scene or path files.
+    "eye": "position",
+    "file": "mesh",
+    "location": "position",
+    "look_at": "target",
+    "lookat": "target",
+    "model": "mesh",
+    "path": "mesh",
+    "rotate": "yaw",
+    "rotation": "yaw",
+    "src": "mesh",
+    "translate": "position",
+    "translation": "position",
+    "url": "mesh",
 }
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -283,7 +299,13 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
 def _meant(key: str, known: list[str]) -> str:
     """Return the hint of an unknown key: the known one that looks like it, else all of them where they are few."""
     few = len(known) <= MAX_KEYS_NAMED
-    return suggest(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
+    return _hint(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
+
+
+def _hint(key: str, known: list[str]) -> str:
+    """Return `; did you mean 'x'?` with the known key that says what `key` does elsewhere, or that looks like it."""
+    here = _OTHER_PROGRAMS.get(str(key).lower())
+    return f"; did you mean {here!r}?" if here in known else suggest(key, known)
 
 
 def _misspelt(
@@ -292,7 +314,7 @@ def _misspelt(
     """Return the error about the first unknown key of mapping `value` at `loc` that looks like one of those `meant`."""
     known = _keys_at(schema, loc)
     for key in value:
-        if key not in known and (hint := suggest(key, meant)):
+        if key not in known and (hint := _hint(key, meant)):
             return source.error((*loc, key), f"unknown key{hint}", at_key=True)
     return None
 
