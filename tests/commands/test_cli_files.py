@@ -40,17 +40,35 @@ def test_a_mesh_is_a_scene_of_its_own(run: Callable[..., Any], tiny_scene: Path,
 
 
 @pytest.mark.gl
+def test_a_still_of_a_mesh_bakes_nothing(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unless depth images are asked for; the picture is the one that --representation mesh draws."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    ball, small = tiny_scene.with_name("ball.ply"), ("--resolution", "96,64")
+    still, polygons, images = (tmp_path / f"{name}.png" for name in ("still", "polygons", "images"))
+    assert run("render", ball, "-o", still, *small).exit_code == 0
+    assert not list((tmp_path / "cache").rglob("*.npz"))
+    assert run("render", ball, "-o", polygons, *small, "--representation", "mesh").exit_code == 0
+    assert still.read_bytes() == polygons.read_bytes()
+    coarse = "assets.model.dpci={resolution: 32, layers: 1}"
+    assert run("render", ball, "-o", images, *small, "--set", coarse).exit_code == 0
+    assert list((tmp_path / "cache").rglob("*.npz"))
+
+
+@pytest.mark.gl
 def test_what_lies_level_is_drawn_as_polygons(run: Callable[..., Any], tmp_path: Path) -> None:
     """And baked nowhere; what is flat and stands has depth images."""
     floor, out = tmp_path / "floor.obj", tmp_path / "floor.png"
     floor.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")
     refusal = f"{floor}: is flat and horizontal; draw it as polygons, without 'dpci' or by --representation mesh\n"
     drawn = "render", floor, "-o", out, "--resolution", "96,64", "--no-background"
-    for arguments in (("check", floor), ("bake", floor), ("compare", floor), drawn):
+    images = *drawn, "--representation", "dpci"
+    for arguments in (("check", floor), ("bake", floor), ("compare", floor), images):
         result = run(*arguments)
         assert (result.exit_code, result.stderr) == (2, refusal)
     wall = "--set", "assets.model.up=z", "--set", "assets.model.dpci={resolution: 32, layers: 1}"
-    for options in ("--representation", "mesh"), wall:
+    for options in (), ("--representation", "mesh"), wall:
         assert run(*drawn, *options).exit_code == 0
         assert (np.asarray(Image.open(out))[..., 3] == 255).mean() > 0.05
 

@@ -203,10 +203,10 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
 def still_representation(
     name: RepresentationName, scene: Path, settings: Sequence[str] | None
 ) -> "Representation | None":
-    """Return the representation of a single picture of `scene`: of a mesh by itself its polygons, unless told otherwise.
+    """Return the representation for a single picture: that of the scene, but polygons for a mesh without a scene.
 
-    Baking a mesh takes as long as drawing its polygons a hundred times, and one picture is all that is asked for. Who
-    sets anything about its depth images, by --representation or --set, gets those.
+    Baking such a mesh takes as long as drawing its polygons a hundred times, and one picture does not repay that. Its
+    depth images are baked and drawn if --representation asks for them, or --set changes them or the object.
     """
     from depthwalk.ingest.formats import MESH_SUFFIXES
     from depthwalk.scene.arrays import Representation
