@@ -70,8 +70,8 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
 def _distance(points: Array, corners: Array) -> float:
     """Return the largest distance of points (n, 3) from triangles (m, 3, 3), metres.
 
-    Overlapping discs replace the triangles. Distances beside the nearest disc are accurate to within its radius, distances
-    above it are exact.
+    Overlapping discs replace the triangles. Distances beside the nearest disc are accurate to within its radius, and
+    those above it are exact.
     """
     from scipy.spatial import cKDTree
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-# How much of the relief straight below a face applies to a surface depends on two cosines of its normal: with the face's
-# outward direction (rising from LEAST over RANGE) and with the direction from the axis (falling to 0 at MOST).
+# How much of the relief straight below a face applies to a surface depends on two cosines of its normal: with the
+# face's outward direction (rising from LEAST over RANGE) and with the direction from the axis (falling to 0 at MOST).
 SQUARE_LEAST, SQUARE_RANGE = 0.7, 0.25
 WOUND_MOST, WOUND_RANGE = 0.7, 0.4
 

@@ -95,7 +95,7 @@ def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
 
 
 def _empty_side(grid: FaceGrid, steps: int) -> DepthImage:
-    """Return a side image without samples, needed to mark an object that surrounds its axis; a plain lies wholly below."""
+    """Return a side image without samples, which marks objects that surround their axis; a plain lies wholly below."""
     return DepthImage(
         face=Face.SIDE,
         layer=0,

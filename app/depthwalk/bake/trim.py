@@ -98,7 +98,7 @@ def _kept_border(border: BoundaryStrip, owner: NDArray[np.uint8], used: NDArray[
 
 
 def _drawn(owners: NDArray[np.uint8], face: Face) -> NDArray[np.bool_]:
-    """Return which triangles (n,) with corners of `owners` (n, 3) are drawn: those not wholly owned by one other face."""
+    """Return which triangles (n,) with corners of `owners` (n, 3) are drawn: not those owned by one other face."""
     return np.asarray((owners[:, 0] == face) | (owners != owners[:, :1]).any(1))
 
 

@@ -209,8 +209,8 @@ def _seen(caster: RayCaster, behind: _Behind, parallel_map: Map) -> Mask:
 
     A first ray that escapes decides for the samples around it. Samples still in doubt cast a second one. Through a
     narrow opening one ray in hundreds escapes, so these are counted over a wide neighbourhood: if every ray decided
-    only for its own surroundings, the border of the kept area would be frayed at random. A minimum share of escaping rays is
-    required, because stray rays slip out of any scan.
+    only for its own surroundings, the border of the kept area would be frayed at random. A minimum share of escaping
+    rays is required, because stray rays slip out of any scan.
     """
     from scipy.ndimage import maximum_filter
 
