@@ -100,7 +100,7 @@ def _by_material(material: NDArray[np.int64], which: NDArray[np.bool_]) -> tuple
 
 
 def _drawable(soup: Soup, path: Path) -> tuple[Material, ...]:
-    """Return the materials, made opaque or dark with a warning where they would draw more polygons than allowed."""
+    """Return the materials; if too many triangles are translucent, all are made opaque, with a warning."""
     counts = np.bincount(soup.material, minlength=len(soup.materials))
     materials = soup.materials
     too_many = f"more than {MAX_TRANSLUCENT_TRIANGLES}"

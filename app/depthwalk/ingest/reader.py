@@ -100,7 +100,7 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
 
 
 def _split_vertices(columns: list[Indices]) -> tuple[Indices, Indices]:
-    """Number the distinct combinations of indices (C,) at the corners of polygons.
+    """Assign numbers to the distinct combinations of indices (C,) at the corners of polygons.
 
     Returns
     -------
