@@ -1,4 +1,4 @@
-"""Tell what made a measurement: which version of the program, on which machine."""
+"""Describe the origin of a measurement: the version of the program and the machine."""
 
 import os
 import platform
@@ -32,8 +32,8 @@ class Machine:
 
 
 def machine() -> Machine:
-    """Return what this process runs on."""
-    affinity = getattr(os, "sched_getaffinity", None)  # macOS and Windows have none
+    """Return a description of the machine that this process runs on."""
+    affinity = getattr(os, "sched_getaffinity", None)  # missing on macOS and Windows
     return Machine(
         processor=_processor(),
         cores=len(affinity(0)) if affinity else os.cpu_count() or 1,

@@ -112,7 +112,7 @@ def doubled_areas(positions: Array, faces: Rows) -> NDArray[np.float64]:
 
 
 def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Number the distinct rows of an array, so that equal rows have the same number.
+    """Assign numbers to the rows of an array, so that equal rows have the same number.
 
     Parameters
     ----------
