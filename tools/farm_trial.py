@@ -1,13 +1,13 @@
-"""Try a cluster that loses its workers: the same files as one process makes, however many are killed.
+"""Test a cluster that loses its workers: it must produce the same files as one process, however many are killed.
 
     python -m tools.farm_trial --models 200 --frames 1000 --workers 2 --kill-every 5
 
-starts a scheduler and workers on the loopback device, with TLS, and does the same work by one process, by the cluster,
-and by the cluster while a worker is killed every few seconds, and the scheduler once. Workers that are killed are
-started again by their nanny, and what ends besides by what a service manager would do. Prints a table in Markdown.
+starts a scheduler and workers on the loopback device, with TLS, and does the same work in one process, on the cluster,
+and on the cluster while a worker is killed every few seconds, and the scheduler once. Killed workers are restarted by
+their nanny, and other services that end as a service manager would do. Prints a table in Markdown.
 
-Where other work keeps the machine busy, `--busy` counts seconds by the processor time that the cluster has used,
-divided by the number of its workers: about what a clock shows where every worker has a core.
+If other work keeps the machine busy, `--busy` counts seconds by the processor time that the cluster has used, divided
+by the number of its workers: about what a clock shows if every worker has a core.
 """
 
 import argparse
@@ -56,7 +56,7 @@ def write_models(folder: Path, count: int) -> list[Path]:
 
 
 def write_path(file: Path, frames: int) -> None:
-    """Write a walk through the room of so many frames."""
+    """Write a walk through the room with this many frames."""
     last = (frames - 1) / 30
     file.write_text(
         "version: 1\nfps: 30\nkeyframes:\n"
@@ -86,7 +86,7 @@ def certificates(folder: Path) -> dict[str, str]:
 
 
 class Service:
-    """Run a program, and start it again whenever it ends, as a service manager does."""
+    """Run a program, and restart it whenever it ends, as a service manager does."""
 
     def __init__(self, command: Sequence[str], environment: dict[str, str]) -> None:
         self._command, self._environment = command, environment
@@ -106,7 +106,7 @@ class Service:
                 self._process = self._start()
 
     def processes(self) -> "list[psutil.Process]":
-        """Return the process that runs now, and all those that it has started."""
+        """Return the process that runs now, and all its descendants."""
         with contextlib.suppress(psutil.NoSuchProcess):
             process = psutil.Process(self._process.pid)
             return [process, *process.children(recursive=True)]
@@ -155,7 +155,7 @@ class Farm:
     _last: float = 0.0
 
     def cpu(self) -> float:
-        """Return the seconds of a processor that all have used, to be asked for often: what ends is lost with it."""
+        """Return the processor seconds used by all; call it often, since those of ended processes are lost."""
         now = 0.0
         for process in [*self.scheduler.processes(), *self.nanny.processes()]:
             with contextlib.suppress(psutil.NoSuchProcess):
@@ -191,9 +191,9 @@ def farm(folder: Path, workers: int) -> Iterator[Farm]:
 
 @contextlib.contextmanager
 def trouble(farm: Farm, every: float, after: float, busy: bool) -> Iterator[list[str]]:
-    """Kill a worker every so often, and the scheduler once, until the block ends; yield what was killed so far.
+    """Kill a worker at intervals, and the scheduler once, until the block ends; yield what has been killed so far.
 
-    `every` and `after` are seconds, of the workers' processors where `busy` is set; 0 kills nothing.
+    `every` and `after` are seconds, of the workers' processors if `busy` is set; 0 kills nothing.
     """
     killed: list[str] = []
     ended = threading.Event()
@@ -241,7 +241,7 @@ def run(*arguments: object, environment: dict[str, str] | None = None) -> tuple[
 
 
 def listening(farm: Farm) -> str:
-    """Return the addresses on which services listen, as the system tells them, without their ports."""
+    """Return the addresses on which services listen, according to the system, without their ports."""
     hosts = set()
     for process in [*farm.scheduler.processes(), *farm.nanny.processes()]:
         with contextlib.suppress(psutil.NoSuchProcess):
@@ -251,7 +251,7 @@ def listening(farm: Farm) -> str:
 
 
 def differences(first: Path, second: Path) -> int:
-    """Return how many files two folders do not share, byte for byte."""
+    """Return in how many files two folders differ, byte for byte."""
     names = {path.name for folder in (first, second) for path in folder.iterdir()}
     same, _, _ = filecmp.cmpfiles(first, second, names, shallow=False)
     return len(names) - len(same)
@@ -273,7 +273,7 @@ def on_farm(
 
 
 def cache(folder: Path) -> dict[str, str]:
-    """Return the variables by which all runs share a cache of their own."""
+    """Return the variables by which all runs share a separate cache."""
     return {"XDG_CACHE_HOME": str(folder / "cache")}
 
 

@@ -1,9 +1,9 @@
-"""Kill commands at random moments, and let the disk be full at every page of what they write.
+"""Kill commands at random moments, and let the disk fill up at every page that they write.
 
 `python -m tools.faults kill --times 500` ends `bake`, cooking, `render` to pictures and to a video, and the saving of
-a camera path, by SIGKILL; `python -m tools.faults full` gives each a disk of a few pages more than the last time, until
-all fits, and needs `unshare` and the right to mount. After each, every file must be the old one or the whole new one;
-the next run must remove what is left and make the same files. Exits with code 1 where that does not hold.
+a camera path, by SIGKILL; `python -m tools.faults full` gives each a disk a few pages larger than the last time, until
+everything fits, and needs `unshare` and permission to mount. After each, every file must be the old one or the whole
+new one; the next run must remove leftovers and make the same files. Exits with code 1 otherwise.
 """
 
 import contextlib
@@ -48,7 +48,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 
 
 def begin(name: str, folder: Path) -> int:
-    """Begin one of COMMANDS in a process of its own, in `folder`, and return the number of the process."""
+    """Begin one of COMMANDS in a separate process, in `folder`, and return the number of the process."""
     if process := os.fork():
         return process
     code = 1
@@ -90,12 +90,12 @@ def _run(name: str) -> int:
 
 
 def finish(process: int) -> int:
-    """Wait for a process; return its exit code, negative where a signal ended it."""
+    """Wait for a process; return its exit code, negative if a signal ended it."""
     return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
 def prepare(folder: Path) -> None:
-    """Make the inputs of COMMANDS in `folder`, and the folders that they write into."""
+    """Create the inputs of COMMANDS in `folder`, and the folders that they write into."""
     for name in ("in", "out", "cache", "tmp"):
         (folder / name).mkdir()
     for name, text in {"tip.obj": _MESH, "scene.yaml": _SCENE, "path.yaml": _PATH}.items():
@@ -103,7 +103,7 @@ def prepare(folder: Path) -> None:
 
 
 def written(folder: Path, name: str) -> dict[str, bytes]:
-    """Return the results by name; saved paths, which are named by the time, under one name for each content."""
+    """Return the results by name; saved paths, which are named by the time, get one name per content."""
     files = {path.name: path.read_bytes() for path in (folder / "out").iterdir() if path.name[0] != "."}
     return {f"path {hash(data)}": data for data in files.values()} if name == "save" else files
 
@@ -115,7 +115,7 @@ def left_behind(folder: Path) -> list[str]:
 
 
 class Trial:
-    """Try one of COMMANDS in a folder; `wrong` collects what should not be."""
+    """Try one of COMMANDS in a folder; `wrong` collects errors."""
 
     def __init__(self, name: str, folder: Path) -> None:
         prepare(folder)
@@ -148,14 +148,14 @@ class Trial:
         return (self.folder / "said").read_text(errors="replace")
 
     def check(self, when: str) -> None:
-        """Note results that are not those of a run that nothing happened to."""
+        """Record results that differ from those of an undisturbed run."""
         for name, data in written(self.folder, self.name).items():
             if data != self.whole.get(name):
                 self.wrong.append(f"{when}: {name} is another, {len(data)} bytes")
 
 
 def full_disk(name: str, folder: Path) -> tuple[int, list[str]]:
-    """Run one of COMMANDS on full disks; return on how many, and what was wrong."""
+    """Run one of COMMANDS on full disks; return their number, and the errors."""
     trial = Trial(name, folder)
     most = sum((len(data) + _PAGE - 1) // _PAGE for data in trial.whole.values()) + 3
     out, wrong = folder / "out", trial.wrong
@@ -221,7 +221,7 @@ def full(only: Annotated[str, typer.Option(metavar="NAME", help=", ".join(COMMAN
 
 
 def _load() -> None:
-    """Import now what every command would import, so that what is killed is the work."""
+    """Import everything that commands need now, so that kills hit the actual work."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads would not live in the processes that are forked
     import depthwalk.commands.bake
     import depthwalk.commands.baking
@@ -231,7 +231,7 @@ def _load() -> None:
 
 
 def _report(names: list[str], try_one: Callable[[str, Path], tuple[int, list[str]]], what: str) -> None:
-    """Try commands, each in a folder of its own, and print what was wrong."""
+    """Try commands, each in a separate folder, and print the errors."""
     failed = False
     for name in names:
         with tempfile.TemporaryDirectory() as folder:

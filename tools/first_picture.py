@@ -1,11 +1,11 @@
 """Measure when a window shows its first picture: `python -m tools.first_picture MODEL` prints rows for docs/vitals.md.
 
-Measured are whole processes: `depthwalk view MODEL` and `depthwalk demo` until their window shows the first frame, and
+Whole processes are measured: `depthwalk view MODEL` and `depthwalk demo` until their window shows the first frame, and
 `depthwalk render` of the garden to its end; each with an empty cache (cold) and with a full one (warm). With `--against
-DIR` another checkout takes turns, so that ratios hold where other programs run. Besides the time on the clock this
-counts the seconds of processor time of all threads, which depend less on what else runs. Windows need a display, which
-may be that of Xvfb. Bytecode should be compiled in both checkouts, as in an installed program: `python -m compileall
-app`.
+DIR` measurements alternate with another checkout, so that ratios hold even if other programs run. Besides wall-clock
+time, this counts the processor time of all threads in seconds, which depends less on other load. Windows need a
+display, which may be that of Xvfb. Bytecode should be compiled in both checkouts, as in an installed program: `python
+-m compileall app`.
 """
 
 import os
@@ -47,7 +47,7 @@ main()
 
 
 class Cost(NamedTuple):
-    """Hold what the first picture costs: seconds on the clock, and of processor time."""
+    """Hold the cost of the first picture, seconds: wall-clock and processor time."""
 
     wall: float
     cpu: float
@@ -68,14 +68,14 @@ def first_picture(checkout: Path, cache: Path, arguments: list[str]) -> Cost:
     Returns
     -------
     Cost
-        Seconds from the start of the process; of `render`, to its end.
+        Seconds from the start of the process; for `render`, until its end.
 
     Raises
     ------
     CalledProcessError
-        Where the command fails.
+        If the command fails.
     RuntimeError
-        Where it showed no picture.
+        If it showed no picture.
     """
     environment = os.environ | {"PYTHONPATH": str(checkout / "app"), "XDG_CACHE_HOME": str(cache)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)

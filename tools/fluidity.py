@@ -1,12 +1,12 @@
 """Measure how fluid the window is: `python -m tools.fluidity SCENE...` prints a row per scene for docs/walking.md.
 
-A viewer walks at 1.4 m/s and turns by 45° a second, that is along a circle of 1.8 m, for some seconds of real time. The
-pictures are those that the window shows (`walk.shown_frames`), without a window and its widgets. Measured are the time
-from one to the next, how long it takes until a picture shows what the user did, the part of them that neither the last
-frame held nor any picture from within some metres, and afterwards, at some moments, their FLIP against the truth of 16
-samples a pixel, over that of a whole frame of the same camera. Then the viewer stands still, until nothing is drawn any
-more. With `--wander` he goes and turns at random, by up to 90° a second, and everything counts but what comes within a
-second after the first picture.
+A viewer walks at 1.4 m/s and turns by 45° per second, that is along a circle of 1.8 m, for some seconds of real time.
+The pictures are those that the window shows (`walk.shown_frames`), without a window and its widgets. Measured are the
+time from each to the next, the time until a picture shows the user's input, and the part of them that was neither in
+the last frame nor in any picture from within some metres. Afterwards, at some moments, their FLIP against a reference
+of 16 samples per pixel is measured, relative to that of a whole frame of the same camera. Then the viewer stands still
+until nothing is drawn any more. With `--wander` he walks and turns at random, by up to 90° per second, and everything
+counts except the first second after the first picture.
 """
 
 import math
@@ -36,11 +36,11 @@ from depthwalk.walk.shown_frames import ShownFrames
 
 SIZE = 1024, 768
 SPEED, TURN = 1.4, math.radians(45)  # m/s, rad/s
-WARM = 4.0  # s of walking before anything is measured: shaders are compiled, and frames are known to be slow
-KEPT = 6  # pictures that are compared with the truth
-SAMPLES = 4  # of the truth, per pixel along either axis
+WARM = 4.0  # s of walking before measuring begins: shaders are compiled, and frames are known to be slow
+KEPT = 6  # pictures that are compared with the reference
+SAMPLES = 4  # of the reference, per pixel along either axis
 WANDER_WARM = 1.0  # s
-WANDER_TURN, WANDER_REACH = math.radians(90), 20.0  # rad/s at most, metres from where he began
+WANDER_TURN, WANDER_REACH = math.radians(90), 20.0  # largest rad/s, metres from the starting point
 WANDER_SEED = 7
 UPLOAD_SECONDS = 0.008  # as in the window
 
@@ -53,7 +53,7 @@ class Shown(NamedTuple):
 
 
 class Walked(NamedTuple):
-    """Hold what was measured on a walk.
+    """Hold the measurements of a walk.
 
     Attributes
     ----------
@@ -62,13 +62,13 @@ class Walked(NamedTuple):
     delays
         (n,) seconds from an input, at any moment, to the end of the first picture that follows it.
     scene
-        Seconds of work for a frame of the scene, the median.
+        Median time of work for a frame of the scene, seconds.
     unseen
-        The part of the pictures that no frame held, see `ShownFrames.unseen`, the mean, 0 to 1.
+        Mean part of the pictures that no frame covered, see `ShownFrames.unseen`, 0 to 1.
     kept
         Some of the pictures.
     idle
-        Seconds of processor time per second, standing still, after the picture was finished.
+        Processor seconds per second at rest, after the picture was finished.
     """
 
     intervals: NDArray[np.float64]
@@ -80,7 +80,7 @@ class Walked(NamedTuple):
 
 
 def camera_at(start: Camera, seconds: float) -> Camera:
-    """Return the camera of a viewer who walks ahead from `start` and turns to the left all the time."""
+    """Return the camera of a viewer who walks ahead from `start` while turning to the left."""
     up, angle = glm.dvec3(0, 1, 0), TURN * seconds
     ahead = glm.normalize(glm.dvec3(start.look.x, 0, start.look.z))
     radius = SPEED / TURN
@@ -91,10 +91,10 @@ def camera_at(start: Camera, seconds: float) -> Camera:
 
 
 def wandering(start: Camera, seconds: float) -> Callable[[float], Camera]:
-    """Return the camera, by time, of a viewer who for some seconds goes and turns at random, from `start` on.
+    """Return the camera, by time, of a viewer who walks and turns at random for some seconds, beginning at `start`.
 
-    Every second or two he chooses how fast to turn, and whether to stand still; what is too far from where he began
-    makes him turn back.
+    Every second or two he chooses how fast to turn, and whether to stand still; too far from the starting point, he
+    turns back.
     """
     rng, step = np.random.default_rng(WANDER_SEED), 0.02
     place, look = np.array(start.position), start.look
@@ -136,7 +136,7 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
     camera_of
         Returns the camera at a time, seconds from the beginning.
     seconds
-        How long is measured.
+        Duration of the measurement.
     warm
         Seconds before that.
     """
@@ -159,7 +159,7 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
         try:
             intervals, drawing, scene_seconds, unseen = [], [], [], []
             kept: list[Shown] = []
-            show(camera_of(0.0), 0.0)  # nobody walks before there is a picture
+            show(camera_of(0.0), 0.0)  # the walk begins once there is a picture
             begin = before = time.perf_counter()
             while (now := time.perf_counter()) < begin + warm + seconds:
                 camera = camera_of(now - begin)
@@ -190,7 +190,7 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
 
 
 def input_delays(intervals: NDArray[np.float64], drawing: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how long inputs, one each millisecond, wait for the end of the first picture that is begun after them.
+    """Return how long inputs, one each millisecond, wait for the end of the first picture that begins after them.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def input_delays(intervals: NDArray[np.float64], drawing: NDArray[np.float64]) -
 
 
 def pictures(scene: Scene, cameras: list[Camera], size: tuple[int, int]) -> list[NDArray[np.uint8]]:
-    """Return whole frames of a scene, each as if it were the first."""
+    """Return whole frames of a scene, each drawn as if it were the first."""
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), size) as headless:
         found = []
         for camera in cameras:
@@ -216,7 +216,7 @@ def pictures(scene: Scene, cameras: list[Camera], size: tuple[int, int]) -> list
 
 
 def averaged(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the picture (h, w, 3) of the means of `SAMPLES` × `SAMPLES` pixels each, taken of linear light."""
+    """Return the picture (h, w, 3) of the means of `SAMPLES` × `SAMPLES` pixels each, in linear light."""
     height, width, _ = picture.shape
     linear = linear_from_srgb8(picture)
     return srgb8_from_linear(linear.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, 3).mean((1, 3)))

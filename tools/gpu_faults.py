@@ -1,9 +1,9 @@
-"""Let the GPU fail at many places of a walk in a window, or of pictures without one, and look whether they go on.
+"""Make the GPU fail at many points of a walk in a window, or of pictures without one, and test that they continue.
 
-`python -m tools.gpu_faults SCENE --places 200` needs a display, unless `--no-window` is given. At each place the n-th
-creation of a GL object raises, as a driver does that has no memory or refuses a shader; at every tenth place the
-context counts as lost. After each failure the picture at rest, the living GL objects and the camera must be what they
-were. Exits with code 1 where they are not.
+`python -m tools.gpu_faults SCENE --places 200` needs a display, unless `--no-window` is given. Each time, the n-th
+creation of a GL object raises, like a driver that has no memory or rejects a shader; every tenth time the context
+counts as lost. After each failure the picture at rest, the living GL objects and the camera must be the same as before.
+Exits with code 1 if they are not.
 """
 
 import time
@@ -39,23 +39,23 @@ SIZE = 320, 240
 
 
 class Fault:
-    """Raise `moderngl.Error` where a GL object is created, once.
+    """Raise `moderngl.Error` once, when a GL object is created.
 
     Attributes
     ----------
     created
-        How many objects were created, or would have been, since `after`.
+        Number of objects created since `after`, including the failed one.
     """
 
     def __init__(self) -> None:
         self.created, self._left = 0, -1
 
     def after(self, creations: int) -> None:
-        """Let the creation after so many others raise; a negative number lets none."""
+        """Make the creation after this many others raise; a negative number makes none raise."""
         self.created, self._left = 0, creations
 
     def note(self, name: str) -> None:
-        """Count the creation of an object by the method `name`. Raises moderngl.Error where its turn has come."""
+        """Count the creation of an object by the method `name`. Raises moderngl.Error for the chosen one."""
         self.created += 1
         self._left -= 1
         if self._left == -1:
@@ -84,13 +84,13 @@ def faulty_contexts() -> Iterator[Fault]:
 
 
 class Walk:
-    """A walk in a window that is looked at between its frames. Use it in a `with` block."""
+    """A walk in a window that is inspected between its frames. Use it in a `with` block."""
 
     def __init__(self, file: Path) -> None:
         scene = load_scene(file)
-        scene.render.reprojection.mode = "off"  # frames that depend on the clock are not the same twice
+        scene.render.reprojection.mode = "off"  # frames that depend on the clock are not reproducible
         self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
-        self._walk.beside.loads_kernels = True  # they round otherwise than NumPy
+        self._walk.beside.loads_kernels = True  # prevents loading them, as they round differently from NumPy
         self._scene = scene
 
     def __enter__(self) -> "Walk":
@@ -103,16 +103,16 @@ class Walk:
 
     @property
     def camera(self) -> Camera:
-        """Where the viewer is."""
+        """The viewer's camera."""
         return self._walk.state.camera
 
     @property
     def live(self) -> dict[str, int]:
-        """How many GL objects live, by kind."""
+        """Number of living GL objects, by kind."""
         return dict(+self._walk.device.live)
 
     def fail(self, lost: bool) -> None:
-        """Let the context be lost, or an object be refused, before the next frame."""
+        """Make the context be lost, or an object be rejected, before the next frame."""
         self._walk.recovery.forget()  # it is not the same failure again
         if lost:
             self._walk.device._status = lambda: _RESET
@@ -152,11 +152,11 @@ class Pictures:
 
     @property
     def live(self) -> dict[str, int]:
-        """How many GL objects live, by kind."""
+        """Number of living GL objects, by kind."""
         return dict(+self._headless.device.live)
 
     def fail(self, lost: bool) -> None:
-        """Let the context be lost, or an object be refused, before the next picture."""
+        """Make the context be lost, or an object be rejected, before the next picture."""
         self._must_make_anew = not lost
         if lost:
             self._headless.device._status = lambda: _RESET

@@ -1,14 +1,14 @@
 """Measure frames of the scenes' walks on this machine's GPU: `python -m tools.gpu_table` prints tables for the docs.
 
-Of each walk, after frames that are not counted: *frame*, from the first call until the picture is finished, by the
-clock; *in a row*, the time of one of many frames that nobody waits for in between, which is what a window shows; *GPU*,
-the sum of the timer queries of all passes; *Python*, the processor time of the drawing thread, which is what the CPU
-takes of each frame: Python, NumPy, and what the driver does within its calls. A second table has the passes, a third
-how far pictures differ from those of another machine.
+Measured for each walk, after warm-up frames: *frame*, wall-clock time from the first call until the picture is
+finished; *in a row*, the time of one of many frames drawn without waiting in between, as a window does; *GPU*, the sum
+of the timer queries of all passes; *Python*, the processor time of the drawing thread, which is the CPU's part of each
+frame: Python, NumPy, and the driver within its calls. A second table lists the passes, a third how far pictures differ
+from those of another machine.
 
-`--pictures DIR` writes a picture of each walk, as `render` would draw it; `--compare DIR` gives the FLIP against those
-in a folder, of the same names. A software rasteriser is refused unless `--software` is given: there neither queries nor
-the drawing thread tell what a GPU would take.
+`--pictures DIR` writes a picture of each walk, as `render` would draw it; `--compare DIR` gives the FLIP against the
+pictures of the same names in a folder. A software rasteriser is refused unless `--software` is given: with it, neither
+queries nor the drawing thread show what a GPU would take.
 """
 
 import argparse
@@ -41,23 +41,23 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.types import Picture
 
-_WARM = 30  # frames that are not counted: shaders are compiled, assets sent, impostors warped
+_WARM = 30  # frames that are not counted: shaders are compiled, assets uploaded, impostors warped
 _MILLION = {"objects.0.grid.count": "[1000, 1000]"}  # of the plaza
-# Milliseconds of the GPU's frame that are wanted at 1920 × 1080, and of Python in each.
+# Goals for the GPU time of a frame at 1920 × 1080, and for Python's time in each, milliseconds.
 _GOALS = {"plaza": 4.0, "plaza, 1,000,000": 16.0, "garden": 6.0}
 _PYTHON_GOAL = 3.0
 
 
 @dataclass(kw_only=True)
 class Measured:
-    """Hold what the frames of one walk took, milliseconds.
+    """Hold the times of the frames of one walk, milliseconds.
 
     Attributes
     ----------
-    frame : of each frame by the clock, until it was finished.
-    in_a_row : of one of the frames that are drawn without waiting.
+    frame : wall-clock time of each frame until it was finished.
+    in_a_row : time of one of the frames that are drawn without waiting.
     python : processor time of the drawing thread in each of those.
-    passes : of each pass in each frame whose times are known; steps of the CPU are among them.
+    passes : time of each pass in each frame whose times are known, including steps of the CPU.
     picture : (H, W, 3) the last frame.
     """
 
@@ -94,7 +94,7 @@ def measure(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> Measured:
         found.python.append(1e3 * (time.thread_time() - began))
     finish()
     found.in_a_row = 1e3 * (time.perf_counter() - start) / len(views)
-    headless.renderer.remembers = False  # what is kept of earlier frames depends on how they were drawn
+    headless.renderer.remembers = False  # what is reused from earlier frames depends on how they were drawn
     headless.draw(views[-1])
     found.picture = headless.pixels()[..., :3]
     return found
@@ -107,7 +107,7 @@ def _gpu(found: Measured, steps: Sequence[str] = ("cull", "upload", "plan", "occ
 
 
 def _row(name: str, found: Measured) -> str:
-    """Return the row of a walk: with its goals, where it has any."""
+    """Return the row of a walk, with its goals if it has any."""
     p50, p99 = np.percentile(found.frame, (50, 99))
     gpu, python = sum(_gpu(found).values()), statistics.median(found.python)
     goal = f"{_GOALS[name]:g} · {_PYTHON_GOAL:g}" if name in _GOALS else ""
@@ -128,7 +128,7 @@ def _compared(name: str, picture: Picture, folder: Path) -> str:
 
 
 def _walks(extra: Path | None) -> list[tuple[Walk, dict[str, str]]]:
-    """Return the walks with what is set otherwise in their scenes; None: without those of the folder `extra`."""
+    """Return the walks with the values to replace in their scenes; None: without those of the folder `extra`."""
     found: list[tuple[Walk, dict[str, str]]] = [(walk, {}) for walk in walks(extra)]
     night = Walk(name="night", scene=ROOT / "scenes/night.yaml", path=ROOT / "scenes/paths/night.yaml")
     found.insert(1, (night, {}))
@@ -139,7 +139,7 @@ def _walks(extra: Path | None) -> list[tuple[Walk, dict[str, str]]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print which GPU draws, then the tables."""
+    """Print the name of the GPU, then the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--size", type=int, nargs=2, default=(1920, 1080), help="of the pictures, pixels")
     parser.add_argument("--frames", type=int, default=120, help="of each walk")

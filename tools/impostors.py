@@ -1,10 +1,10 @@
-"""Measure impostors of whole objects against each other: warped depth images, octahedral impostors and billboards.
+"""Compare impostors of whole objects: warped depth images, octahedral impostors and billboards.
 
 `python -m tools.impostors MESH …` draws each mesh in every representation, near and far, alone and in a crowd, while
 the camera walks around it. Octahedral impostors get as many bytes of textures as the object's depth images take on the
-GPU. All ways take turns, frame by frame. Pictures are compared with the mesh, drawn with 16 samples per pixel.
+GPU. All ways alternate, frame by frame. Pictures are compared with the mesh, drawn with 16 samples per pixel.
 
-What is compared is processor time, of all threads: where a software rasteriser shares the cores with others, the clock
+Times are processor time of all threads: if a software rasteriser shares the cores with other programs, wall-clock time
 says little.
 """
 
@@ -49,7 +49,7 @@ _MANY = f"{{grid: {{asset: model, count: [{_CROWD}, {_CROWD}], spacing: [{_SPACI
 
 @dataclass(frozen=True)
 class Way:
-    """Say how objects are drawn: in which representation, by which passes, and with which further settings, as YAML."""
+    """Describe how objects are drawn: representation, passes, and further settings as YAML."""
 
     representation: Representation
     passes: tuple[str, ...]
@@ -57,7 +57,7 @@ class Way:
 
 
 def ways(resolution: int) -> dict[str, Way]:
-    """Return the ways that are compared, the octahedral ones with views of `resolution` texels."""
+    """Return the ways to compare, the octahedral ones with views of `resolution` texels."""
     octahedral = f"resolution: {resolution}"
     drawn = Representation.OCTAHEDRAL, ("octahedral",)
     return {
@@ -78,7 +78,7 @@ def scene_with(folder: Path, mesh: Path, up: str, objects: str, render: str) -> 
 
 
 def cameras_at(metres: float, frames: int) -> list[Camera]:
-    """Return the cameras of a walk around the object, which is half a metre above its base in the middle."""
+    """Return the cameras of a walk around the object, looking at the point half a metre above its base."""
     middle = np.array([0.0, 0.5, 0.0])
     found = []
     for number in range(frames):
@@ -90,7 +90,7 @@ def cameras_at(metres: float, frames: int) -> list[Camera]:
 
 
 def equal_resolution(library: SceneLibrary, views: int) -> tuple[int, int]:
-    """Return how many texels a side octahedral views have that fit the bytes of an asset's depth images, and these."""
+    """Return the side, texels, of octahedral views that fit the bytes of an asset's depth images, and those bytes."""
     size = sum(part.bytes for part in library.cooked(0, CookOptions()))
     return min(max(int(math.sqrt(size / _TEXEL_BYTES) / views), 8), 256), size
 

@@ -1,4 +1,4 @@
-"""Make the panorama of scenes/paper: colour and depth of a room with two tables, seen from one point all round.
+"""Make the panorama of scenes/paper: colour and depth of a room with two tables, seen all round from one point.
 
 `python -m tools.make_panorama [FOLDER]` writes a colour image and a depth image, 16 bits, in counts of `UNIT` metres,
 as `depth_image: {panorama: …}` of a scene file takes them. Through the window nothing is measured.
@@ -20,7 +20,7 @@ from depthwalk.ingest.range_image import PanoramaLens
 from depthwalk.resources import asset_root, scene_root
 
 WIDTH, HEIGHT = 768, 272  # pixels
-HORIZON = 119.5  # row, from the top: more is seen of the floor than of the ceiling
+HORIZON = 119.5  # row, from the top: more of the floor is visible than of the ceiling
 EYE = (0.0, 1.4, 0.2)  # metres, world
 UNIT = 0.0005  # metres
 # Name of the model's file in assets/, its position in metres, its turn about +Y in degrees, and its scale.
@@ -74,7 +74,7 @@ def make_panorama() -> tuple[Image.Image, Image.Image]:
 
 
 def main() -> None:
-    """Write both pictures to the folder that the command line names, else to the folder of the shipped ones."""
+    """Write both pictures to the folder given on the command line, otherwise to that of the shipped ones."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else scene_root() / "paper" / "panorama"
     depth, colour = make_panorama()
     depth.save(folder / "room_depth.png", optimize=True)

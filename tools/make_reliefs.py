@@ -1,7 +1,7 @@
-"""Make the reliefs of scenes/paper: depth and colour of shipped models, seen from the front in parallel.
+"""Make the reliefs of scenes/paper: depth and colour of shipped models, in parallel projection from the front.
 
 `python -m tools.make_reliefs [FOLDER]` writes a depth image, 16 bits, white in front, and a colour image for each.
-Where a model does not fill its square, a wall stands behind it, at the depth where the picture is black.
+Where a model does not fill its square, a wall is placed behind it, at the depth where the picture is black.
 """
 
 import sys
@@ -23,14 +23,14 @@ _WALL = (0.42, 0.40, 0.37)  # linear
 
 
 class Relief(NamedTuple):
-    """Say what a relief shows: a square part of a model, seen along −z.
+    """Define what a relief shows: a square part of a model, seen along −z.
 
     Attributes
     ----------
     mesh
         Name of the model's file in assets/.
     middle
-        x and y of the square's middle, metres, in the model's frame.
+        x and y of the square's centre, metres, in the model's frame.
     size
         Width and height of the square, metres.
     """

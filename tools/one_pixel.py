@@ -1,8 +1,8 @@
 """Follow one pixel from a file of depth images to the screen: `python -m tools.one_pixel MODEL X Y`.
 
-Draws the model alone, reads back what each pass left at the pixel, X from the left and Y from the top, and computes
-from the impostor's tile, as `docs/one-pixel.md` tells it, which point of the surface the pixel shows. That this point
-is as far away as the depth buffer says, and appears in this pixel, is checked here.
+Draws the model alone, reads back the output of each pass at the pixel, X from the left and Y from the top, and computes
+from the impostor's tile, as described in `docs/one-pixel.md`, which point of the surface the pixel shows. It is checked
+that this point is at the distance in the depth buffer, and appears in this pixel.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 
-_MOST_OFF = 1e-3  # of the distance, and pixels from the pixel's middle: what 24 bits of depth leave
+_MOST_OFF = 1e-3  # of the distance, and pixels from the pixel's centre: the precision of 24-bit depth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,9 +45,9 @@ class Read:
     ----------
     record : the impostor's `tile_records.COMPOSITE_RECORD`.
     texel : (2,) column and row in the atlas of the texel that the pixel shows.
-    stored : what the tile's depth holds there, 1 − nearest·λ/w.
+    stored : the value in the tile's depth there, 1 − nearest·λ/w.
     owner : the number of the image that owns the texel, with its flags.
-    distance : what the visibility buffer says, metres along the view axis.
+    distance : the distance in the visibility buffer, metres along the view axis.
     albedo : (3,) linear colour in the G-buffer.
     lit : (3,) linear light.
     """
@@ -62,7 +62,7 @@ class Read:
 
 
 class ReadPass(Pass[Params]):
-    """Read what the passes before left at one pixel; draws nothing."""
+    """Read the output of the earlier passes at one pixel; draws nothing."""
 
     name = "read"
     reads = ("atlas", "visibility", "surface", "lit")
@@ -74,10 +74,10 @@ class ReadPass(Pass[Params]):
         self.found: Read | None = None
 
     def setup(self, gl: Scope) -> None:
-        """Make nothing through `gl`: this pass only reads."""
+        """Create nothing through `gl`: this pass only reads."""
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Keep what the targets of `frame` hold; nothing where no impostor is seen."""
+        """Keep the contents of the targets of `frame` at the pixel; nothing if no impostor is visible there."""
         targets, quads = frame.targets, frame.plan.composite
         column, row = self._x, frame.view.size[1] - 1 - self._y  # targets begin at the bottom
         visible = _texels(targets.visibility_texture, np.uint32, 2)[row, column]
@@ -143,7 +143,7 @@ def trace(read: Read) -> Trace:
 
 
 def lines(read: Read, found: Trace, baked: BakedObject, shown: NDArray[np.uint8]) -> list[str]:
-    """Return the lines that tell the way of the pixel, whose sRGB colour is `shown` (3,), from the file on."""
+    """Return lines that describe the way of the pixel, whose sRGB colour is `shown` (3,), from the file on."""
     face, layer = Face(read.owner >> FACE_SHIFT & 7), read.owner & 7
     image = next(image for image in baked.images if (image.face, image.layer) == (face, layer))
     grid = FaceGrid.of(baked.cylinder, image)
@@ -169,7 +169,7 @@ def _numbers(values: NDArray[Any]) -> str:
 
 
 def check(found: Trace, read: Read, view: View, pixel: tuple[int, int], distance: float) -> None:
-    """Raise RuntimeError where the point of `found` does not appear in `pixel`, `distance` metres away."""
+    """Raise RuntimeError if the point of `found` does not appear in `pixel`, `distance` metres away."""
     scale = float(read.record["viewer"][3])
     from_viewer = scale * rotate(read.record["rotation"].astype(float), found.point - read.record["viewer"][:3])
     across, up, ahead = view.axes @ from_viewer
@@ -181,9 +181,9 @@ def check(found: Trace, read: Read, view: View, pixel: tuple[int, int], distance
 
 
 def follow(model: Path, pixel: tuple[int, int], size: tuple[int, int]) -> list[str]:
-    """Draw `model` in a picture of `size` (width, height) and return what was found at `pixel`, a line for each pass.
+    """Draw `model` in a picture of `size` (width, height) and return the findings at `pixel`, a line for each pass.
 
-    Raises InputError where the model or the pixel cannot be used, GpuError where nothing can be drawn.
+    Raises InputError if the model or the pixel cannot be used, GpuError if nothing can be drawn.
     """
     if not all(0 <= at < side for at, side in zip(pixel, size, strict=True)):
         raise InputError(f"{pixel[0]} {pixel[1]}: is outside the picture of {size[0]} × {size[1]} pixels")
@@ -207,7 +207,7 @@ def follow(model: Path, pixel: tuple[int, int], size: tuple[int, int]) -> list[s
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print what `follow` found."""
+    """Print the result of `follow`."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("model", type=Path)
     parser.add_argument("pixel", type=int, nargs=2, metavar=("X", "Y"))

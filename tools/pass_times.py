@@ -1,8 +1,8 @@
-"""Measure what each pass of a frame costs, in turn by the shaders of several folders.
+"""Measure the cost of each pass of a frame, alternating between the shaders of several folders.
 
 `python -m tools.pass_times SCENE --distance 3.2 --shaders shaders tried` walks about the target of the scene's camera.
-After each pass it waits for the picture and takes the processor time of all threads, which says more than the clock
-where others share the cores. Folders take turns frame by frame; ratios are medians of those of frames.
+After each pass it waits for the picture and takes the processor time of all threads, which says more than wall-clock
+time if other programs share the cores. Folders alternate frame by frame; ratios are medians of those of frames.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def measure_frame(headless: HeadlessRenderer, view: View) -> dict[str, float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print a table: a row for each pass, a column for each folder, milliseconds and what part of the first's."""
+    """Print a table: a row for each pass, a column for each folder, milliseconds and ratios to the first's."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scene", type=Path)
     parser.add_argument("--shaders", type=Path, nargs="+", default=[shader_root()], help="folders, in turn")
@@ -86,9 +86,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def measure(folders: Sequence[Path], drawn: Sequence[HeadlessRenderer], views: Sequence[View]) -> list[Times]:
-    """Return the times of the frames that count, for each folder, whose own renderer of `drawn` draws all `views`.
+    """Return the times of the counted frames for each folder, whose own renderer in `drawn` draws all `views`.
 
-    Raises GpuError, which begins with the folder, where one of its shaders does not compile.
+    Raises GpuError, with a message that begins with the folder, if one of its shaders does not compile.
     """
     times: list[Times] = [{} for _ in folders]
     for folder, headless in zip(folders, drawn, strict=True):

@@ -1,7 +1,7 @@
-"""Turn meshes by rotations taken by chance: `python -m tools.pose_models FOLDER MESH=SEED...`.
+"""Turn meshes by random rotations: `python -m tools.pose_models FOLDER MESH=SEED...`.
 
-Nobody would stand them so. Each is scaled so that it fits into a cube of 1 m, loses its texture, and is written to
-FOLDER as NAME-SEED.ply.
+These are poses that no one would choose. Each mesh is scaled to fit into a cube of 1 m, loses its texture, and is
+written to FOLDER as NAME-SEED.ply.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from depthwalk.ingest.loader import load_mesh
 
 
 def posed(mesh: Path, seed: int) -> Model:
-    """Return the mesh of a file, turned by the rotation that `seed` gives, its longest side 1 m."""
+    """Return the mesh of a file, turned by the rotation from `seed`, with its longest side 1 m."""
     loaded = load_mesh(mesh)
     rotation = Rotation.random(rng=np.random.default_rng(seed))
     positions, normals = rotation.apply(loaded.positions), rotation.apply(loaded.normals)

@@ -1,11 +1,11 @@
-"""Measure ways to draw a planar depth image against each other: Table 2 of Liu, Liu and Wu 2007.
+"""Compare ways to draw a planar depth image: Table 2 of Liu, Liu and Wu 2007.
 
 `python -m tools.rivals` draws a relief of 512 × 512 texels that fills much of 1024 × 768 pixels, from several views and
-in every representation that a relief has. The camera moves from frame to frame and nothing is kept, so each impostor is
-warped anew. All ways take turns, frame by frame. Pictures are compared with the true displaced surface, all of its
+in every representation that a relief has. The camera moves from frame to frame and nothing is reused, so each impostor
+is re-warped. All ways alternate, frame by frame. Pictures are compared with the true displaced surface, all of its
 triangles drawn with 16 samples per pixel.
 
-What is compared is processor time, of all threads: where a software rasteriser shares the cores with others, the clock
+Times are processor time of all threads: if a software rasteriser shares the cores with other programs, wall-clock time
 says little.
 """
 
@@ -50,7 +50,7 @@ render: {{aa: none, {render}}}
 
 @dataclass(frozen=True)
 class Way:
-    """Say how the relief is drawn: in which representation, by which passes alone, and with which settings, as YAML."""
+    """Describe how the relief is drawn: representation, timed passes, and settings as YAML."""
 
     representation: Representation
     passes: tuple[str, ...]
@@ -68,7 +68,7 @@ PUBLISHED = {"relief": 11.6, "distance": 3.7, "dmesh": 3.9}  # times as long as 
 
 @dataclass
 class Times:
-    """Hold the times of one way in one view, milliseconds of processor time a frame; `clock` that of the clock."""
+    """Hold the times of one way in one view, milliseconds of processor time per frame; `clock`: wall-clock time."""
 
     frame: list[float] = field(default_factory=list)
     passes: list[float] = field(default_factory=list)
@@ -87,7 +87,7 @@ def write_scenes(folder: Path, name: str, side: int, depth: float) -> dict[str, 
 
 
 def camera_at(degrees: float) -> Camera:
-    """Return the camera that looks at the relief's middle from so far to its side."""
+    """Return the camera that looks at the relief's centre from `degrees` to its side."""
     turn = np.radians(degrees)
     middle = np.array([0.0, 0.5, -0.1])
     place = middle + _AWAY * np.array([np.sin(turn), 0.12, np.cos(turn)])
@@ -97,9 +97,9 @@ def camera_at(degrees: float) -> Camera:
 def time_ways(
     ways: Mapping[str, HeadlessRenderer], passes: Mapping[str, Sequence[str]], cameras: Sequence[Camera]
 ) -> dict[str, Times]:
-    """Return the times of all ways, which take turns frame by frame; the first `WARM` frames are not counted.
+    """Return the times of all ways, which alternate frame by frame; the first `WARM` frames are not counted.
 
-    passes: by way, the passes that are timed besides the whole frame.
+    passes: by way, the passes that are timed in addition to the whole frame.
     """
     times: dict[str, Times] = defaultdict(Times)
     spent: dict[str, float] = defaultdict(float)
@@ -137,7 +137,7 @@ def picture(headless: HeadlessRenderer, camera: Camera) -> tuple[Picture, Mask]:
 
 
 def ratio(times: Sequence[float], base: Sequence[float]) -> float:
-    """Return the median over frames of how many times as long as `base` one way took in the same turn."""
+    """Return the median, over frames, of one way's time relative to that of `base` in the same turn."""
     return statistics.median(own / other for own, other in zip(times, base, strict=True))
 
 

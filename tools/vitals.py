@@ -1,10 +1,10 @@
-"""Measure in two minutes what a user meets: `python -m tools.vitals` prints a row for docs/vitals.md.
+"""Measure in two minutes what matters to users: `python -m tools.vitals` prints a row for docs/vitals.md.
 
 First picture: the whole process of `depthwalk render scenes/garden.yaml`, with an empty cache (cold) and with the one
-that it left (warm). Walk: the median frame of `depthwalk bench` along stretches of a path, 30 frames a second. Share:
-of the pixels that show objects, the part that depth images drew, over views along the paths. With `--against DIR`,
-another checkout is measured in turn, so that a ratio holds on a machine whose speed changes. It may be an older one:
-only the command line and the shipped scenes are used of both.
+that it left (warm). Walk: the median frame of `depthwalk bench` along stretches of a path, 30 frames per second. Share:
+the part of the pixels showing objects that depth images drew, over views along the paths. With `--against DIR`,
+measurements alternate with another checkout, so that a ratio holds on a machine whose speed changes. That checkout may
+be older: of both, only the command line and the shipped scenes are used.
 """
 
 import json
@@ -35,7 +35,7 @@ class Walk:
     Attributes
     ----------
     name
-        What the printed row calls the walk.
+        Name of the walk in the printed row.
     scene, path
         The scene file and the path file.
     """
@@ -46,7 +46,7 @@ class Walk:
 
 
 def walks(extra: Path | None) -> list[Walk]:
-    """Return the shipped walks, and the one through the plaza where the folder `extra` has it; None for no folder."""
+    """Return the shipped walks, and the one through the plaza if the folder `extra` has it; None for no folder."""
     found = [
         Walk(name=name, scene=ROOT / f"scenes/{name}.yaml", path=ROOT / f"scenes/paths/{name}.yaml")
         for name in ("garden", "room")
@@ -57,7 +57,7 @@ def walks(extra: Path | None) -> list[Walk]:
 
 
 def run(checkout: Path, cache: Path, *arguments: str) -> float:
-    """Run a command of `depthwalk` in a process of its own, and time it.
+    """Run a command of `depthwalk` in a separate process, and time it.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def run(checkout: Path, cache: Path, *arguments: str) -> float:
     Raises
     ------
     CalledProcessError
-        Where the command fails.
+        If the command fails.
     """
     environment = os.environ | {"PYTHONPATH": str(checkout / "app"), "XDG_CACHE_HOME": str(cache)}
     begin = time.perf_counter()
@@ -97,7 +97,7 @@ def first_picture(checkout: Path, folder: Path) -> tuple[float, float]:
     Returns
     -------
     tuple[float, float]
-        Seconds with the empty cache, and the least of three times with the full one.
+        Seconds with the empty cache, and the shortest of three times with the full one.
     """
     arguments = (
         "render",
@@ -164,7 +164,7 @@ def walking(checkout: Path, cache: Path, walk: Walk, frames: int, folder: Path) 
     """
     report, path = folder / "bench.json", stretches(walk, frames, folder)
     size = ",".join(map(str, SIZE))
-    own = walk.scene.is_relative_to(ROOT)  # the other checkout may know other keys and assets than this one
+    own = walk.scene.is_relative_to(ROOT)  # the other checkout may know other keys and assets
     scene = checkout / walk.scene.relative_to(ROOT) if own else walk.scene
     run(checkout, cache, "bench", str(scene), "--path", str(path), "--resolution", size, "--json", str(report))
     return float(json.loads(report.read_text())["runs"][0]["frame_ms"]["p50"])
@@ -194,7 +194,7 @@ def main(
     rounds: Annotated[int, typer.Option(help="How often each path is walked; the median counts", min=1)] = 3,
     frames: Annotated[int, typer.Option(help="Number of frames of each walk", min=2)] = 36,
 ) -> None:
-    """Print what a user meets: first picture, walking time and share of depth images, as a row for docs/vitals.md."""
+    """Print first picture, walking time and share of depth images as a row for docs/vitals.md."""
     extra = Path(os.environ.get("DEPTHWALK_TEST_SCENES", ROOT.parent / "shared" / "scenes"))
     checkouts = [ROOT] + ([against.resolve()] if against else [])
     with tempfile.TemporaryDirectory() as name:

@@ -1,10 +1,10 @@
-"""Walk in a window for a long time, with reloads, resizes and other scenes, and look whether anything grows.
+"""Walk in a window for a long time, with reloads, resizes and scene changes, and test whether anything grows.
 
 `python -m tools.window_soak SCENE [OTHER …] --minutes 60` needs a display, and Linux with glibc. A round walks at
-random through each scene in turn; it resizes the window, reads the scene again, records the camera, saves a picture,
-shows panel, atlas and HUD, and changes the representation. After each round the window is back at the first scene, in
-its first size, at rest: only there is anything measured, so that what is compared shows the same. Exits with code 1
-where it grows.
+random through each scene in turn; it resizes the window, reloads the scene, records the camera, saves a picture, shows
+panel, atlas and HUD, and changes the representation. After each round the window is back at the first scene, in its
+first size, at rest. Only then is anything measured, so that measurements are comparable. Exits with code 1 if anything
+grows.
 """
 
 import ctypes
@@ -37,7 +37,7 @@ Samples = NDArray[np.int64]
 MAX_KB = 1000.0  # growth of memory per 1,000 frames
 _COUNTS = ["arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks", "keepcost"]
 _WARM_UP = 0.25  # of the rounds, which are not judged
-_FEWEST = 8  # rounds that are
+_FEWEST = 8  # judged rounds
 _FRAMES = 150  # of a walk
 _SIZES = (320, 240), (417, 301), (200, 333), (640, 480)
 _REPRESENTATIONS = None, Representation.DPCI, Representation.MESH
@@ -46,17 +46,17 @@ _MOST_ROUNDS = 3000  # of a window, within which it comes to rest
 
 
 class _AllocatorCounts(ctypes.Structure):
-    """Hold what glibc's `mallinfo2` returns."""
+    """Hold the result of glibc's `mallinfo2`."""
 
     _fields_ = [(name, ctypes.c_size_t) for name in _COUNTS]
 
 
 def allocated_bytes() -> int:
-    """Return how many bytes are allocated in this process. Raises AttributeError where its C library is not glibc."""
+    """Return how many bytes are allocated in this process. Raises AttributeError if its C library is not glibc."""
     counts_of = ctypes.CDLL(None).mallinfo2
     counts_of.restype = _AllocatorCounts
     counts = counts_of()
-    return int(counts.uordblks + counts.hblkhd)  # in heaps, and in mappings of their own
+    return int(counts.uordblks + counts.hblkhd)  # in heaps, and in separate mappings
 
 
 class Soak:
@@ -65,7 +65,7 @@ class Soak:
     Attributes
     ----------
     frames
-        How many rounds the window has had.
+        Number of rounds that the window has had.
     """
 
     def __init__(self, files: list[Path]) -> None:
@@ -85,7 +85,7 @@ class Soak:
         self._walk.release()
 
     def round(self, number: int) -> None:
-        """Walk through all scenes, do everything that a user may, and return to the beginning."""
+        """Walk through all scenes, do everything that a user can, and return to the beginning."""
         actions = self._walk.actions
         for file in [*self._files[1:], self._files[0]]:
             state = self._walk.state
@@ -142,13 +142,13 @@ class Soak:
 def growth(samples: Samples) -> tuple[float, Samples]:
     """Return what was added to `samples` after the warm-up.
 
-    That is kB allocated for each 1,000 frames, by the middle one of the slopes between any two samples (Theil and Sen),
-    and of each column how much more the middle one of the last third of the samples is than that of the first.
+    That is kB allocated per 1,000 frames, by the median of the slopes between any two samples (Theil and Sen), and for
+    each column the difference between the medians of the last and the first third of the samples.
     """
     judged = samples[int(len(samples) * _WARM_UP) :]
     third = -(-len(judged) // 3)
     first, last = (np.median(part, axis=0).astype(np.int64) for part in (judged[:third], judged[-third:]))
-    slope = theilslopes(judged[:, 1], judged[:, 0]).slope  # what is held only now and then does not count
+    slope = theilslopes(judged[:, 1], judged[:, 0]).slope  # temporary allocations do not count
     return float(slope), last - first
 
 

@@ -1,8 +1,8 @@
-"""Walk through scenes too heavy to draw, by depth images that are warped on the GPU.
+"""Walk through scenes too heavy to draw, by means of depth images that are warped on the GPU.
 
-The names in `__all__` are the public interface of the library; docs/api.md shows each of them at work. Everything else
-may change from one release to the next. A name is imported when it is first used, so that `import depthwalk` costs
-nothing and reading a scene loads no graphics library.
+The names in `__all__` are the public interface of the library; docs/api.md has an example of each. Everything else may
+change from one release to the next. A name is imported when it is first used, so that `import depthwalk` is cheap and
+reading a scene loads no graphics library.
 """
 
 from importlib import import_module
@@ -69,5 +69,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """List the public names too, whether or not they have been imported."""
+    """List the public names too, even before they have been imported."""
     return sorted({*globals(), *__all__})

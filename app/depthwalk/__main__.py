@@ -1,4 +1,4 @@
-"""Run the program: as `depthwalk`, or as `python -m depthwalk` for installations whose scripts are not on the path."""
+"""Run the program, as `depthwalk` or, where installed scripts are not on the path, as `python -m depthwalk`."""
 
 from depthwalk.commands.interruption import leave_when_interrupted
 

@@ -1,8 +1,8 @@
-"""Bound what the program takes of a machine: memory for reading one input, and the disk for its cache.
+"""Limit what the program takes of a machine: memory for reading one input, and disk space for its cache.
 
-`limits` says what the program can make use of. A small file may ask for more than the machine holds long before it
-meets one of them: a megabyte of a compressed picture is a gigabyte of pixels, and a scene graph places one mesh a
-thousand times. So readers tell what they are about to need, from the file's header, before they allocate it.
+`limits` holds absolute bounds. A small file may need more memory than the machine has long before it reaches one of
+them: a megabyte of compressed picture may be a gigabyte of pixels, and a scene graph may place one mesh a thousand
+times. So readers work out from the file's header what they will need, and check it here before they allocate.
 """
 
 import os
@@ -13,39 +13,39 @@ from depthwalk import limits
 from depthwalk.errors import InputError
 from depthwalk.limits import MEMORY_SHARE, size_in_bytes
 
-CACHE_LIMIT = "DEPTHWALK_CACHE_LIMIT"  # the variable of the environment, which processes that are started inherit
+CACHE_LIMIT = "DEPTHWALK_CACHE_LIMIT"  # environment variable; child processes inherit it
 
-_SMALL = 256 << 20  # bytes that every machine has, so that it need not be asked
+_SMALL = 256 << 20  # bytes; every machine has these, so smaller needs are not checked
 
 
 @cache
 def machine_memory() -> int:
-    """Return how many bytes of memory this process may use: the machine's, or what a container of Linux allows."""
-    import psutil  # takes 20 ms to import, and few inputs are that large
+    """Return how many bytes of memory this process may use: the machine's, or the limit of a Linux container."""
+    import psutil  # takes 20 ms to import, and few inputs are large enough to need it
 
     total = int(psutil.virtual_memory().total)
     try:
         return min(total, int(Path("/sys/fs/cgroup/memory.max").read_text()))
-    except (OSError, ValueError):  # no container of Linux, or one without a bound, which says "max"
+    except (OSError, ValueError):  # not in a Linux container, or in one without a limit, which says "max"
         return total
 
 
 def check_memory(name: object, needed: int, content: str) -> None:
-    """Check that reading an input leaves the machine some memory, before any is allocated.
+    """Check, before anything is allocated, that reading an input leaves the machine some memory.
 
     Parameters
     ----------
     name
-        The file, as messages call it.
+        The file, as messages name it.
     needed
-        Bytes that the reader will hold at once, at most.
+        Most bytes that the reader will hold at once.
     content
         What takes the memory, in words for the message.
 
     Raises
     ------
     InputError
-        Where that is more than MEMORY_SHARE of the memory that this process may use.
+        If that is more than MEMORY_SHARE of the memory that this process may use.
     """
     if needed > _SMALL and needed > (allowed := int(MEMORY_SHARE * machine_memory())):
         raise InputError(
@@ -54,28 +54,28 @@ def check_memory(name: object, needed: int, content: str) -> None:
 
 
 def cache_limit() -> int:
-    """Return how many bytes the cache may hold: by the environment variable CACHE_LIMIT, else MAX_CACHE_BYTES.
+    """Return how many bytes the cache may hold: the environment variable CACHE_LIMIT, or else MAX_CACHE_BYTES.
 
-    Raises InputError where the variable is no size.
+    Raises InputError if the variable is not a size.
     """
     text = os.environ.get(CACHE_LIMIT)
     return parse_size(text, CACHE_LIMIT) if text else limits.MAX_CACHE_BYTES
 
 
 def parse_size(text: str, name: str) -> int:
-    """Return the bytes that a text stands for, see `size_in_bytes`.
+    """Return the number of bytes that a text such as `4GB` stands for, see `size_in_bytes`.
 
     Parameters
     ----------
     text
-        What an option or variable was given.
+        The value of an option or a variable.
     name
-        That option or variable, to begin the message.
+        Name of that option or variable; the error message begins with it.
 
     Raises
     ------
     InputError
-        Where the text is no size.
+        If the text is not a size.
     """
     found = size_in_bytes(text)
     if found is None:

@@ -1,9 +1,9 @@
-"""Keep files that can be made again in the user's cache folder: found by key, checked when read, limited in size.
+"""Store files that can be recreated in the user's cache folder: found by key, checked when read, limited in size.
 
-Baked models, cooked assets and simplified meshes are all kept by a `Cache`. A key is a hash of everything that the file
-was made from, so that a file never becomes wrong; it only stops being asked for. A damaged file is no error: it is
-named in a warning, removed and made again. Every kind of file carries checksums of its own: OpenEXR files of baked
-models one over all pixels (`bake.file`), arrays the CRC-32 that a ZIP archive has of each member (`read_arrays`).
+Baked models, cooked assets and simplified meshes are all stored by a `Cache`. A key is a hash of everything that the
+file was made from, so a file never becomes wrong; it only stops being used. A damaged file is not an error: it is named
+in a warning, removed and recreated. Every kind of file carries its own checksums: OpenEXR files of baked models one
+over all pixels (`bake.file`), arrays the CRC-32 of each member of the ZIP archive (`read_arrays`).
 """
 
 import contextlib
@@ -42,39 +42,39 @@ def cache_folder() -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class Cache:
-    """Find and keep files of one kind in the cache folder, one for each key.
+    """Find and store files of one kind in the cache folder, one for each key.
 
-    A key is a text of hex digits, a hash of everything that the file is made from.
+    A key is a string of hex digits, a hash of everything that the file is made from.
 
     Attributes
     ----------
     suffix
-        How the names of the files end, after the key.
+        Ending of the files' names, after the key.
     content
-        What the files hold, in words for messages.
+        What the files hold, for messages.
     """
 
     suffix: str
     content: str
 
     def file(self, key: str) -> Path:
-        """Return the path at which the file of `key` is kept, whether or not it exists."""
+        """Return the path of the file of `key`, whether or not it exists."""
         return cache_folder() / (key + self.suffix)
 
     def find(self, key: str, read: Callable[[Path], T]) -> T | None:
-        """Read the file of a key, and count it as used now: `make_room` first removes what was not used for longest.
+        """Read the file of a key, and mark it as just used: `make_room` removes the least recently used files first.
 
         Parameters
         ----------
         key
             The key under which `keep` stored the file.
         read
-            Reads the file at the path that it is given.
+            Reads the file at the given path.
 
         Returns
         -------
         T | None
-            What `read` returns; None where there is no file, or it cannot be read or is damaged.
+            The result of `read`; None if there is no file, or it cannot be read or is damaged.
         """
         path = self.file(key)
         if not path.is_file():
@@ -85,8 +85,8 @@ class Cache:
             if not isinstance(error, DamagedFileError):
                 log.warning("%s: cannot be read: %s", path, error.strerror or error)
             return None
-        with contextlib.suppress(OSError):  # removed meanwhile, or a cache that is read-only
-            os.utime(path)  # its age is that of its last use
+        with contextlib.suppress(OSError):  # the file may have been removed, or the cache may be read-only
+            os.utime(path)  # its age is the time since its last use
         return value
 
     def read(self, path: Path, read: Callable[[Path], T]) -> T:
@@ -97,42 +97,42 @@ class Cache:
         path
             The file.
         read
-            Reads the file at the path that it is given.
+            Reads the file at the given path.
 
         Returns
         -------
         T
-            What `read` returns.
+            The result of `read`.
 
         Raises
         ------
         OSError
-            Where the file has vanished or cannot be read.
+            If the file has vanished or cannot be read.
         DamagedFileError
-            Where `read` raises InputError, ValueError, TypeError, LookupError or ArithmeticError. The file has then
-            been named in a warning and removed.
+            If `read` raises InputError, ValueError, TypeError, LookupError or ArithmeticError. The file has then been
+            named in a warning and removed.
         """
-        path.open("rb").close()  # what cannot be opened is not damaged
+        path.open("rb").close()  # a file that cannot be opened is not damaged
         try:
             return read(path)
         except _DAMAGE as error:
-            if not path.exists():  # removed by another process: readers may say so in their own way
+            if not path.exists():  # removed by another process, which readers may report in their own way
                 raise FileNotFoundError(f"{path}: no such file") from error
             reason = str(error).removeprefix(f"{path}: ").removeprefix(f"damaged {self.content}: ")
             log.warning("%s: damaged %s, to be made again (%s)", path, self.content, reason)
-            with contextlib.suppress(OSError):  # whoever makes it again replaces it
+            with contextlib.suppress(OSError):  # it is replaced when it is made again
                 path.unlink(missing_ok=True)
             raise DamagedFileError(f"{path}: damaged: {reason}") from error
 
     def keep(self, key: str, write: Callable[[Path], object]) -> Path:
-        """Write the file of a key, and remove the oldest files where the cache is full.
+        """Write the file of a key, and remove the oldest files if the cache is full.
 
         Parameters
         ----------
         key
             The key under which `find` will find it.
         write
-            Writes the file at the path that it is given, whole or not at all.
+            Writes the file at the given path atomically.
 
         Returns
         -------
@@ -142,7 +142,7 @@ class Cache:
         Raises
         ------
         OSError
-            Where the file cannot be written; and whatever else `write` raises.
+            If the file cannot be written; and whatever else `write` raises.
         """
         path = self.file(key)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -153,14 +153,14 @@ class Cache:
 
 @dataclass(frozen=True, kw_only=True)
 class ArrayCache(Cache, Generic[T, Origin]):
-    """Find and keep values of one kind, each derived from an origin such as a mesh, as `.npz` files.
+    """Find and store values of one kind, each derived from an origin such as a mesh, as `.npz` files.
 
     Attributes
     ----------
     arrays
         Returns the arrays of a value, by their names.
     parse
-        Returns the value that such arrays hold, given its origin. Raises ValueError or KeyError where they hold none.
+        Returns the value in such arrays, given its origin. Raises ValueError or KeyError if they hold none.
     compressed
         Whether the arrays are deflated.
     """
@@ -170,23 +170,23 @@ class ArrayCache(Cache, Generic[T, Origin]):
     compressed: bool = False
 
     def find_value(self, origin: Origin, key: str) -> T | None:
-        """Return the value of `key`, derived from `origin`; None where the cache holds none, or a damaged one."""
+        """Return the value of `key`, derived from `origin`; None if the cache holds none, or a damaged one."""
         return self.find(key, lambda path: self.parse(read_arrays(path), origin))
 
     def keep_value(self, value: T, key: str) -> Path:
-        """Store a value under `key`, a hash of all that it depends on, and return its file.
+        """Store a value under `key`, a hash of everything that it depends on, and return its file.
 
-        Raises OSError where it cannot be written.
+        Raises OSError if it cannot be written.
         """
         return self.keep(key, lambda path: write_arrays(path, self.arrays(value), self.compressed))
 
 
 class DamagedFileError(OSError):
-    """Report that a cached file has changed since it was written, or holds what its reader cannot use."""
+    """Report that a cached file has changed since it was written, or holds data that its reader cannot use."""
 
 
 def forget(key: str) -> None:
-    """Remove every cached file whose key is `key` or begins so, of whatever kind. Files that cannot be removed stay."""
+    """Remove every cached file whose key is or begins with `key`, of any kind. Files that cannot be removed stay."""
     with contextlib.suppress(OSError):
         for path in cache_folder().iterdir():
             if path.name.startswith(key):
@@ -197,17 +197,17 @@ def forget(key: str) -> None:
 def make_room(newest: Path | None = None) -> None:
     """Remove files until the cache is within `budget.cache_limit`.
 
-    Leftovers of killed writers go first, then the files that were not used for longest.
+    Leftovers of killed writers are removed first, then the least recently used files.
 
     Parameters
     ----------
     newest
-        The file just written, which stays however large it is; its folder is the cache. None: no file need stay.
+        The file just written, which is kept however large it is; its folder is the cache. None: no file must be kept.
     """
     folder = cache_folder() if newest is None else newest.parent
     remove_leftovers(folder)
     files: list[tuple[float, int, Path]] = []
-    for path in folder.iterdir():  # files that are being written count, too
+    for path in folder.iterdir():  # files being written count, too
         with contextlib.suppress(OSError):  # another process may have removed it
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))
@@ -216,7 +216,7 @@ def make_room(newest: Path | None = None) -> None:
         if excess <= 0:
             break
         if path != newest:
-            with contextlib.suppress(OSError):  # it may be open, on systems where that forbids it
+            with contextlib.suppress(OSError):  # some systems do not remove open files
                 path.unlink(missing_ok=True)
                 excess -= size
 
@@ -232,7 +232,7 @@ class CachedFile:
     bytes
         Its size.
     used
-        When it was written or used last, seconds since 1970.
+        When it was last written or used, seconds since 1970.
     """
 
     path: Path
@@ -241,9 +241,9 @@ class CachedFile:
 
 
 def cached_files(suffix: str) -> list[CachedFile]:
-    """Return the files in the cache folder whose names end in `suffix`, those that were not used for longest first.
+    """Return the files in the cache folder whose names end in `suffix`, the least recently used first.
 
-    Files that are being written are not among them.
+    Files that are being written are not included.
     """
     found: list[CachedFile] = []
     with contextlib.suppress(FileNotFoundError):
@@ -256,7 +256,7 @@ def cached_files(suffix: str) -> list[CachedFile]:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
-    """Write arrays to a `.npz` file, whole or not at all.
+    """Write arrays to a `.npz` file atomically.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False
     Raises
     ------
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     with replacing(path) as temporary, temporary.open("wb") as file:
         (np.savez_compressed if compressed else np.savez)(file, **arrays)
@@ -281,16 +281,17 @@ def read_arrays(
 ) -> dict[str, NDArray[Any]]:
     """Read arrays of a `.npz` file, each checked against its CRC-32 before it is parsed.
 
-    `numpy.load` would not do: it parses bytes before they are checked, and checks members only if it reads all of them.
+    `numpy.load` is unsuitable: it parses bytes before they are checked, and checks members only if it reads all of
+    them.
 
     Parameters
     ----------
     path
         The file.
     names
-        Which arrays to read; None for all.
+        The arrays to read; None for all.
     optional
-        Which arrays to read besides if the file has them.
+        Further arrays to read if the file has them.
 
     Returns
     -------
@@ -300,11 +301,11 @@ def read_arrays(
     Raises
     ------
     OSError
-        Where the file cannot be read.
+        If the file cannot be read.
     ValueError
-        Where it is damaged or lacks one of `names`.
+        If it is damaged or lacks one of `names`.
     InputError
-        Where the arrays take more memory than is allowed, see `check_memory`.
+        If the arrays take more memory than is allowed, see `check_memory`.
     """
     if path.exists() and not (path.is_file() or path.is_dir()):  # a named pipe would be waited for
         raise OSError(errno.ENXIO, "not a file", str(path))

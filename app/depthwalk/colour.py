@@ -1,4 +1,4 @@
-"""Convert colours by the sRGB transfer function (IEC 61966-2-1): files and screens hold sRGB, all between is linear."""
+"""Convert colours by the sRGB transfer function (IEC 61966-2-1): sRGB in files and on screens, linear in between."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

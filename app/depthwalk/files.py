@@ -1,8 +1,8 @@
-"""Write files that appear whole or not at all, and clean up after processes that were killed.
+"""Write files atomically, and clean up after processes that were killed.
 
-A file is written beside its final place, under a name that tells process and machine, flushed to the disk and renamed.
-So no reader ever sees half a file, and what a killed process has left can be told from what is being written: the next
-process that writes into the same folder removes it.
+A file is written beside its final path, under a name that identifies process and machine, flushed to the disk and
+renamed. So no reader ever sees half a file, and leftovers of a killed process can be distinguished from files that are
+being written: the next process that writes into the same folder removes them.
 """
 
 import errno
@@ -20,15 +20,15 @@ from pathlib import Path
 
 from depthwalk.errors import InputError
 
-_STAGING = ".bake-"  # how names of staging folders begin, before the number of the process
-_STALE = 86_400  # seconds after which leftovers may be removed of a process that cannot be asked for
+_STAGING = ".bake-"  # prefix of staging folders' names, before the number of the process
+_STALE = 86_400  # seconds after which leftovers are removed if their process cannot be checked
 _run = ""  # see `work_for`
 
 
 def check_folder(path: Path) -> None:
-    """Check that a file can be written, before work is put into its contents.
+    """Check that a file can be written, before its contents are computed.
 
-    The check writes a file without a name in its folder: only this shows missing permissions and read-only disks.
+    The check writes an unnamed file in its folder: only this reveals missing permissions and read-only disks.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def check_folder(path: Path) -> None:
     Raises
     ------
     InputError
-        Where the file cannot be written; the message names `path` and the reason.
+        If the file cannot be written; the message names `path` and the reason.
     """
     folder = path.parent
     try:
@@ -49,7 +49,7 @@ def check_folder(path: Path) -> None:
             raise InputError(f"{path}: is a folder")
         with suppress(FileNotFoundError):
             os.lstat(_temporary(path))  # fails for names that no file can have
-        tempfile.TemporaryFile(dir=folder).close()  # without a name: nothing stays where somebody interrupts
+        tempfile.TemporaryFile(dir=folder).close()  # unnamed, so that an interrupt leaves nothing behind
     except ValueError:  # a null character
         raise InputError(f"{path}: no file can have that name") from None
     except OSError as error:
@@ -60,10 +60,10 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Provide a file name to write to; the new file takes the place of `path` when the `with` block ends.
+    """Provide a file name to write to; the new file replaces `path` when the `with` block ends.
 
-    The name ends as `path` does, since writers choose the format by it. The contents are on the disk before they
-    replace anything. Where the block raises, the new file is removed and `path` stays as it was.
+    The name has the same ending as `path`, since writers choose the format by it. The contents are on the disk before
+    they replace anything. If the block raises, the new file is removed and `path` stays unchanged.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        Where the file cannot be flushed or renamed; it names `path`.
+        If the file cannot be flushed or renamed; the error names `path`.
     """
     _sweep(path.parent)
     temporary = _temporary(path)
@@ -88,7 +88,7 @@ def replacing(path: Path) -> Iterator[Path]:
             _flush(temporary)
             os.replace(temporary, path)
     except BaseException:
-        with suppress(OSError):  # what went wrong is told already
+        with suppress(OSError):  # the original error has been raised already
             temporary.unlink(missing_ok=True)
         raise
 
@@ -99,13 +99,13 @@ def _temporary(path: Path) -> Path:
 
 
 def _writer() -> str:
-    """Return what tells this process, and the run that it works for, from others, on other machines, too."""
+    """Return a text that identifies this process, and the run it works for, also among other machines."""
     return f"{os.getpid()}-{_machine()}" + (f"-{_run}" if _run else "")
 
 
 @functools.cache
 def _machine() -> str:
-    """Return six hex digits that tell where process numbers mean the same: one machine, and on it one container."""
+    """Return six hex digits that identify the scope of process numbers: one machine, and one container on it."""
     texts = [platform.node()]
     with suppress(OSError):  # Linux only
         texts.append(Path("/etc/machine-id").read_text(encoding="ascii", errors="replace"))
@@ -116,12 +116,12 @@ def _machine() -> str:
 
 @functools.lru_cache(maxsize=64)
 def _sweep(folder: Path) -> None:
-    """Remove what killed processes left in a folder, once for each process that writes there."""
+    """Remove leftovers of killed processes from a folder, once for each process that writes there."""
     remove_leftovers(folder)
 
 
 def work_for(run: str) -> None:
-    """Have the names of unfinished files tell for which run they are written, so that `remove_unfinished` finds them.
+    """Mark the names of unfinished files with the run that writes them, so that `remove_unfinished` finds them.
 
     `run` is eight hex digits, or "" for none.
     """
@@ -130,9 +130,9 @@ def work_for(run: str) -> None:
 
 
 def remove_unfinished(folder: Path, run: str) -> None:
-    """Remove what processes left unfinished in `folder` that worked for the run named `run`, which is over.
+    """Remove unfinished files in `folder` from processes of the run `run`, which is over.
 
-    Unlike `remove_leftovers` this waits for no day, and asks for no process: the run may have had other machines.
+    Unlike `remove_leftovers`, this does not wait for a day or check processes: the run may have used other machines.
     """
     ours = re.compile(rf"\.(?:bake-)?\d{{1,9}}-[0-9a-f]{{6}}-{re.escape(run)}-.+")
     with suppress(OSError):
@@ -154,18 +154,18 @@ def _about(path: Path, temporary: Path) -> Iterator[None]:
 
 
 def _flush(path: Path) -> None:
-    """Wait until a file is on the disk: some systems tell only then that it has no room. Raises OSError."""
+    """Wait until a file is on the disk: some systems report only then that it is full. Raises OSError."""
     with path.open("rb+") as file:
         os.fsync(file.fileno())
 
 
 def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
-    """Make a folder for unfinished files, on the same disk as their final place; see `remove_leftovers`.
+    """Create a folder for unfinished files, on the same disk as their final path; see `remove_leftovers`.
 
     Parameters
     ----------
     folder
-        The folder in which the new one is made.
+        The folder in which to create it.
 
     Returns
     -------
@@ -175,34 +175,34 @@ def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
     Raises
     ------
     OSError
-        Where no folder can be made.
+        If no folder can be created.
     """
     _sweep(folder)
     return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{_writer()}-", dir=folder)
 
 
 def temporary_folder() -> "tempfile.TemporaryDirectory[str]":
-    """Make a folder for files that this process alone needs, among the temporary files of the system.
+    """Create a folder for this process's own files, among the temporary files of the system.
 
-    It is as `staging_folder` makes it: where this process is killed, the next one removes it.
+    Like a `staging_folder`, it is removed by the next process if this one is killed.
     """
     return staging_folder(Path(tempfile.gettempdir()))
 
 
-# Before the machine was part of the name: such leftovers are removed once they are old.
+# The machine is optional, since names did not contain it at first: such leftovers are removed once they are old.
 _OURS = re.compile(rf"(?:\.|{re.escape(_STAGING)})(?P<process>\d{{1,9}})-(?:(?P<machine>[0-9a-f]{{6}})-)?.+")
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove what killed processes left unfinished in a folder.
+    """Remove unfinished files of killed processes from a folder.
 
-    Leftovers are files and folders that bear a name of this module's, for a process that does not run. Those of other
-    machines, whose processes cannot be asked for, must also be a day old. What cannot be removed stays.
+    Leftovers are files and folders with a name given by this module, for a process that does not run. Those of other
+    machines, whose processes cannot be checked, must also be a day old. What cannot be removed stays.
 
     Parameters
     ----------
     folder
-        Where to look; its sub-folders are not searched.
+        The folder; its sub-folders are not searched.
     """
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
@@ -214,7 +214,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _is_left_over(entry: "os.DirEntry[str]", ours: "re.Match[str]") -> bool:
-    """Return whether nobody will finish a file or folder, whose name `ours` has matched. Raises OSError."""
+    """Return whether a file or folder, whose name `ours` has matched, will never be finished. Raises OSError."""
     if _is_running(int(ours["process"])):
         return False
     is_here = ours["machine"] == _machine() and os.name != "nt"
@@ -222,8 +222,8 @@ def _is_left_over(entry: "os.DirEntry[str]", ours: "re.Match[str]") -> bool:
 
 
 def _is_running(process: int) -> bool:
-    """Return whether a process runs on this machine; False where the system cannot be asked without ending it."""
-    if os.name == "nt":  # there `os.kill` does kill
+    """Return whether a process runs on this machine; False if the system cannot be asked without ending it."""
+    if os.name == "nt":  # where `os.kill` really kills
         return False
     try:
         os.kill(process, 0)
@@ -235,12 +235,12 @@ def _is_running(process: int) -> bool:
 
 
 def copy(source: Path, path: Path) -> None:
-    """Copy the file `source` to the file `path`, whole or not at all. Raises OSError where that fails."""
+    """Copy the file `source` to the file `path` atomically. Raises OSError if that fails."""
     with replacing(path) as temporary, _about(path, temporary):
         shutil.copyfile(source, temporary)
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write `data` to the file `path`, whole or not at all. Raises OSError where that fails."""
+    """Write `data` to the file `path` atomically. Raises OSError if that fails."""
     with replacing(path) as temporary, _about(path, temporary):
         temporary.write_bytes(data)

@@ -1,4 +1,4 @@
-"""Work in several threads: NumPy, SciPy and embreex let go of Python's lock while they compute."""
+"""Work in several threads: NumPy, SciPy and embreex release Python's lock while they compute."""
 
 import os
 import threading
@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Protocol, TypeVar
 
-_MAX_WORKERS = 4  # more threads would mostly wait for the lock, and each holds intermediate arrays of its own
+_MAX_WORKERS = 4  # more threads would mostly wait for the lock, and each needs its own intermediate arrays
 
 S = TypeVar("S")
 T = TypeVar("T")
 
 
 class Map(Protocol):
-    """Describe `map`, and functions like it that call from several threads at once and keep the order of results."""
+    """Describe `map`, and similar functions that call from several threads at once and keep the order of results."""
 
     def __call__(self, function: Callable[[S], T], things: Iterable[S], /) -> Iterator[T]:
         """Yield `function` of each of `things`, in their order."""
@@ -26,12 +26,12 @@ class Map(Protocol):
 def thread_map(workers: int | None = None) -> Iterator[Map]:
     """Provide a `Map` over threads, which end with the `with` block.
 
-    Functions that are called through the map must not use it in turn: they would wait for a thread that waits for them.
+    Functions called through the map must not use it themselves: they would deadlock, waiting for a thread that waits.
 
     Parameters
     ----------
     workers
-        How many threads; None for `default_workers`. One is plain `map`, in the calling thread.
+        Number of threads; None for `default_workers`. One means plain `map`, in the calling thread.
 
     Yields
     ------
@@ -47,7 +47,7 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
 
 
 def begin(function: Callable[[], T], parallel_map: Map) -> Callable[[], T]:
-    """Begin a piece of work in a thread of its own, where work is done in several; return what waits for its result.
+    """Begin a piece of work in a separate thread if work is done in several; return a function that waits for it.
 
     Unlike functions that are called through a map, this one may use the map.
 
@@ -56,12 +56,12 @@ def begin(function: Callable[[], T], parallel_map: Map) -> Callable[[], T]:
     function
         The work.
     parallel_map
-        What `thread_map` yields, or `map`, with which the work is done by whoever first asks for its result.
+        What `thread_map` yields; or `map`, with which the work is done when its result is first requested.
 
     Returns
     -------
     Callable
-        Returns what `function` returns, or raises what it raises.
+        Returns the result of `function`, or raises its exception.
     """
     if parallel_map is map:
         return cache(function)
@@ -78,7 +78,7 @@ def begin(function: Callable[[], T], parallel_map: Map) -> Callable[[], T]:
 
 
 def default_workers(processes: int = 1) -> int:
-    """Return how many threads each process should use where `processes` of them bake side by side.
+    """Return how many threads each process should use if `processes` of them bake side by side.
 
     Together the processes use one thread per core, but each of them at least one and at most four.
     """
@@ -91,8 +91,8 @@ def usable_cores() -> int:
 
 
 def batches(count: int, size: int) -> list[slice]:
-    """Divide a sequence of `count` things into slices of at most `size` things each, and return them in order.
+    """Divide a sequence of `count` things into consecutive slices of at most `size` things each.
 
-    Where `count` is 0, the result is one empty slice.
+    If `count` is 0, the result is one empty slice.
     """
     return [slice(first, first + size) for first in range(0, max(count, 1), size)]

@@ -1,4 +1,4 @@
-"""Declare parameters, each once, with default, unit, range and help.
+"""Declare parameters with default, unit, range and help, each in one place.
 
 The scene file, the panel, `--set KEY=VALUE` and the docs all read these declarations.
 """
@@ -9,9 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Params(BaseModel):
-    """Hold a group of parameters, which a subclass declares by `param`.
+    """Hold a group of parameters, which a subclass declares with `param`.
 
-    Raises pydantic's ValidationError for unknown names, and whenever a value is set that a declaration does not allow.
+    Raises pydantic's ValidationError for unknown names, and when a parameter is set to a value that is not allowed.
     """
 
     model_config = ConfigDict(
@@ -27,13 +27,13 @@ def param(default: Any, help: str, *, unit: str = "", ge: float | None = None, l
     Parameters
     ----------
     default
-        The value where nobody sets the parameter; `...` for a parameter that must be set.
+        The value if the parameter is not set; `...` for a parameter that must be set.
     help
         One line that tells users what the parameter does.
     unit
-        The unit of its value, as users read it; "" where it has none.
+        The unit of its value, as shown to users; "" if it has none.
     ge, le
-        Least and greatest value that is allowed; None for no such bound.
+        Smallest and largest allowed value; None for no bound.
 
     Returns
     -------

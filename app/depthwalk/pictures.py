@@ -27,7 +27,7 @@ _KEY = "depthwalk.key"  # the name of a picture's key: of a PNG text, an EXR att
 _STORED_KEY = re.compile(rb"depthwalk\.key\0(?:string\0@\0\0\0)?([0-9a-f]{64})")
 
 KEY_BYTES = 4096
-"""Bytes at the beginning of a picture's file within which its key is: all formats have it in their headers."""
+"""Bytes at the beginning of a picture's file that contain its key, which all formats store in their headers."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class LinearImage:
 
 
 def save_exr(path: Path, file: "OpenEXR.File") -> None:
-    """Write `file`, an OpenEXR file in memory, to `path`, whole or not at all. Raises OSError where that fails."""
+    """Write `file`, an OpenEXR file in memory, to `path` atomically. Raises OSError if that fails."""
     with replacing(path) as temporary:
         try:
             file.write(str(temporary))
-        except RuntimeError as error:  # the binding's name for what the system refuses
+        except RuntimeError as error:  # raised by the binding for errors of the operating system
             raise OSError(str(error).replace(str(temporary), str(path))) from None
         if not _is_whole(temporary.read_bytes()):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
@@ -61,10 +61,10 @@ _MULTI_PART = 0x1000  # in the second word of a file
 
 
 def _is_whole(data: bytes) -> bool:
-    """Return whether an OpenEXR file of scan lines, just written, ends where its last chunk does.
+    """Return whether a just written OpenEXR file of scan lines ends where its last chunk does.
 
-    The library writes the last kilobytes and the table of chunks when it closes the file, and swallows what the system
-    answers then: on a full disk they are missing. See *OpenEXR File Layout*: header, table of offsets, chunks.
+    The library writes the last kilobytes and the table of chunks when it closes the file, and ignores errors of the
+    system then: on a full disk they are missing. See *OpenEXR File Layout*: header, table of offsets, chunks.
     """
     try:
         (version,) = struct.unpack_from("<I", data, 4)
@@ -79,7 +79,7 @@ def _is_whole(data: bytes) -> bool:
         place += is_multi
         (first,) = struct.unpack_from("<Q", data, place)  # the first chunk follows the table
         offsets = np.frombuffer(data, "<u8", (first - place) // 8, place)
-        size = int(offsets.max()) + (8 if is_multi else 4)  # behind the numbers of part and line
+        size = int(offsets.max()) + (8 if is_multi else 4)  # after the numbers of part and line
         return bool(offsets.min() > 0) and size + 4 + struct.unpack_from("<I", data, size)[0] == len(data)
     except (IndexError, ValueError, struct.error):
         return False
@@ -95,12 +95,12 @@ def write_exr(path: Path, image: LinearImage, key: str = "") -> None:
     image
         The picture.
     key
-        What names the picture, for `stored_key`: 64 hex digits; "" for none.
+        Key of the picture, for `stored_key`: 64 hex digits; "" for none.
 
     Raises
     ------
     OSError
-        Where that fails; `path` is then as it was before.
+        If that fails; `path` is then unchanged.
     """
     import OpenEXR
 
@@ -130,13 +130,13 @@ def jpeg_bytes(pixels: Picture, key: str = "") -> bytes:
 
 
 def stored_key(head: bytes) -> str:
-    """Return the key in the first `KEY_BYTES` bytes of a picture's file, PNG, JPEG or EXR; "" where it has none."""
+    """Return the key in the first `KEY_BYTES` bytes of a picture's file, PNG, JPEG or EXR; "" if it has none."""
     found = _STORED_KEY.search(head)
     return found[1].decode() if found else ""
 
 
 def _encoded(pixels: Picture, format_: str, **options: Any) -> bytes:
-    """Return the file that Pillow makes of a picture."""
+    """Return a picture as a file encoded by Pillow."""
     from PIL import Image
 
     stream = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Tell what made a measurement: which version of the program, on which machine."""
+"""Describe the origin of a measurement: the version of the program and the machine."""
 
 import os
 import platform
@@ -32,8 +32,8 @@ class Machine:
 
 
 def machine() -> Machine:
-    """Return what this process runs on."""
-    affinity = getattr(os, "sched_getaffinity", None)  # macOS and Windows have none
+    """Return a description of the machine that this process runs on."""
+    affinity = getattr(os, "sched_getaffinity", None)  # missing on macOS and Windows
     return Machine(
         processor=_processor(),
         cores=len(affinity(0)) if affinity else os.cpu_count() or 1,
@@ -43,7 +43,7 @@ def machine() -> Machine:
 
 
 def _processor() -> str:
-    """Return the name of the processor: on Linux from the kernel, which knows what `platform` does not tell."""
+    """Return the name of the processor: on Linux from the kernel, since `platform` does not report it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
@@ -53,14 +53,14 @@ def _processor() -> str:
 
 
 def commit() -> str | None:
-    """Return the hash, in hex, of the git commit that is checked out where this package runs from.
+    """Return the hash, in hex, of the git commit from which this package runs.
 
-    Returns None where the package is installed, even inside the checkout of another project, and where git is missing.
+    Returns None if the package is installed, even inside the checkout of another project, or if git is missing.
     """
     package = Path(depthwalk.__file__).resolve().parent
     git = ["git", "-C", str(package)]
     try:
-        # An installed package may lie inside somebody else's checkout: ask whether ours is tracked where it is.
+        # An installed package may lie inside another project's checkout: check that ours is tracked there.
         subprocess.run([*git, "ls-files", "--error-unmatch", "errors.py"], capture_output=True, check=True)
         return subprocess.run([*git, "rev-parse", "HEAD"], capture_output=True, check=True, text=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):

@@ -1,4 +1,4 @@
-"""Find the files that travel with the program: inside the wheel, or beside `app/` in a checkout."""
+"""Find the files that ship with the program: inside the wheel, or beside `app/` in a checkout."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ _PACKAGE = Path(__file__).resolve().parent
 def data_root() -> Path:
     """Return the folder that holds `shaders`, `scenes` and `assets`.
 
-    Raises FileNotFoundError where the installation is incomplete.
+    Raises FileNotFoundError if the installation is incomplete.
     """
     for root in (_PACKAGE / "_data", _PACKAGE.parent.parent):
         if (root / "shaders").is_dir():
@@ -18,7 +18,7 @@ def data_root() -> Path:
 
 
 def shader_root() -> Path:
-    """Return the folder of the shaders, which has a folder per pass. Raises FileNotFoundError as `data_root` does."""
+    """Return the folder of the shaders, with one folder per pass. Raises FileNotFoundError like `data_root`."""
     return data_root() / "shaders"
 
 
@@ -39,27 +39,27 @@ def asset_root() -> Path:
 
 
 def given_or_shipped(path: Path) -> Path:
-    """Return the file that a user means: the one at `path`, or else the one of that name that ships with the program.
+    """Return the file that a user means: the one at `path`, or else the shipped one of that name.
 
-    So a name in the README works in every folder, with its folder, as `assets/teapot.ply`, or without, as `teapot.ply`.
+    So names in the README work in every folder, with or without their folder: `assets/teapot.ply`, `teapot.ply`.
 
     Parameters
     ----------
     path
-        The path that was given, relative to the working directory.
+        The given path, relative to the working directory.
 
     Returns
     -------
     Path
-        The file; `path` itself where it exists, and where nothing that ships has this name.
+        The file; `path` itself if it exists, or if no shipped file has this name.
     """
-    if os.path.exists(path):  # false for names that the system refuses
+    if os.path.exists(path):  # False for names that the system rejects
         return path
     return next((file for file in shipped_places(path) if os.path.isfile(file)), path)
 
 
 def shipped_places(path: Path) -> tuple[Path, ...]:
-    """Return where a file that ships would lie if a user meant it by `path`; none for a path to somewhere else."""
+    """Return the possible locations of a shipped file that a user means by `path`; none for a path outside."""
     if path.is_absolute() or ".." in path.parts:
         return ()
     return tuple(folder / path for folder in (data_root(), asset_root(), scene_root()))

@@ -1,7 +1,7 @@
-"""Encode videos: frames go to ffmpeg, a separate program, which writes an MP4 file beside its final place.
+"""Encode videos: frames are piped to ffmpeg, a separate program, which writes an MP4 file beside its final path.
 
-`video` is what callers use. It gives them a `VideoEncoder` to send frames to, and puts the finished file in its place
-when all has gone well. ffmpeg comes with the package imageio-ffmpeg.
+Callers use `video`. It provides a `VideoEncoder` to send frames to, and moves the finished file to its final path if
+everything has succeeded. ffmpeg comes with the package imageio-ffmpeg.
 """
 
 import logging
@@ -27,7 +27,7 @@ _CRF = 18  # x264's quality; visually lossless
 
 
 def _ratio(fps: float) -> Fraction:
-    """Return frames per second as the fraction that encoders want: 24000/1001 is not rounded."""
+    """Return frames per second as the fraction that encoders need: 24000/1001 is not rounded."""
     return Fraction(fps).limit_denominator()
 
 
@@ -71,12 +71,12 @@ class VideoEncoder:
             stderr=subprocess.PIPE,
             **_own_group(),
         )
-        self._said: deque[bytes] = deque(maxlen=10)  # the last lines, in memory: a full disk would not take a file
+        self._said: deque[bytes] = deque(maxlen=10)  # the last lines, in memory, since a file would not fit a full disk
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
     def send(self, frame: Picture) -> None:
-        """Send the next `frame`, (H, W, 3) uint8 sRGB, row 0 at the top. Raises OSError where the encoder has ended."""
+        """Send the next `frame`, (H, W, 3) uint8 sRGB, row 0 at the top. Raises OSError if the encoder has ended."""
         assert self._process.stdin is not None
         self._process.stdin.write(np.ascontiguousarray(frame).data)
 
@@ -86,7 +86,7 @@ class VideoEncoder:
         Returns
         -------
         str
-            What went wrong, in one line; "" where nothing did.
+            The error, in one line; "" if there was none.
         """
         with suppress(OSError):  # it has ended, and its status says why
             assert self._process.stdin is not None
@@ -111,7 +111,7 @@ class VideoEncoder:
             self._process.stdin.close()
 
     def _listen(self) -> None:
-        """Collect what the encoder prints, in a thread: a full pipe would stop it."""
+        """Collect the encoder's output in a thread: a full pipe would block it."""
         assert self._process.stderr is not None
         with self._process.stderr as lines:
             self._said.extend(lines)
@@ -139,14 +139,14 @@ def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncode
     Raises
     ------
     OSError
-        Where the encoder fails or is killed, with the last line that it printed; `path` is then as it was.
+        If the encoder fails or is killed, with the last line that it printed; `path` is then unchanged.
     """
     width, height = (side + side % 2 for side in size)
     if (width, height) != size:
         log.warning("%s: the sides of a video are even; scaled to %d,%d", path, width, height)
     import imageio_ffmpeg
 
-    # Looks for the encoder, and remembers it, before a file appears: Ctrl-C during the search may be swallowed by it.
+    # Find the encoder, and remember it, before a file appears: Ctrl-C during the search may be swallowed by it.
     imageio_ffmpeg.get_ffmpeg_exe()
     with replacing(path) as temporary:
         encoder = VideoEncoder(temporary, size, fps, (width, height))

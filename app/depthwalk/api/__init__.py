@@ -1,1 +1,1 @@
-"""Offer the library's public interface, in front of the packages that do the work; `depthwalk` exports its names."""
+"""Provide the library's public interface on top of the packages that do the work; `depthwalk` exports its names."""

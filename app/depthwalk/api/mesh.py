@@ -46,38 +46,38 @@ def bake_mesh(
 ) -> Path:
     """Bake a mesh file to a file of depth images, unless it is up to date.
 
-    A scene finds the file where it lies beside its mesh and was baked with the values that the scene's `dpci` has.
+    A scene finds the result on its own if it lies beside the mesh and was baked with the values of the scene's `dpci`.
 
     Parameters
     ----------
     mesh
         Path of an OBJ, PLY, glTF or any other mesh file that docs/scene-file.md names.
     out
-        The file to write, which ends in .exr, or in .dpci.npz for cooked depth images, which scenes name as `baked`.
-        None writes beside the mesh, `bust.dpci.exr` beside `bust.obj`.
+        The file to write: .exr, or .dpci.npz for cooked depth images, which scenes load by the key `baked`. None writes
+        beside the mesh, for example `bust.dpci.exr` beside `bust.obj`.
     resolution
         Side of every image, texels.
     layers
-        Surfaces behind each other that an image holds; "auto": as many as can be seen.
+        Surfaces kept along each ray; "auto": as many as can be seen.
     parts
-        Most objects that share the mesh, each with images of its own; "auto": as many as sample its surface well.
+        Most parts the mesh may be divided into, each with depth images of its own; "auto": as many as sample it well.
     axis
         Axis of the cylinder: "x", "y", "z" or a direction (x, y, z) of any length in the asset's frame; "auto": the
         one that samples the surface best.
     method
-        How surfaces are sampled: by rays, or by the six views of the paper; "paper": by six views, and with nothing
-        that the paper does not have.
+        How surfaces are sampled: by ray casting, or from the paper's six views; "paper" also uses six views, and leaves
+        out everything that the paper does not have.
     coordinates
         Whether texels hold texture coordinates, so that textures stay sharp; "auto": where the texture is finer than
         the depth images.
     texture
-        Path of a picture that replaces the textures of the mesh file; None keeps these.
+        Path of a picture that replaces the textures of the mesh file; None keeps them.
     up
         The axis that points upward in the file.
     height
         Height in metres to which the mesh is scaled; None keeps the file's size.
     force
-        Whether to bake even where the file is up to date.
+        Whether to bake even if the file is up to date.
     progress
         Called with the name of each stage as it begins; None logs it.
 
@@ -122,7 +122,7 @@ def bake_mesh(
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Tell how closely the pictures of depth images resemble those of their mesh, seen from all around.
+    """Hold how closely pictures of depth images match pictures of their mesh, seen from all around.
 
     The measures are psnr (dB), iou (of the silhouettes), flip (0 to 1), depth_median and depth_p99 (errors, in heights
     of the object) and holes (per cent of the mesh's pixels); docs/quality-method.md defines them.
@@ -130,13 +130,13 @@ class Comparison:
     Attributes
     ----------
     mean
-        The mean over the views of each measure, by name.
+        Mean of each measure over the views, by its name.
     worst
-        The worst view's value of each measure, by name.
+        Value of each measure in its worst view, by its name.
     views
-        Number of views that showed anything.
+        Number of views in which the object was visible.
     gpu_bytes
-        Bytes of GPU memory that the depth images take, at most, in any of the pictures.
+        Most GPU memory that the depth images took in any of the pictures, bytes.
 
     Examples
     --------
@@ -161,20 +161,20 @@ def compare(
     size: tuple[int, int] = (1024, 768),
     views: Literal[6, 42] = 42,
 ) -> Comparison:
-    """Compare pictures of depth images with pictures of their mesh, in the same light.
+    """Compare pictures of depth images with pictures of their mesh under the same light.
 
     Parameters
     ----------
     mesh
         Path of the mesh file that was baked.
     baked
-        Path of the file that `bake_mesh` made of it.
+        Path of the file that `bake_mesh` made from it.
     texture, up, height
         The values that `bake_mesh` was given.
     size
         Width and height of the pictures, pixels.
     views
-        Number of directions to look from: 42 all around, or a quick sample of 6.
+        Number of viewing directions: 42 all around, or 6 for a quick check.
 
     Returns
     -------
@@ -212,7 +212,7 @@ def compare(
 
 
 def _spec(mesh: PathLike, texture: PathLike | None, up: Up, height: float | None) -> MeshAsset:
-    """Return the asset that a scene file with the same values describes, so that both have the same key."""
+    """Return the asset that a scene file with these values would define, so that both get the same cache key."""
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
     file = Path(mesh)

@@ -1,4 +1,4 @@
-"""Tell which object of the scene is in front at each pixel of a frame."""
+"""Find the object of the scene that is in front at each pixel of a frame."""
 
 from collections.abc import Iterator
 
@@ -15,31 +15,31 @@ from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
-# How far apart two passes may draw one surface, of its distance: polygons that are farther are hidden, by the ground or
-# by what a pass of the user's drew. Where pixels have several samples, drivers differ in where they take its depth.
+# Relative difference in distance up to which two passes count as having drawn the same surface. A polygon farther away
+# is hidden, by the ground or by what a user's pass drew. With several samples per pixel the tolerance is larger, since
+# drivers differ in where within the pixel they take the depth.
 _SAME_SURFACE, _SAME_SURFACE_SAMPLED = 1e-3, 5e-2
 
 
 def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) -> NDArray[np.int32]:
-    """Return which object of the scene is in front at each pixel of the frame drawn last.
+    """Return the object of the scene that is in front at each pixel of the frame drawn last.
 
-    Objects drawn as depth images or captured views are read from the visibility buffer. Polygons leave no trace in
-    it: an object that `ids` found counts as seen where it is as near as what the frame shows.
+    Objects drawn as depth images or captured views are read from the visibility buffer. Polygons are not recorded
+    there: an object that `ids` found is visible where it is as near as the surface in the frame's depth buffer.
 
     Parameters
     ----------
     renderer
-        The renderer, which has just drawn a frame; its context is current.
+        The renderer, which has just drawn a frame. Its context must be current.
     ids
-        One of the renderer's passes, which finds objects drawn as polygons; its `requested` was set before that frame.
+        The pass of this renderer that finds objects drawn as polygons; its `requested` was set before the frame.
     scene_objects
-        The objects of the scene, one row for each number.
+        The objects of the scene; the result holds their row numbers.
 
     Returns
     -------
     numpy.ndarray
-        (H, W) int32, row 0 at the bottom; −1 where there is no object. Supersampled pictures have a value for every
-        sample.
+        (H, W) int32, row 0 at the bottom; −1 where there is no object. Supersampled frames have one value per sample.
     """
     targets, view, plan = renderer.targets, renderer.view, renderer.plan
     assert targets is not None and view is not None and plan is not None  # the frame made them
@@ -64,7 +64,7 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
 
 
 def _scene_objects(renderer: Renderer) -> Rows:
-    """Return the scene's object (n,) of each of the n objects that are drawn: one has a row for each of its parts."""
+    """Return the scene's object number (n,) of each of the n drawn objects; an asset with parts has a row for each."""
     number, parts = renderer.world.objects().asset, renderer.assets.parts
     shown = np.unique(number[number >= parts.first]).tolist()
     first_parts = {parts.numbers(parts.asset_of(part)).start for part in shown}
@@ -73,7 +73,7 @@ def _scene_objects(renderer: Renderer) -> Rows:
 
 
 def _mesh_objects(meshes: DrawList, view: View, objects: Objects) -> NDArray[np.int32]:
-    """Return the scene's object (m,) of each of the m records of polygons, by its place: records hold no numbers."""
+    """Return the scene's object number (m,) of each of m polygon records, matched by transform: records have no IDs."""
     found = np.full(len(meshes.records), -1, np.int32)
     place = np.column_stack([objects.position - view.position, objects.rotation, objects.scale])
     for asset, rows in _records_by_asset(meshes):
@@ -83,7 +83,7 @@ def _mesh_objects(meshes: DrawList, view: View, objects: Objects) -> NDArray[np.
 
 
 def _records_by_asset(meshes: DrawList) -> Iterator[tuple[int, Rows]]:
-    """Yield each asset with the rows of its records."""
+    """Yield each asset number with the rows of its records."""
     asset = np.repeat([batch.asset for batch in meshes.batches], [batch.count for batch in meshes.batches])
     row = np.concatenate([np.arange(batch.first, batch.first + batch.count) for batch in meshes.batches])
     for number in np.unique(asset).tolist():

@@ -32,17 +32,17 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, kw_only=True)
 class Image:
-    """Hold a picture of a scene, with depth and objects; row 0 is at the top.
+    """Hold a picture of a scene with depth and object numbers; row 0 is at the top.
 
     Attributes
     ----------
     rgba
         (H, W, 4) uint8: sRGB colours and alpha, which is 0 only where the background was left out.
     depth
-        (H, W) float32, metres along the view axis to the nearest surface in each pixel, +inf where there is none.
+        (H, W) float32, metres along the view axis to the nearest surface in each pixel; +inf where there is none.
     object_id
-        (H, W) int32: number of the scene's object in front, −1 where there is none. None unless `render` was told to
-        find it.
+        (H, W) int32, number of the scene's object in front; −1 where there is none. None unless `render` was asked for
+        it by `object_id=True`.
 
     Examples
     --------
@@ -60,19 +60,19 @@ class Image:
     object_id: NDArray[np.int32] | None = None
 
     def save(self, path: PathLike) -> None:
-        """Write the colours to a PNG file, or without alpha to a JPEG file.
+        """Write the colours to a PNG file, or to a JPEG file without alpha.
 
         Parameters
         ----------
         path
-            The file, whose name ends in .png or .jpg.
+            The file, whose name ends in .png, .jpg or .jpeg.
 
         Raises
         ------
         InputError
-            For a name that ends in neither .png nor .jpg, and a folder that does not exist.
+            If the name ends in none of these, or the folder does not exist.
         OSError
-            Where the file cannot be written.
+            If the file cannot be written.
         """
         file = Path(path)
         if file.suffix.lower() not in (".png", ".jpg", ".jpeg"):
@@ -85,35 +85,35 @@ class Image:
 class Renderer:
     """Render a scene into arrays. Use it in a `with` block, which frees its GPU memory at the end.
 
-    Making a renderer reads the scene's assets, and bakes the depth images that are neither beside their meshes nor in
-    the user's cache. It prints nothing: what it does goes to `progress`, or else to the log. Several renderers may
-    exist at a time.
+    Creating a renderer reads the scene's assets, and bakes depth images found neither beside their mesh nor in the
+    user's cache. Nothing is printed: progress goes to the callback `progress`, or else to the log. Several renderers
+    may exist at the same time.
 
     Parameters
     ----------
     scene
-        What to render. Changes of the scene show in the next picture.
+        What to render. Changes to the scene show in the next picture.
     size
         Width and height of the pictures, pixels.
     representation
-        How to draw every object whose asset allows it, from near by too; "auto" as its mesh or its depth images,
-        whichever is quicker; None leaves it to the scene file, and to "auto" where that says nothing.
+        How to draw every object whose asset allows it, at any distance; "auto" uses its mesh or its depth images,
+        whichever is quicker; None follows the scene file, or "auto" where the file does not say.
     passes
-        The passes of a frame in their order: `default_passes()` with others in between. None uses the default ones.
+        The passes of a frame in order: `default_passes()`, with your own inserted. None uses the default ones.
     reuse
-        Whether a picture may reuse impostors and visibility of the one before, which is faster where the camera moves
-        little; pictures then depend on those before them.
+        Whether a picture may reuse impostors and visibility from the one before. This is faster while the camera moves
+        little, but makes pictures depend on those before them.
     progress
-        Called with the name of an asset and what is being done to it; None logs this.
+        Called with the name of an asset and the stage it is in; None logs this.
 
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     InputError
         For assets that cannot be used.
     TypeError
-        Where `scene` is no `Scene`, but the name of a file, say.
+        If `scene` is not a `Scene` but, say, a file name.
 
     Examples
     --------
@@ -138,7 +138,7 @@ class Renderer:
         reuse: bool = False,
         progress: Callable[[str, str], None] | None = None,
     ) -> None:
-        """Read the scene's assets, and make the context and the programs that draw them."""
+        """Read the scene's assets, and create the context and the programs that draw them."""
         check_scene(scene)
         if len(size) != 2 or min(size) < 1:
             raise InputError(f"size {size}: must be a width and a height of at least 1 pixel")
@@ -161,11 +161,11 @@ class Renderer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Free what the renderer holds on the GPU, as `close` does."""
+        """Free the renderer's GPU memory, as `close` does."""
         self.close()
 
     def close(self) -> None:
-        """Free what the renderer holds on the GPU; the end of a `with` block does so too."""
+        """Free the renderer's GPU memory; leaving a `with` block does this too."""
         self._closed = True
         self._headless.release()
 
@@ -177,9 +177,9 @@ class Renderer:
         camera
             Where to look from; None uses the scene's camera, or `frame_all()` where it has none.
         object_id
-            Whether to find which object is seen at each pixel, for which meshes are drawn once more.
+            Whether to find the object seen at each pixel; this draws the meshes a second time.
         background
-            Whether to show the sky or the background colour where there is no surface, instead of alpha 0.
+            Whether to show the sky or the background colour where there is no surface; otherwise alpha is 0 there.
 
         Returns
         -------
@@ -189,9 +189,9 @@ class Renderer:
         Raises
         ------
         InputError
-            For a camera that sees nothing: one whose target is where it stands, or whose angle is none in radians.
+            For a camera that sees nothing: its target is its position, or its field of view is out of range.
         ValueError
-            Where the renderer is closed.
+            If the renderer is closed.
         """
         if self._closed:
             raise ValueError("the renderer is closed; render within its `with` block")
@@ -207,21 +207,21 @@ class Renderer:
         return self._read(object_id)
 
     def frame_all(self) -> Camera:
-        """Return a camera that sees every object of the scene in pictures of this renderer's size."""
+        """Return a camera that shows every object of the scene in pictures of this renderer's size."""
         return self._headless.frame_all()
 
     def _note_moved(self, objects: slice) -> None:
         self._moved.append(objects)
 
     def _read(self, object_id: bool) -> Image:
-        """Return the frame drawn last, each pixel with the nearest of its samples."""
+        """Return the frame drawn last, taking the nearest of its samples in each pixel."""
         renderer, (width, height) = self._headless.renderer, self.size
         targets, view = renderer.targets, renderer.view
         assert targets is not None and view is not None  # the frame made them
         samples = targets.size[0] // width
 
         def by_pixel(values: NDArray[Any]) -> NDArray[Any]:
-            """Reshape an array of the targets to (H, W, samples per pixel), top row first."""
+            """Reshape one of the targets' arrays to (H, W, samples per pixel), top row first."""
             blocks = values.reshape(height, samples, width, samples).swapaxes(1, 2)
             return blocks.reshape(height, width, samples * samples)[::-1]
 
@@ -237,7 +237,7 @@ class Renderer:
 
 
 def _check_camera(camera: Camera) -> None:
-    """Raise InputError where `camera` shows no picture."""
+    """Raise InputError if `camera` cannot show a picture."""
     if not MIN_FOV <= math.degrees(camera.fov) <= MAX_FOV:
         bounds = f"{math.radians(MIN_FOV):.3g} to {math.radians(MAX_FOV):.3g} radians"
         raise InputError(f"camera: fov {camera.fov:g} must be {bounds}, that is {MIN_FOV:g} to {MAX_FOV:g} degrees")
@@ -248,7 +248,7 @@ def _check_camera(camera: Camera) -> None:
 
 
 def _representation(name: str) -> Representation:
-    """Return a representation by its name in scene files."""
+    """Return the representation that scene files call `name`."""
     by_name = {representation.label: representation for representation in Representation}
     if name not in by_name:
         raise InputError(f"representation {name!r}: must be one of {', '.join(by_name)}")

@@ -1,4 +1,4 @@
-"""Load a scene, move what is in it, and ask which object belongs to which node."""
+"""Load a scene, move its nodes, and look up which object belongs to which node."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ PathLike = str | os.PathLike[str]
 
 
 class Scene:
-    """Hold a scene that `load_scene` has read: a tree of nodes with their objects.
+    """Hold a scene loaded by `load_scene`: a tree of nodes with their objects.
 
     A node is an entry of the file's `objects`, named or not; one node may hold many objects, as a `grid` does. Objects
     are numbered from 0 in the order of the file, and `Image.object_id` holds these numbers.
@@ -34,13 +34,13 @@ class Scene:
     """
 
     def __init__(self, loaded: LoadedScene) -> None:
-        """Hold the arrays `loaded` of a scene. Users call `load_scene`."""
+        """Wrap the arrays `loaded` of a scene. Users call `load_scene`."""
         self._loaded = loaded
         self._watchers: list[WeakMethod[Callable[[slice], None]]] = []
 
     @property
     def loaded(self) -> LoadedScene:
-        """Return the arrays behind the scene, which the package's own modules work on."""
+        """Return the arrays behind the scene, for the package's own modules."""
         return self._loaded
 
     @property
@@ -50,36 +50,36 @@ class Scene:
 
     @property
     def camera(self) -> Camera | None:
-        """Return the file's camera; None where it has none, so that `Renderer.render` shows every object."""
+        """Return the file's camera; None if it has none, and `Renderer.render` then shows every object."""
         return self._loaded.camera
 
     @property
     def settings(self) -> RenderSettings:
-        """Return the render settings, the file's `render`. They may be changed; the next frame follows them."""
+        """Return the render settings, the file's `render`. They may be changed; the next frame uses the new values."""
         return self._loaded.render
 
     @property
     def environment(self) -> Environment:
-        """Return sun, sky, lamps, ground and fog. They may be changed; the next frame follows them."""
+        """Return sun, sky, lamps, ground and fog. They may be changed; the next frame uses the new values."""
         return self._loaded.environment
 
     @property
     def nodes(self) -> tuple[str, ...]:
-        """Return the name of every node in the order of the file, "" for those without one."""
+        """Return the name of every node in the order of the file, "" for unnamed ones."""
         return self._loaded.nodes.name
 
     @property
     def object_count(self) -> int:
-        """Return how many objects the scene has."""
+        """Return the number of objects in the scene."""
         return len(self._loaded.objects)
 
     def objects_of(self, node: int | str) -> range:
-        """Return the numbers of all objects that belong to a node and to those below it.
+        """Return the numbers of all objects of a node and of the nodes below it.
 
         Parameters
         ----------
         node
-            The node's number, its row in `nodes`, or its name.
+            The node's number, that is its row in `nodes`, or its name.
 
         Returns
         -------
@@ -96,7 +96,7 @@ class Scene:
         return range(first, first + int(nodes.object_count[number]))
 
     def node_of(self, object_id: int) -> int:
-        """Return the number of the node that an object belongs to.
+        """Return the number of the node that holds an object.
 
         Parameters
         ----------
@@ -111,19 +111,19 @@ class Scene:
         Raises
         ------
         InputError
-            Where there is no such object, as for the −1 that `Image.object_id` holds for the background.
+            If there is no such object; this includes the −1 that `Image.object_id` holds for the background.
         """
         if not 0 <= object_id < self.object_count:
             raise InputError(f"no object {object_id}: the scene has {self.object_count}")
         return int(self._loaded.owner[object_id])
 
     def position_of(self, node: int | str) -> tuple[float, float, float]:
-        """Return where a node is: x, y and z in its parent's frame, metres.
+        """Return the position of a node: x, y and z in its parent's frame, metres.
 
         Parameters
         ----------
         node
-            The node's number, its row in `nodes`, or its name.
+            The node's number, that is its row in `nodes`, or its name.
 
         Raises
         ------
@@ -141,14 +141,15 @@ class Scene:
         yaw: float | None = None,
         scale: float | None = None,
     ) -> None:
-        """Move, turn or scale a node, with everything below it, within its parent.
+        """Move, turn or scale a node within its parent, together with everything below it.
 
-        What is None stays as it is. Every renderer of the scene shows the change in its next frame.
+        A value of None leaves that part of the transform unchanged. Every renderer of the scene shows the change in its
+        next frame.
 
         Parameters
         ----------
         node
-            The node's number, its row in `nodes`, or its name.
+            The node's number, that is its row in `nodes`, or its name.
         position
             (3,) metres, in the parent's frame.
         yaw
@@ -184,12 +185,12 @@ class Scene:
                 notify(changed)
 
     def watch(self, notify: Callable[[slice], None]) -> None:
-        """Call a method with each run of objects that `move` moves, as long as the object that the method is of lives.
+        """Call a bound method with each run of objects that `move` moves, for as long as the method's object lives.
 
         Parameters
         ----------
         notify
-            The method, which is given a slice of the scene's objects.
+            The method; it receives a slice of the scene's objects.
         """
         self._watchers = [watcher for watcher in self._watchers if watcher() is not None]
         self._watchers.append(WeakMethod(notify))
@@ -210,7 +211,7 @@ class Scene:
 
 
 def check_scene(scene: Scene) -> None:
-    """Raise TypeError where `scene` is none, but something else that a scene can be made of, as the name of a file."""
+    """Raise TypeError if `scene` is not a `Scene`, but for example the name of a file."""
     if not isinstance(scene, Scene):
         raise TypeError(f"scene: must be a Scene, as load_scene returns it, not {scene!r}")
 
@@ -218,18 +219,18 @@ def check_scene(scene: Scene) -> None:
 def load_scene(
     path: PathLike, asset_roots: Sequence[PathLike] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
-    """Load a scene file; or a mesh, or depth images, as a scene that holds nothing else.
+    """Load a scene file; a mesh or a file of depth images is loaded as a scene that holds nothing else.
 
-    Assets are not read yet, only looked for: a `Renderer` reads them.
+    This only checks that assets exist; a `Renderer` reads them.
 
     Parameters
     ----------
     path
         A scene file (docs/scene-file.md), a mesh, or a file of depth images.
     asset_roots
-        Folders besides the scene's own in which its files may lie.
+        Folders, besides the scene's own, in which to look for its files.
     overrides
-        Values to replace, YAML text by dotted key, as `--set` of the command line takes them; None replaces none.
+        Values to replace: YAML text by dotted key, as the option `--set` takes them; None replaces none.
 
     Returns
     -------
@@ -239,7 +240,7 @@ def load_scene(
     Raises
     ------
     InputError
-        With one line per mistake, each with its place in the file.
+        With one line per mistake, each with its position in the file.
 
     Examples
     --------

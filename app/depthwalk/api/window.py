@@ -1,4 +1,4 @@
-"""Open the window on a scene."""
+"""Open a window to walk through a scene."""
 
 from pathlib import Path
 
@@ -11,14 +11,14 @@ from depthwalk.scene.path import load_path
 def view(
     scene: Scene, *, path: PathLike | None = None, size: tuple[int, int] = (1280, 720), fullscreen: bool = False
 ) -> None:
-    """Open a window on a scene, and return when the user closes it.
+    """Open a window on a scene; return when the user closes it.
 
     Parameters
     ----------
     scene
         What to walk through. Keys and mouse are listed in docs/walking.md.
     path
-        A camera path file, which the key P plays; None for no path.
+        A camera path file, played with the key P; None for no path.
     size
         Width and height of the window, pixels.
     fullscreen
@@ -27,11 +27,11 @@ def view(
     Raises
     ------
     GpuError
-        Where no window can be opened, as without a display.
+        If no window can be opened, for example without a display.
     InputError
         For assets and paths that cannot be used.
     TypeError
-        Where `scene` is no `Scene`.
+        If `scene` is not a `Scene`.
 
     Examples
     --------

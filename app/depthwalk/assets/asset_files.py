@@ -1,7 +1,7 @@
-"""Read the files of assets as a scene describes them, and derive the keys of what is made of them.
+"""Read the files of assets as a scene describes them, and derive the keys of what is made from them.
 
-A key is a hash of the bytes that were read and of everything else that the result depends on. So a result is found
-again only while it is still right, and files that are replaced need no bookkeeping.
+A key is a hash of the bytes that were read and of everything else that the result depends on. So a result is found only
+while it is still valid, and replaced files need no bookkeeping.
 """
 
 import hashlib
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from depthwalk.ingest.range_image import RangeImage
 
 _TEXTURED = "+textured"
-_MAX_READINGS = 3  # of a range image that changes while it is read
+_MAX_READINGS = 3  # of a range image that changes while it is being read
 
 
 def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
@@ -56,7 +56,7 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 
 def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
-    """Return a text that tells the sources of mesh assets apart.
+    """Return a text that identifies the sources of a mesh asset.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     Returns
     -------
     str
-        The SHA-256 in hex that `hash_files` makes of the asset's files, and a mark where they name a texture.
+        The SHA-256 in hex of the asset's files, see `hash_files`, with a mark if they name a texture.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     sources = sources or Sources()
     head = read_head(spec.mesh, spec.texture, sources)
     digest = hash_files(head.files, sources)
-    # What was made before alpha was heeded, or before what lets light through was left out, is made anew.
+    # The marks invalidate results from before alpha was heeded, and before translucent parts were left out.
     for mark, has in ("+cut-outs", head.has_cut_outs), ("+translucency", head.is_translucent):
         if has:
             digest = hashlib.sha256(f"{digest}{mark}".encode()).hexdigest()
@@ -86,9 +86,9 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
 
 
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
-    """Read the mesh of an asset, and hash the same bytes, so that the hash is right though a file may be replaced.
+    """Read the mesh of an asset, and hash the same bytes, so that the hash is right even if a file is replaced.
 
-    Returns the mesh, asset frame, metres, and the `mesh_source` of its files. Raises InputError as `read_mesh`.
+    Returns the mesh, asset frame, metres, and the `mesh_source` of its files. Raises InputError like `read_mesh`.
     """
     sources = Sources()
     mesh = read_mesh(spec, sources)
@@ -96,9 +96,9 @@ def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
 
 
 def read_translucent(spec: MeshAsset) -> Mesh | None:
-    """Read the mesh of an asset if any of it may let light through or glow, which the head of its files tells.
+    """Read the mesh of an asset if, according to the head of its files, any of it may be translucent or glow.
 
-    Returns the mesh, asset frame, metres; None where all of it is opaque and dark. Raises InputError as `read_mesh`.
+    Returns the mesh, asset frame, metres; None if all of it is opaque and dark. Raises InputError like `read_mesh`.
     """
     sources = Sources()
     head = read_head(spec.mesh, sources=sources)
@@ -109,7 +109,7 @@ def read_translucent(spec: MeshAsset) -> Mesh | None:
 def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
     """Read the mesh of an asset that is to be baked, as `read_mesh` does.
 
-    Raises InputError for a mesh without height, too, which depth images could not show.
+    Also raises InputError for a mesh without height, which depth images could not show.
     """
     mesh = read_mesh(spec, sources)
     check_height(mesh, spec.mesh)
@@ -156,8 +156,8 @@ def read_range_image(spec: DepthImageAsset) -> "RangeImage":
 def read_keyed(spec: DepthImageAsset) -> "tuple[RangeImage, str]":
     """Read the range image of an asset that has `intrinsics` or is a `panorama`, and hash its files.
 
-    NPY and OpenEXR files are read by their names, not from bytes that could be hashed as well. So the files are hashed
-    before and after, and read again where the hashes differ.
+    NPY and OpenEXR files are read by name, not from bytes that could be hashed as well. So the files are hashed before
+    and after, and read again if the hashes differ.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def read_keyed(spec: DepthImageAsset) -> "tuple[RangeImage, str]":
     Raises
     ------
     InputError
-        For files that cannot be used, and for files that change whenever they are read.
+        For files that cannot be used, and for files that change every time they are read.
     """
     for _ in range(_MAX_READINGS):
         key, image = range_key(spec), read_range_image(spec)
@@ -183,7 +183,7 @@ def read_keyed(spec: DepthImageAsset) -> "tuple[RangeImage, str]":
 
 @contextmanager
 def complaints_about(file: Path) -> Iterator[None]:
-    """Put the name of `file` before the InputErrors of a `with` block that knows only the file's contents."""
+    """Prefix InputErrors of a `with` block that knows only the file's contents with the name of `file`."""
     try:
         yield
     except InputError as error:
@@ -191,7 +191,7 @@ def complaints_about(file: Path) -> Iterator[None]:
 
 
 def model_params(dpci: DpciParams) -> ModelParams:
-    """Return the parameters of a bake that the key `dpci` of a scene file asks for."""
+    """Return the bake parameters that the key `dpci` of a scene file asks for."""
     return ModelParams(
         resolution=dpci.resolution,
         layers=dpci.layers,
@@ -212,7 +212,7 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
     params
         How it is baked.
     source
-        What `mesh_source` returns for the bytes that the mesh is read from; None asks it about what its files hold now.
+        The result of `mesh_source` for the bytes that the mesh is read from; None computes it for the present files.
 
     Returns
     -------
@@ -224,45 +224,45 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
     InputError
         For files that cannot be read.
     """
-    # Defaults are left out: files that were baked before there was a choice keep their keys.
+    # Defaults are left out, so that files baked before an option existed keep their keys.
     default = ModelParams()
     chosen = {name: getattr(params, name) for name in ("method", "parts", "axis")}
     chosen = {name: value for name, value in chosen.items() if value != getattr(default, name)}
     source = source or mesh_source(spec)
-    if source.endswith(_TEXTURED) and params.keeps_coordinates:  # of other meshes nothing is baked but what ever was
+    if source.endswith(_TEXTURED) and params.keeps_coordinates:  # results of other meshes do not depend on it
         chosen["coordinates"] = params.coordinates
     return _key(spec, source, resolution=params.resolution, layers=params.layers, **chosen)
 
 
 def levels_key(spec: MeshAsset, source: str) -> str:
-    """Return the key, 64 hex digits, of the simplified levels of a mesh asset; `source` is as of `mesh_key`."""
+    """Return the key, 64 hex digits, of the simplified levels of a mesh asset; `source` as in `mesh_key`."""
     return _key(spec, source, ratios=RATIOS, fewest=FEWEST, looks=LOOKS)
 
 
 def clusters_key(spec: MeshAsset, source: str) -> str:
-    """Return the key, 64 hex digits, of the clusters of a mesh asset; `source` is as of `mesh_key`."""
+    """Return the key, 64 hex digits, of the clusters of a mesh asset; `source` as in `mesh_key`."""
     return _key(spec, source, clusters=CLUSTERS_VERSION)
 
 
 def views_key(spec: MeshAsset, source: str, params: CaptureParams | None = None) -> str:
-    """Return the key of views of a mesh asset captured by `params`; `source` is as of `mesh_key`.
+    """Return the key of views of a mesh asset captured with `params`; `source` as in `mesh_key`.
 
-    Its first 32 hex digits tell meshes apart, the other 32 parameters. Without `params` it is the first 32: what the
-    keys of all views of the mesh begin with, so that they can be found by whoever does not know the parameters.
+    Its first 32 hex digits identify the mesh, the other 32 the parameters. Without `params` only the first 32 are
+    returned, with which the keys of all views of the mesh begin, so that views can be found for unknown parameters.
     """
     of_mesh = _key(spec, source, views=CAPTURE_VERSION)[:32]
     return of_mesh if params is None else of_mesh + _key(spec, source, **asdict(params))[:32]
 
 
 def _key(spec: MeshAsset, source: str, **params: object) -> str:
-    """Return the key of what is made of a mesh asset, whose `mesh_source` is `source`, with `params`."""
+    """Return the key of what is made with `params` from a mesh asset whose `mesh_source` is `source`."""
     return bake_key(source.removesuffix(_TEXTURED), up=spec.up, height=spec.height, **params)
 
 
 def range_key(spec: DepthImageAsset) -> str:
     """Return the key, 64 hex digits, of the depth images that the range image or panorama of `spec` is baked to.
 
-    It is a hash of what the files of the range image hold now and of everything else that the result depends on.
+    It is a hash of the present contents of the range image's files and of everything else that the result depends on.
 
     Raises InputError for files that cannot be read.
     """
@@ -275,5 +275,5 @@ def range_key(spec: DepthImageAsset) -> str:
 
 
 def _hash_of(*files: Path | None) -> str:
-    """Return a hash of what `files` hold now, leaving out those that are None or named twice."""
+    """Return a hash of the present contents of `files`, skipping None and duplicates."""
     return hash_files(dict.fromkeys(file for file in files if file is not None), Sources())

@@ -1,8 +1,8 @@
-"""Bake and cook the assets of a scene beside the frames of a walk, so that no frame waits for them.
+"""Bake and cook the assets of a scene in the background of a walk, so that no frame waits for them.
 
-What the cache has is looked up by a thread, one asset after the other. What it has not is baked and cooked by other
-processes, into the cache. The program that draws asks `is_cooked` for what it needs, in the order of need, and calls
-`poll` once a frame. `foresee` asks before there is a window, so that files are read while the window is made.
+A thread looks up assets in the cache, one after the other. Missing ones are baked and cooked into the cache by other
+processes. The drawing program asks `is_cooked` for what it needs, in the order of need, and calls `poll` once per
+frame. `foresee` asks before there is a window, so that files are read while the window is created.
 """
 
 import logging
@@ -34,35 +34,35 @@ _Request = tuple[int, CookOptions]
 
 
 class BackgroundLibrary(SceneLibrary):
-    """Provide the assets of a scene as `SceneLibrary` does, but say which are ready and prepare others meanwhile.
+    """Provide the assets of a scene as `SceneLibrary` does, but report which are ready and prepare others meanwhile.
 
     So a program can draw frames, with meshes in place of depth images, until the depth images have been baked.
 
     Attributes
     ----------
     failures
-        Complaints about assets whose depth images cannot be made, oldest first; the caller may clear the list.
+        Messages about assets whose depth images cannot be made, oldest first; the caller may clear the list.
     baking_waits
-        Whether baking what is missing is put off, because its processes would take the cores from something more
-        urgent. The caller sets this; once it is False, `poll` begins to bake.
+        Whether baking is postponed, because its processes would take the cores from something more urgent. The caller
+        sets this; once it is False, `poll` begins baking.
     """
 
     def __init__(self, assets: tuple[Asset, ...], processes: int | None = None) -> None:
-        """Make a library of a scene's assets; nothing is read, and no process started, before it is asked for.
+        """Create a library of a scene's assets; nothing is read, and no process started, before it is needed.
 
         Parameters
         ----------
         assets
             The assets, by number.
         processes
-            How many processes bake; None: as many as there are cores. Each imports the program's main module. 0 bakes
-            in a thread, for programs that would run again when they are imported.
+            Number of processes that bake; None: as many as there are cores. Each imports the program's main module. 0
+            bakes in a thread, for programs that would run again when they are imported.
         """
         super().__init__(assets, processes=processes)
         self.failures: list[str] = []
         self._ready: dict[_Request, Objects] = {}
         self._finding: dict[_Request, Future[Objects | None]] = {}
-        self._unbaked: list[_Request] = []  # to be baked, but not yet
+        self._unbaked: list[_Request] = []  # waiting to be baked
         self._making: dict[_Request, Future[str | None]] = {}
         self.baking_waits = False
         self._failed: set[_Request] = set()
@@ -70,8 +70,8 @@ class BackgroundLibrary(SceneLibrary):
         self._pool = BakePool()
         self._pools_broken = 0
         self._held: list[HeldArrays] = []
-        self._is_mesh_read = False  # whether a mesh was, or is being
-        self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
+        self._is_mesh_read = False  # whether a mesh has been or is being read
+        self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # for its mesh, by asset
         self._batch = Batch()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "BackgroundLibrary":
@@ -83,7 +83,7 @@ class BackgroundLibrary(SceneLibrary):
     def foresee(self, scene: Scene, forced: Representation | None) -> None:
         """Begin to read what the first picture will show: headers, then geometry and texture, the nearest first.
 
-        What fails fails again, and is complained about, when it is asked for.
+        Failures are not reported here: they occur again when the asset is requested.
 
         Parameters
         ----------
@@ -102,7 +102,7 @@ class BackgroundLibrary(SceneLibrary):
                 self._read_mesh_ahead(self._threads, asset)
 
     def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of the asset numbered `asset`; None where it has none. Waits where a thread reads it."""
+        """Return the mesh of the asset numbered `asset`; None if it has none. Waits if a thread is reading it."""
         if asset in self._meshes:
             return super().mesh(asset)
         with self._reading[asset]:
@@ -111,9 +111,9 @@ class BackgroundLibrary(SceneLibrary):
     # What drawing asks for -------------------------------------------------------------------------------------------
 
     def is_cooked(self, asset: int, options: CookOptions) -> bool:
-        """Return whether the cooked depth images of an asset are ready; if not, the asset is prepared from now on.
+        """Return whether the cooked depth images of an asset are ready; if not, begin preparing the asset.
 
-        Assets are prepared in the order in which they are first asked for.
+        Assets are prepared in the order in which they are first requested.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class BackgroundLibrary(SceneLibrary):
         Returns
         -------
         bool
-            True where `cooked` returns at once.
+            True if `cooked` returns at once.
         """
         request = asset, options
         if request in self._ready:
@@ -139,7 +139,7 @@ class BackgroundLibrary(SceneLibrary):
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> Objects:
         """Return the cooked depth images of an asset, one object for each part.
 
-        The caller waits where `is_cooked` is False.
+        The call waits if `is_cooked` is False.
 
         Parameters
         ----------
@@ -148,21 +148,21 @@ class BackgroundLibrary(SceneLibrary):
         options
             How it is cooked.
         again
-            Whether to cook although the library or the cache has them, because what they have cannot be loaded.
+            Whether to cook even if the library or the cache has them, because what they have cannot be loaded.
 
         Raises
         ------
         InputError
             For files that cannot be used.
         LookupError
-            Where the asset has no depth images.
+            If the asset has no depth images.
         """
         if again or (asset, options) not in self._ready:
             self._ready[asset, options] = super().cooked(asset, options, again=again)
         return self._ready[asset, options]
 
     def poll(self) -> bool:
-        """Take over what has been found or made since the last call; return True where any asset became ready."""
+        """Take over what has been found or made since the last call; return True if any asset became ready."""
         before = len(self._ready)
         for request in [request for request, future in self._finding.items() if future.done()]:
             self._take_found(request, self._finding.pop(request))
@@ -180,17 +180,17 @@ class BackgroundLibrary(SceneLibrary):
 
     @property
     def is_searching(self) -> bool:
-        """Return whether the cache is still being searched for an asset that was asked for."""
+        """Return whether the cache is still being searched for a requested asset."""
         return bool(self._finding)
 
     @property
     def is_busy(self) -> bool:
-        """Return whether any asset that was asked for is still searched for, baked or cooked."""
+        """Return whether any requested asset is still being searched, baked or cooked."""
         return bool(self._finding or self._unbaked or self._making)
 
     @property
     def progress(self) -> Progress | None:
-        """Return how far baking and cooking have come; None where nothing is being baked or cooked."""
+        """Return the progress of baking and cooking; None if nothing is being baked or cooked."""
         return self._batch.progress(self._assets) if self._making else None
 
     def cancel(self) -> None:
@@ -222,11 +222,11 @@ class BackgroundLibrary(SceneLibrary):
         return self._finder
 
     def _find(self, asset: int, options: CookOptions, threads: Executor) -> Objects | None:
-        """Return what the cache, or the asset's own file, has of an asset; None where it must be baked or cooked.
+        """Return an asset's objects from the cache, or from its own file; None if it must be baked or cooked.
 
-        What no cache may keep is cooked here: another process could not hand it over. Of what is found, `threads` then
-        read the arrays, since the first picture needs most of them; of what is missing, the first mesh, and the process
-        that will bake it imports what it needs.
+        Assets that no cache may store are cooked here, since another process could not hand over the result. The arrays
+        of found objects are then read by `threads`, since the first picture needs most of them. For the first missing
+        one, its mesh is read, and the process that will bake it imports what it needs.
         """
         if self.is_shipped_cooked(asset):
             return super().cooked(asset, options)
@@ -241,14 +241,14 @@ class BackgroundLibrary(SceneLibrary):
         return None
 
     def _read_mesh_ahead(self, threads: Executor, asset: int) -> None:
-        """Have the mesh of an asset read by `threads`, unless another one was; whoever needs it waits for it."""
+        """Have the mesh of an asset read by `threads`, unless another has been; callers that need it wait."""
         if not self._is_mesh_read:
             self._is_mesh_read = True
             threads.submit(self.mesh, asset)
 
     def _load_made(self, asset: int, options: CookOptions, spilled: str | None) -> Objects:
-        """Return what another process has made of an asset, loaded so that the mesh can give way to it at once."""
-        self._keys.pop(asset, None)  # the file may have been replaced since its key was asked for
+        """Return objects made by another process, with arrays loaded so that they can replace the mesh at once."""
+        self._keys.pop(asset, None)  # the file may have been replaced since its key was computed
         objects = read_cooked(Path(spilled)) if spilled else find_cooked(self.key(asset), options)
         if objects is None:
             raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images")
@@ -271,7 +271,7 @@ class BackgroundLibrary(SceneLibrary):
         self._unbaked.append(request)
 
     def _hold(self, objects: Objects) -> None:
-        """Remember preloaded objects; of too many, those that were loaded first are dropped until they are needed."""
+        """Remember preloaded objects; if there are too many, drop the arrays of the oldest until they are needed."""
         self._held += [cooked.load for cooked in objects if isinstance(cooked.load, HeldArrays)]
         self._held = [load for load in self._held if load.is_held]
         while len(self._held) > _MOST_HELD:
@@ -298,7 +298,7 @@ class BackgroundLibrary(SceneLibrary):
         self._batch.finish(asset)
 
     def _retry(self, request: _Request) -> None:
-        """Begin again after a process was killed, for want of memory say: then one asset at a time, and only once."""
+        """Begin again after a process was killed, say for lack of memory: one asset at a time, and only once."""
         outstanding = [request, *self._making]
         self._making.clear()
         self._pool.end()

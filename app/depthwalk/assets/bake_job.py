@@ -1,4 +1,4 @@
-"""Bake one mesh to a file, or to a URL, unless what is there is up to date; the file appears whole or not at all."""
+"""Bake one mesh to a file or a URL, unless it is up to date; the file is written atomically."""
 
 import contextlib
 import os
@@ -26,20 +26,20 @@ from depthwalk.scene.scene import MeshAsset
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """Say which mesh to bake, and to which file.
+    """Describe which mesh to bake, and to which file.
 
     Attributes
     ----------
     spec
         The asset whose mesh is baked.
     params
-        How it is baked.
+        Parameters of the bake.
     out
-        The file, which is replaced where it exists; it holds cooked depth images where its name ends in `.dpci.npz`.
+        The file, which is replaced if it exists; it holds cooked depth images if its name ends in `.dpci.npz`.
     url
-        Where the file is stored instead, by a driver of fsspec; `out` then is a bare name. "" stores it at `out`.
+        URL at which the file is stored instead, through fsspec; `out` then is a bare name. "" stores it at `out`.
     force
-        Whether to bake although the file, or one in the cache, is up to date; the cache then forgets the mesh, too.
+        Whether to bake even if the file, or one in the cache, is up to date; the cached file is then removed, too.
     """
 
     spec: MeshAsset
@@ -50,12 +50,12 @@ class Job:
 
     @property
     def target(self) -> Path | str:
-        """Return where the file is stored."""
+        """Return the path or URL of the file."""
         return self.url or self.out
 
     @property
     def folder(self) -> Path | None:
-        """Return the folder in which the file appears; None where that is none of this machine."""
+        """Return the folder in which the file appears; None if it is not on this machine."""
         return None if self.url else self.out.parent
 
 
@@ -70,11 +70,11 @@ class Baked:
     triangles
         Number of triangles of the mesh.
     parts
-        Number of objects that the mesh was divided into.
+        Number of parts that the mesh was divided into.
     images
         Number of depth images that hold samples.
     seconds
-        Seconds that each stage took, in the order of the stages.
+        Duration of each stage, seconds, in the order of the stages.
     bytes
         Size of the file.
     left_out
@@ -99,7 +99,7 @@ class Kept:
     out
         The file, or its URL.
     cached
-        Whether the file was copied from the user's cache folder; else it was there and up to date.
+        Whether the file was copied from the user's cache folder; otherwise it existed and was up to date.
     """
 
     out: Path | str
@@ -107,7 +107,7 @@ class Kept:
 
 
 def bake_whole(job: Job, workers: int | None = None) -> Baked | Kept:
-    """Do a job, so that its file appears whole or not at all; `workers` and errors are those of `bake_job`."""
+    """Do a job so that its file is written atomically; `workers` and errors are those of `bake_job`."""
     with staging(job) as staged:
         outcome = bake_job(job, staged, lambda stage: None, workers)
         try:
@@ -126,31 +126,31 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     job
         The job.
     staged
-        Where to write the file; the caller moves it to `job.out` when it is whole. Nothing is written where `job.out`
-        is up to date, and nothing stays where the file is stored at a URL.
+        Where to write the file; the caller moves it to `job.out` when it is complete. Nothing is written if `job.out`
+        is up to date, and nothing is left if the file is stored at a URL.
     stage
         Called with the name of each stage as it begins.
     workers
-        How many threads to use; None: as many as `default_workers` returns.
+        Number of threads to use; None: the number that `default_workers` returns.
 
     Returns
     -------
     Baked | Kept
-        What was done.
+        The outcome.
 
     Raises
     ------
     InputError
-        Where the mesh cannot be used or the file cannot be written.
+        If the mesh cannot be used or the file cannot be written.
     OSError
-        Where a URL cannot be reached.
+        If a URL cannot be reached.
     """
     outcome = _make(job, staged, stage, workers)
     if job.url and staged.is_file():
         stage("store")
         try:
             send_file(staged, job.url)
-        finally:  # else the caller would move it
+        finally:  # otherwise the caller would move it
             staged.unlink()
     return outcome
 
@@ -179,7 +179,7 @@ def _make(job: Job, staged: Path, stage: Callable[[str], None], workers: int | N
         return Kept(job.target, cached=True)
     mesh = read_body(job.spec, sources)
     del sources  # frees the bytes of the files
-    clock.start("structure")  # that rays are cast against
+    clock.start("structure")  # the search tree for ray casting
     # Cooking makes its own coarse levels of larger images, from the finest grids.
     max_stepped = GRID_TEXELS if cooked else None
     model = bake_model(mesh, job.params, key, clock.start, workers, max_stepped)
@@ -205,7 +205,7 @@ def _make(job: Job, staged: Path, stage: Callable[[str], None], workers: int | N
 
 
 def _copied(cached: Path, staged: Path) -> bool:
-    """Copy a file of the cache, and return whether that worked: another process may have removed it to make room."""
+    """Copy a file from the cache, and return whether that worked: another process may have removed it to make room."""
     try:
         copy(cached, staged)
     except OSError:
@@ -214,7 +214,7 @@ def _copied(cached: Path, staged: Path) -> bool:
 
 
 def unwritable(out: Path | str, error: OSError) -> InputError:
-    """Return the complaint that the file of one job cannot be written; the other jobs go on."""
+    """Return the error that the file of one job cannot be written; the other jobs continue."""
     return InputError(f"{out}: cannot be written: {error.strerror or error}")
 
 
@@ -231,7 +231,7 @@ def _is_stored(job: Job, staged: Path, key: str) -> bool:
 
 def _is_up_to_date(file: Path, key: str) -> bool:
     """Return whether a file holds the depth images of `key`, cooked or not, undamaged."""
-    # Read as a whole: its pixels may be damaged though its header is not.
+    # Read completely: its pixels may be damaged even if its header is not.
     if not is_cooked_file(file):
         return read_model(file, key) is not None
     try:
@@ -244,7 +244,7 @@ class _Stopwatch:
     """Measure the stages of a job; a stage ends where the next begins."""
 
     def __init__(self, announce: Callable[[str], None]) -> None:
-        """Measure nothing yet. announce: called with the name of each stage that begins."""
+        """Start without a stage. announce: called with the name of each stage that begins."""
         self._announce = announce
         self._seconds: dict[str, float] = {}
         self._stage = ""
@@ -256,7 +256,7 @@ class _Stopwatch:
         self._stage, self._began = stage, time.perf_counter()
 
     def stop(self) -> dict[str, float]:
-        """End the last stage; return the seconds that each took."""
+        """End the last stage; return the duration of each, seconds."""
         if self._stage:
             elapsed = time.perf_counter() - self._began
             self._seconds[self._stage] = self._seconds.get(self._stage, 0.0) + elapsed
@@ -266,14 +266,14 @@ class _Stopwatch:
 
 @contextlib.contextmanager
 def staging(job: Job) -> Iterator[Path]:
-    """Provide a file name in a new folder: beside the file of the job `job`, on the same disk, or for temporary files.
+    """Provide a file name in a new folder: beside the job's file, on the same disk, or for temporary files.
 
-    The folder is removed with whatever a worker that was ended left in it. Where this process is killed, the next bake
-    to the same place removes it.
+    The folder is removed with anything that a terminated worker left in it. If this process is killed, the next bake to
+    the same place removes it.
     """
     try:
         folder = staging_folder(job.folder) if job.folder else temporary_folder()
-    except OSError:  # the folder does not exist, say: the job will complain of it
+    except OSError:  # for example, the folder does not exist: the job will report it
         yield job.out.with_name(f".{job.out.name}")
         return
     with folder as name:

@@ -1,4 +1,4 @@
-"""Bake and cook single assets in other processes, which tell what they do, into the cache or a folder beside it."""
+"""Bake and cook single assets in other processes, which report their progress, into the cache or a folder beside it."""
 
 import contextlib
 import multiprocessing
@@ -21,17 +21,17 @@ from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.scene import Asset
 
-_NICENESS = 2  # of the processes that bake: frames come first, but not by so much that it never ends
-_MOST_HANDED_OVER = 64e6  # bytes of a mesh: copying more would make a frame wait, and such files are read quickly
+_NICENESS = 2  # of the processes that bake: frames come first, but baking must not starve
+_MOST_HANDED_OVER = 64e6  # bytes of a mesh: copying more would delay a frame, and such files are read quickly
 
 
 class BakePool:
-    """Own the processes that bake, or the thread, and the folder of what the cache cannot keep.
+    """Own the processes that bake, or the thread, and the folder for results that the cache cannot store.
 
     Attributes
     ----------
     executor
-        What bakes; None before the first `begin`, and after `end`.
+        Runs the bakes; None before the first `begin`, and after `end`.
     """
 
     def __init__(self) -> None:
@@ -42,12 +42,12 @@ class BakePool:
         self._spill: TemporaryDirectory[str] | None = None
 
     def begin(self, processes: int | None) -> None:
-        """Start what bakes, unless it is there; a process begins to import. Threads may call this, too.
+        """Start the executor, unless it exists; a process begins to import. Threads may call this, too.
 
         Parameters
         ----------
         processes
-            How many processes bake; None: as many as there are cores; 0: a thread of this one.
+            Number of processes; None: as many as there are cores; 0: a thread of this process.
         """
         with self._lock:
             if self.executor is not None or self._closed:
@@ -59,28 +59,28 @@ class BakePool:
             self._reports = context.Queue()
             set_up = set_up_ahead, (self._reports, _NICENESS)
             self.executor = ProcessPoolExecutor(processes or os.cpu_count() or 1, context, *set_up)
-            self.executor.submit(os.getpid)  # processes are started when there is something to do
+            self.executor.submit(os.getpid)  # processes are started only when there is something to do
 
     def submit(
         self, asset: int, spec: Asset, options: CookOptions, read: tuple[Mesh, str] | None
     ) -> "Future[str | None]":
-        """Have an asset baked and cooked; `begin` was called before.
+        """Submit an asset for baking and cooking; `begin` must have been called.
 
         Parameters
         ----------
         asset
-            Its number, under which its stages are told.
+            Its number, under which its stages are reported.
         spec
             The asset.
         options
             How it is cooked.
         read
-            Its mesh, and the hash of the bytes that it was read from; None where it is still to be read.
+            Its mesh, and the hash of the bytes that it was read from; None if it has not been read yet.
 
         Returns
         -------
         Future[str | None]
-            None where the cache keeps what is made; else the file that holds it.
+            None if the cache stores the result; otherwise the file that holds it.
         """
         assert self.executor is not None
         if self._spill is None:
@@ -93,13 +93,13 @@ class BakePool:
         return self.executor.submit(_make, spec, read, options, out, report)
 
     def reports(self) -> Iterator[tuple[int, str]]:
-        """Yield what was told since the last call: the number of an asset, and the stage that began."""
+        """Yield the reports since the last call: the number of an asset, and the stage that began."""
         with contextlib.suppress(queue.Empty, OSError, EOFError):
             while self._reports is not None:
                 yield self._reports.get_nowait()
 
     def end(self) -> None:
-        """End the processes; `begin` starts others. A thread ends with what it is doing."""
+        """End the processes; `begin` starts others. A thread finishes its current task."""
         with self._lock:
             if self.executor is None:
                 return
@@ -121,25 +121,25 @@ class BakePool:
 
 
 def _put(reports: "queue.Queue[tuple[int, str]]", asset: int, stage: str) -> None:
-    """Tell of a stage from a thread of the program that draws."""
+    """Report a stage from a thread of the drawing program."""
     reports.put((asset, stage))
 
 
 def _make(
     spec: Asset, read: tuple[Mesh, str] | None, options: CookOptions, out: str, report: Callable[[str], None]
 ) -> str | None:
-    """Bake and cook an asset into the cache; where that cannot keep it, into the file `out`, which is returned.
+    """Bake and cook an asset into the cache; if that cannot store it, into the file `out`, which is returned.
 
     Parameters
     ----------
     spec
         The asset.
     read
-        Its mesh, and the hash of the bytes that it was read from; None where it is still to be read.
+        Its mesh, and the hash of the bytes that it was read from; None if it has not been read yet.
     options
         How it is cooked.
     out
-        The file to write where the cache keeps nothing.
+        The file to write if the cache stores nothing.
     report
         Called with the name of each stage.
     """

@@ -1,7 +1,7 @@
-"""Bake meshes to files, several at a time in processes of their own.
+"""Bake meshes to files, several at a time in separate processes.
 
-Files that are up to date are left as they are, so that an interrupted bake goes on where it stopped. A file appears
-whole or not at all, and no process outlives the caller, however that ends.
+Files that are up to date are left unchanged, so an interrupted bake continues where it stopped. Files are written
+atomically, and no process outlives the caller, however that ends.
 """
 
 import contextlib
@@ -20,36 +20,36 @@ from depthwalk.errors import InputError
 from depthwalk.files import remove_leftovers
 from depthwalk.parallel import default_workers, usable_cores
 
-_POLL_SECONDS = 0.1  # between two looks at what the processes report
+_POLL_SECONDS = 0.1  # between checks for reports from the processes
 
 Stage = Callable[[int, str], None]
 """Called with the number of a job, and the name of the stage that begins."""
 
 Outcome = Baked | Kept | InputError | TaskError
-"""What a job came to; the error of one whose mesh cannot be used, or that failed on a cluster again and again."""
+"""The outcome of a job; an error if its mesh cannot be used, or if it failed repeatedly on a cluster."""
 
 Outcomes = Generator[tuple[int, Outcome], None, None]
-"""The number of a job, and what it came to."""
+"""The number of a job, and its outcome."""
 
 
 def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcomes:
-    """Do jobs, and yield what became of each as it ends.
+    """Do jobs, and yield the outcome of each as it ends.
 
-    Callers that leave before the end close the generator, which ends what still runs.
+    Callers that leave early close the generator, which ends the running jobs.
 
     Parameters
     ----------
     jobs
-        The jobs, whose files all differ.
+        The jobs; all their files must differ.
     processes
-        How many jobs to do at a time; None: as many as there are cores. With one they are done in this process.
+        Number of jobs to do at a time; None: as many as there are cores. With 1 they are done in this process.
     stage
-        Called with the number of a job and the name of the stage that it begins.
+        Called with the number of a job and the name of the stage that begins.
 
     Yields
     ------
     tuple
-        The number of a job, and what became of it; an InputError where the job failed, while the others go on.
+        The number of a job, and its outcome; an InputError if the job failed, while the others continue.
     """
     processes = min(len(jobs), processes or usable_cores())
     with contextlib.ExitStack() as stack:
@@ -59,7 +59,7 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
         run = _run_here(jobs, staged, stage) if processes < 2 else _run_parallel(jobs, staged, processes, stage)
         for number, outcome in stack.enter_context(contextlib.closing(run)):
             try:
-                if staged[number].is_file():  # neither a file that is up to date nor one that has been sent is staged
+                if staged[number].is_file():  # files that are up to date or were sent to a URL are not staged
                     os.replace(staged[number], jobs[number].out)
             except OSError as error:
                 outcome = unwritable(jobs[number].target, error)
@@ -76,7 +76,7 @@ def _run_here(jobs: Sequence[Job], staged: Sequence[Path], stage: Stage) -> Outc
 
 
 def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, stage: Stage) -> Outcomes:
-    """Do jobs in so many processes. Those that still run when the caller leaves are ended."""
+    """Do jobs in the given number of processes. Jobs still running when the caller leaves are ended."""
     context = multiprocessing.get_context("spawn")
     reports = context.Queue()
     pool = ProcessPoolExecutor(processes, context, set_up_worker, (reports,))

@@ -1,4 +1,4 @@
-"""Provide cooked depth images: from the cache, or cooked now and kept there."""
+"""Provide cooked depth images: from the cache, or cooked now and stored there."""
 
 import logging
 from collections.abc import Callable
@@ -23,25 +23,25 @@ def cooked_objects(
     Parameters
     ----------
     key
-        Returns the key in the cache of the asset's depth images; "" where the cache is not to keep them. It is called
+        Returns the key of the asset's depth images in the cache; "" if the cache is not to store them. It is called
         again after `baked`, since the asset's file may have been replaced before it was baked.
     baked
-        Returns the asset's depth images, baked if need be; None where the asset has none. It is not called where the
-        cache has what was cooked of them.
+        Returns the asset's depth images, baked if necessary; None if the asset has none. It is not called if the cache
+        has the cooked objects.
     options
-        What is built of each object.
+        What is built for each object.
     again
-        Whether to cook although the cache has the objects, because what it has cannot be loaded. The objects returned
-        then hold their arrays in memory, so that a cache which fails again does no harm.
+        Whether to cook even if the cache has the objects, because they cannot be loaded. The objects returned then hold
+        their arrays in memory, so that a cache that fails again does no harm.
     begin
-        Called when the cooking begins; not called where the cache has the objects.
+        Called when cooking begins; not called if the cache has the objects.
 
     Raises
     ------
     InputError
         For files that cannot be used.
     LookupError
-        Where the asset has no depth images.
+        If the asset has no depth images.
     """
     name = key()
     found = find_cooked(name, options) if name and not again else None

@@ -1,4 +1,4 @@
-"""Say what a scene needs of its assets: how each object is drawn, which assets come first, how images are cooked."""
+"""Determine what a scene needs of its assets: how objects are drawn, which assets come first, how images are cooked."""
 
 from typing import Protocol
 
@@ -12,22 +12,22 @@ from depthwalk.types import Array
 
 
 class Stock(Protocol):
-    """Describe who knows what each asset has, by its number."""
+    """Describe an object that knows what each asset has, by its number."""
 
     def __len__(self) -> int:
         """Return the number of assets."""
         ...
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether the asset with the number `asset` has depth images, without making them."""
+        """Return whether the asset numbered `asset` has depth images, without making them."""
         ...
 
     def has_height_field(self, asset: int) -> bool:
-        """Return whether the asset with the number `asset` is one planar depth image, without making it."""
+        """Return whether the asset numbered `asset` is one planar depth image, without making it."""
         ...
 
     def has_mesh(self, asset: int) -> bool:
-        """Return whether the asset with the number `asset` has a mesh, without reading it."""
+        """Return whether the asset numbered `asset` has a mesh, without reading it."""
         ...
 
 
@@ -39,7 +39,7 @@ def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> 
     objects
         The scene's n objects.
     stock
-        Tells what each asset has.
+        Knows what each asset has.
     forced
         The representation of all objects whose asset has it; None: each object's own.
 
@@ -53,21 +53,21 @@ def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> 
         has = stock.has_mesh if forced in OF_MESH else stock.has_baked
         has = stock.has_height_field if forced in HEIGHT_FIELDS else has
         able = np.array([has(asset) for asset in range(len(stock))], bool)
-        if forced is Representation.AUTO:  # it needs something to choose from
+        if forced is Representation.AUTO:  # needs both to choose from
             able &= np.array([stock.has_mesh(asset) for asset in range(len(stock))], bool)
         representation[able[objects.asset]] = forced
     return representation
 
 
 def nearest_first(objects: Objects, viewer: Array | None) -> list[int]:
-    """Return the assets that objects use, those first of which an object is nearest to the viewer.
+    """Return the assets that objects use, ordered by the distance of their nearest object to the viewer.
 
     Parameters
     ----------
     objects
         The objects.
     viewer
-        (3,) where the viewer stands, metres, world; None: not known, then assets come by their numbers.
+        (3,) position of the viewer, metres, world; None if unknown: assets are then ordered by number.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def nearest_first(objects: Objects, viewer: Array | None) -> list[int]:
 
 
 def cook_options(settings: RenderSettings) -> CookOptions:
-    """Return how `settings` have depth images cooked: the papers' mechanisms need grids by step, not by error."""
+    """Return the cook options for `settings`: the papers' mechanisms need grids by step, not by error."""
     lod, in_order = settings.lod, settings.warp.order == "epipole"
     by_paper = lod.cases != "complete"
     return CookOptions(lod.mode == "paper" or by_paper or in_order, by_paper)

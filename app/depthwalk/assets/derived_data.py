@@ -1,8 +1,8 @@
-"""Provide what is derived from a mesh: from the cache, or made now and kept there.
+"""Provide data derived from a mesh: from the cache, or made now and stored there.
 
-Simplified levels, clusters and captured views have one life: what the cache holds is found by its key; what it does not
-hold is made, by modules that are imported then, and kept. A full or read-only disk costs the next start time, not this
-one.
+Simplified levels, clusters and captured views are all handled alike: they are looked up in the cache by key; if
+missing, they are made, by modules imported only then, and stored. A full or read-only disk costs the next start time,
+not this one.
 """
 
 import logging
@@ -38,7 +38,7 @@ def simplified_levels(spec: MeshAsset, mesh: Mesh, source: str, report: Callable
     source
         Hash of the bytes that it was read from.
     report
-        Called with what is being done, where something is made.
+        Called with the name of the stage, if something is made.
     """
 
     def make() -> tuple[MeshLevel, ...]:
@@ -51,7 +51,7 @@ def simplified_levels(spec: MeshAsset, mesh: Mesh, source: str, report: Callable
 
 
 def clusters(spec: MeshAsset, mesh: Mesh, source: str, report: Callable[[str], None]) -> MeshClusters:
-    """Return the clusters of a mesh; the parameters are as of `simplified_levels`."""
+    """Return the clusters of a mesh; parameters as in `simplified_levels`."""
 
     def make() -> MeshClusters:
         report("dividing into clusters")
@@ -65,7 +65,7 @@ def clusters(spec: MeshAsset, mesh: Mesh, source: str, report: Callable[[str], N
 def captured_views(
     spec: MeshAsset, mesh: Mesh, source: str, params: CaptureParams, report: Callable[[str], None]
 ) -> CapturedViews:
-    """Return views of a mesh, captured as `params` say; the other parameters are as of `simplified_levels`."""
+    """Return views of a mesh, captured with `params`; other parameters as in `simplified_levels`."""
 
     def make() -> CapturedViews:
         report("capturing views")
@@ -78,9 +78,9 @@ def captured_views(
 
 
 def _found_or_made(cache: ArrayCache[_T, _Origin], key: str, origin: _Origin, make: Callable[[], _T], name: str) -> _T:
-    """Return what the cache holds under `key`; else make it and keep it there, or warn that it cannot.
+    """Return the cache's entry for `key`; if there is none, make and store it, or warn if that fails.
 
-    origin: what it is derived from. name: of the asset.
+    origin: the data that it is derived from. name: of the asset.
     """
     if (found := cache.find_value(origin, key)) is not None:
         return found

@@ -1,7 +1,7 @@
-"""Provide the assets of a scene to the renderer, as arrays, when they are first asked for.
+"""Provide the assets of a scene to the renderer, as arrays, when they are first requested.
 
-Depth images are found beside the mesh or in the cache; what is found nowhere is baked, and the cache keeps it. What
-bakes is imported when something has to be baked: the first picture of most scenes needs nothing of it.
+Depth images are found beside the mesh or in the cache; missing ones are baked and stored in the cache. The baker is
+imported only when something must be baked: the first picture of most scenes does not need it.
 """
 
 import logging
@@ -46,19 +46,19 @@ _NEEDS_IMAGES = (
 
 
 class SceneLibrary(MeshLibrary):
-    """Read and bake the assets of a scene, by their numbers, when they are first asked for.
+    """Read and bake the assets of a scene, by their numbers, when they are first requested.
 
-    Meshes and their levels are kept in memory until `forget_mesh`. Depth images are not: where they are asked for
-    again, they are read again, since the renderer keeps what it needs of them. Every method raises InputError for files
-    that cannot be used.
+    Meshes and their levels are kept in memory until `forget_mesh`. Depth images are not: if they are requested again,
+    they are read again, since the renderer keeps what it needs of them. Every method raises InputError for files that
+    cannot be used.
 
-    What the cache keeps has the key of the bytes that it was made of. Where a file is replaced after the key of its
-    asset was first asked for, `key` returns the old key until the new file is baked, and then the new one.
+    Cache entries have the key of the bytes that they were made from. If a file is replaced after the key of its asset
+    was first requested, `key` returns the old key until the new file is baked, and then the new one.
 
     Attributes
     ----------
     report
-        Called with the name of an asset and what is being done for it; may be replaced.
+        Called with the name of an asset and the stage that begins; may be replaced.
     """
 
     def __init__(
@@ -68,27 +68,27 @@ class SceneLibrary(MeshLibrary):
         processes: int | None = 1,
         ahead: Prefetcher | None = None,
     ) -> None:
-        """Make a library of a scene's assets; nothing is read yet.
+        """Create a library of a scene's assets; nothing is read yet.
 
         Parameters
         ----------
         assets
             The assets, by number.
         report
-            Called with the name of an asset and what is being done for it.
+            Called with the name of an asset and the stage that begins.
         processes
-            How many missing assets to bake at a time; None: as many as there are cores. More than one is for programs
-            whose main module can be imported again, since that is how processes are started.
+            Number of missing assets to bake at a time; None: as many as there are cores. More than one requires a
+            program whose main module can be imported again, since that is how processes are started.
         ahead
             Reads the arrays of cooked objects while the caller does something else; None: they are read when they are
-            asked for.
+            requested.
         """
         super().__init__(assets, report)
         self._processes, self._ahead = processes, ahead
         self._keys: dict[int, str] = {}
-        self._unkept: dict[str, BakedModel] = {}  # by key: models that the cache could not keep
+        self._unkept: dict[str, BakedModel] = {}  # models that the cache could not store, by key
         self._in_memory: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `read_ahead`
-        self._warned = False  # of cooked files, which cannot follow some settings
+        self._warned = False  # about cooked files, which do not support some settings
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
         """Return a library of other `assets`, which bakes as many at a time as this one."""
@@ -99,7 +99,7 @@ class SceneLibrary(MeshLibrary):
         return len(self._assets)
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether the scene gives the asset numbered `asset` depth images, be they baked yet or not."""
+        """Return whether the scene gives the asset numbered `asset` depth images, whether baked yet or not."""
         spec = self._assets[asset]
         return not isinstance(spec, MeshAsset) or spec.dpci is not None
 
@@ -115,16 +115,16 @@ class SceneLibrary(MeshLibrary):
     def key(self, asset: int) -> str:
         """Return the key in the cache of the depth images of the asset numbered `asset`.
 
-        It is "" where the cache keeps none, or keeps them without the meso-structure that they are drawn with.
+        It is "" if the cache stores none, or stores them without the meso-structure that they are drawn with.
         """
         if asset not in self._keys:
             self._keys[asset] = _key_of(self._assets[asset])
         return self._keys[asset]
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return the depth images of the asset numbered `asset`; None where it has none.
+        """Return the depth images of the asset numbered `asset`; None if it has none.
 
-        Those that are found neither beside the mesh nor in the cache are baked, and kept in the cache.
+        If they are neither beside the mesh nor in the cache, they are baked, and stored in the cache.
         """
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
@@ -143,26 +143,26 @@ class SceneLibrary(MeshLibrary):
         asset
             The number of the asset.
         options
-            How it is cooked; of no effect where the scene names cooked depth images.
+            How it is cooked; without effect if the scene names cooked depth images.
         again
-            Whether to cook although the cache has the objects, because what it has cannot be loaded.
+            Whether to cook even if the cache has the objects, because what it has cannot be loaded.
 
         Raises
         ------
         LookupError
-            Where the asset has no depth images.
+            If the asset has no depth images.
         """
         return self._prefetched(self._cooked(asset, options, again))
 
     def _prefetched(self, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-        """Return `objects`, whose arrays begin to be read where the library reads ahead."""
+        """Return `objects`, and begin reading their arrays if the library reads ahead."""
         return objects if self._ahead is None else self._ahead.read(objects)
 
     def read_ahead(self, assets: Sequence[int], options: CookOptions, most: float) -> None:
-        """Read assets before they are asked for: cooked depth images, and meshes of what has no depth images.
+        """Read assets before they are requested: cooked depth images, and meshes of assets without depth images.
 
-        Arrays of depth images are held until they are first asked for. Nothing is baked or cooked: depth images that
-        neither the scene names nor the cache has are passed over. No thread is started.
+        Arrays of depth images are held until they are first requested. Nothing is baked or cooked: depth images that
+        neither the scene names nor the cache has are skipped. No thread is started.
 
         Parameters
         ----------
@@ -171,8 +171,8 @@ class SceneLibrary(MeshLibrary):
         options
             How depth images are cooked.
         most
-            How many bytes of arrays to hold; the first asset that takes more, and what follows, is read when it is
-            asked for.
+            Most bytes of arrays to hold; the first asset that exceeds it, and all after it, are read when they are
+            requested.
 
         Raises
         ------
@@ -189,7 +189,7 @@ class SceneLibrary(MeshLibrary):
             self._in_memory[asset, options] = tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
 
     def _found_cooked(self, asset: int, options: CookOptions) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of the asset numbered `asset`; none where they are still to be made."""
+        """Return the cooked depth images of the asset numbered `asset`; none if they have yet to be made."""
         spec = self._assets[asset]
         if isinstance(spec, BakedAsset) and is_cooked_file(spec.baked):
             return read_cooked(spec.baked)
@@ -216,8 +216,8 @@ class SceneLibrary(MeshLibrary):
     def _baked_to_cook(self, asset: int, options: CookOptions) -> BakedModel | None:
         """Return an asset's depth images, to be cooked.
 
-        Where they are not there and cooking would not use their coarse grids, they are baked without, which takes a
-        fifth less time, and are not kept: the cache keeps what is cooked of them.
+        If they are missing and cooking would not use their coarse grids, they are baked without these, which takes a
+        fifth less time, and are not stored: the cache stores the cooked objects.
         """
         spec = self._assets[asset]
         if not isinstance(spec, MeshAsset) or spec.dpci is None or spec.dpci.meso or options.needs_coarse_grids:
@@ -232,14 +232,13 @@ class SceneLibrary(MeshLibrary):
     def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake into the cache, several at a time, the depth images of assets for which none are found.
 
-        The call does nothing where the library bakes one asset at a time, or where at most one lacks its depth images:
-        the method `baked` makes these when they are asked for. It also tries again what fails here, and raises its
-        error.
+        This does nothing if the library bakes one asset at a time, or if at most one lacks its depth images: the method
+        `baked` makes these when they are requested. It also retries whatever fails here, and raises its error.
 
         Parameters
         ----------
         assets
-            Numbers of the assets to look for.
+            Numbers of the assets to check.
         """
         if self._processes != 1:
             bake_missing((self._assets[asset] for asset in assets), self._processes, self.report)
@@ -247,7 +246,7 @@ class SceneLibrary(MeshLibrary):
     def _mesh_model(self, asset: int, spec: MeshAsset, max_stepped: int | None = None) -> BakedModel:
         """Return the depth images of a mesh, with the relief that the scene lays over them.
 
-        Those baked with `max_stepped`, see `bake_model`, lack grids that others ask for; the cache does not keep them.
+        Those baked with `max_stepped`, see `bake_model`, lack grids that others need; the cache does not store them.
         """
         assert spec.dpci is not None
         params = model_params(spec.dpci)
@@ -265,7 +264,7 @@ class SceneLibrary(MeshLibrary):
         return self._found_or_made(spec.name, spec.depth, self.key(asset), lambda: self._bake_range(asset, spec))
 
     def _planar(self, spec: DepthImageAsset) -> BakedModel:
-        """Return a planar depth image as it is: reading it takes no longer than reading a file of the cache."""
+        """Return a planar depth image without caching it: reading it is as fast as reading a file of the cache."""
         from depthwalk.bake.planar import bake_planar
 
         return BakedModel(parts=(bake_planar(read_relief(spec), key="", cut=spec.method == "cut"),))
@@ -273,7 +272,7 @@ class SceneLibrary(MeshLibrary):
     def _found_or_made(
         self, name: str, source: Path, key: str, bake: Callable[[], BakedModel], keep: bool = True
     ) -> BakedModel:
-        """Find the model of `key` beside its source or in the cache; else bake it, and keep it there if `keep`."""
+        """Find the model of `key` beside its source or in the cache; otherwise bake it, and store it if `keep`."""
         found = self._unkept.get(key) or find_baked(source, key)
         if found is not None:
             return found
@@ -293,7 +292,7 @@ class SceneLibrary(MeshLibrary):
         """Read the mesh, unless it is in memory, and bake it under the key of what was read; see `bake_model`."""
         from depthwalk.bake.parts import bake_model
 
-        # Not by `mesh`, which would keep in memory a mesh that may be drawn by its depth images only.
+        # Not through `mesh`, which would keep a mesh in memory that may be drawn only by its depth images.
         mesh, source = self._meshes.get(asset) or self._read_mesh(spec)
         check_height(mesh, spec.mesh)
         key = mesh_key(spec, params, source)
@@ -321,7 +320,7 @@ class SceneLibrary(MeshLibrary):
 
 
 def _key_of(spec: Asset) -> str:
-    """Return the key of an asset's depth images; "" where they are not kept, or not as they are drawn."""
+    """Return the key of an asset's depth images; "" if they are not stored, or not as they are drawn."""
     if isinstance(spec, DepthImageAsset):
         return range_key(spec) if spec.size is None else ""
     if isinstance(spec, BakedAsset):

@@ -11,11 +11,11 @@ from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.scene.scene import Asset, BakedAsset, MeshAsset
 
 Report = Callable[[str, str], None]
-"""Called with the name of an asset, and what is being done for it."""
+"""Called with the name of an asset, and the stage that begins."""
 
 
 class MeshLibrary:
-    """Read the meshes of a scene's assets, by their numbers, when they are first asked for.
+    """Read the meshes of a scene's assets, by their numbers, when they are first requested.
 
     Meshes, their levels and clusters are kept in memory until `forget_mesh`. Every method raises InputError for files
     that cannot be used.
@@ -23,11 +23,11 @@ class MeshLibrary:
     Attributes
     ----------
     report
-        Called with the name of an asset and what is being done for it; may be replaced.
+        Called with the name of an asset and the stage that begins; may be replaced.
     """
 
     def __init__(self, assets: tuple[Asset, ...], report: Report) -> None:
-        """Make a library of the meshes of `assets`, by number; nothing is read yet. `report`: see the class."""
+        """Create a library of the meshes of `assets`, by number; nothing is read yet. `report`: see the class."""
         self._assets = assets
         self.report = report
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
@@ -39,7 +39,7 @@ class MeshLibrary:
         return _mesh_spec(self._assets[asset]) is not None
 
     def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of the asset numbered `asset`, asset frame, metres; None where it has none."""
+        """Return the mesh of the asset numbered `asset`, asset frame, metres; None if it has none."""
         spec = _mesh_spec(self._assets[asset])
         if spec is None:
             return None
@@ -50,7 +50,7 @@ class MeshLibrary:
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         """Return the mesh of the asset numbered `asset` and its simplified levels, the finest first.
 
-        The result is empty where the asset has no mesh.
+        The result is empty if the asset has no mesh.
         """
         if asset not in self._levels:
             spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
@@ -63,7 +63,7 @@ class MeshLibrary:
         return self._levels[asset]
 
     def mesh_clusters(self, asset: int) -> MeshClusters | None:
-        """Return the clusters of the mesh of the asset numbered `asset`; None where it has no mesh."""
+        """Return the clusters of the mesh of the asset numbered `asset`; None if it has no mesh."""
         if asset not in self._clusters:
             spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
             if spec is not None and mesh is not None:
@@ -75,7 +75,7 @@ class MeshLibrary:
         return self._clusters[asset]
 
     def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
-        """Return views of the mesh of the asset numbered `asset`, captured as `params` say; None where it has no mesh.
+        """Return views of the mesh of the asset numbered `asset`, captured with `params`; None if it has no mesh.
 
         They are not kept in memory.
         """
@@ -85,36 +85,36 @@ class MeshLibrary:
         return derived_data.captured_views(spec, *self._meshes[asset], params, partial(self.report, spec.name))
 
     def translucent_mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of the asset numbered `asset` if any of it lets light through or glows, else None.
+        """Return the mesh of the asset numbered `asset` if any of it is translucent or glows, otherwise None.
 
         The mesh is not kept in memory.
         """
         spec = _mesh_spec(self._assets[asset])
         if spec is None:
             return None
-        known = self._meshes.get(asset)  # once: other threads forget meshes
+        known = self._meshes.get(asset)  # looked up once, since other threads forget meshes
         if known is not None:
             return known[0] if known[0].is_translucent else None
         return read_translucent(spec)
 
     def take_mesh(self, asset: int, mesh: Mesh, source: str) -> None:
-        """Keep `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""
+        """Store `mesh` as that of the asset numbered `asset`; `source` is the hash of the bytes it was read from."""
         self._meshes[asset] = mesh, source
 
     def forget_mesh(self, asset: int) -> None:
-        """Free the memory of the mesh and the levels of the asset numbered `asset`, until they are asked for again."""
+        """Free the memory of the mesh and levels of the asset numbered `asset`, until they are requested again."""
         self._meshes.pop(asset, None)
         self._levels.pop(asset, None)
         self._clusters.pop(asset, None)
 
     def _read_mesh(self, spec: MeshAsset) -> tuple[Mesh, str]:
-        """Read the mesh of an asset, and say so."""
+        """Read the mesh of an asset, and report it."""
         self.report(spec.name, "reading")
         return read_hashed(spec)
 
 
 def _mesh_spec(spec: Asset) -> MeshAsset | None:
-    """Return how the mesh of an asset is read; None where it has none."""
+    """Return how the mesh of an asset is read; None if it has none."""
     if isinstance(spec, BakedAsset):
         return spec.source
     return spec if isinstance(spec, MeshAsset) else None

@@ -1,4 +1,4 @@
-"""Find out which assets lack depth images, and bake these into the cache, several at a time."""
+"""Find assets that lack depth images, and bake these into the cache, several at a time."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -16,18 +16,18 @@ log = logging.getLogger(__name__)
 
 
 def bake_missing(assets: Iterable[Asset], processes: int | None, report: Callable[[str, str], None]) -> None:
-    """Bake into the cache the depth images of assets for which none are found, if that are two or more.
+    """Bake into the cache the depth images of assets for which none are found, if there are at least two.
 
-    What fails is left to whoever asks for the asset: it fails again there, with an error.
+    Failures are not reported here: they occur again, with an error, when the asset is requested.
 
     Parameters
     ----------
     assets
-        The assets to look for.
+        The assets to check.
     processes
-        How many to bake at a time; None: as many as there are cores.
+        Number of bakes at a time; None: as many as there are cores.
     report
-        Called with the name of an asset and what is being done for it.
+        Called with the name of an asset and the stage that begins.
     """
     unbaked = _unbaked_meshes(assets)
     if len(unbaked) < 2:
@@ -50,13 +50,13 @@ def bake_missing(assets: Iterable[Asset], processes: int | None, report: Callabl
                     make_room(missing[number].out)
     except OSError as error:
         log.warning("cannot keep depth images: %s", error)
-    except BrokenExecutor:  # the system ended a process, for lack of memory say: one at a time needs less
+    except BrokenExecutor:  # the system ended a process, for example for lack of memory: one at a time needs less
         log.warning("the system ended a process that baked; the depth images that are missing are baked singly")
 
 
 def _unbaked_meshes(assets: Iterable[Asset]) -> dict[str, tuple[MeshAsset, ModelParams]]:
     """Return the meshes, by key, whose depth images `assets` need and are found nowhere, and how to bake them."""
-    found: dict[str, tuple[MeshAsset, ModelParams]] = {}  # assets may share one
+    found: dict[str, tuple[MeshAsset, ModelParams]] = {}  # by key, since assets may share one
     for spec in assets:
         if isinstance(spec, MeshAsset) and spec.dpci is not None:
             params = model_params(spec.dpci)

@@ -1,4 +1,4 @@
-"""Count how far the preparation of a scene's assets has come, and foresee how long the rest will take."""
+"""Count the progress of preparing a scene's assets, and estimate how long the rest will take."""
 
 import time
 from collections.abc import Sequence
@@ -6,24 +6,24 @@ from dataclasses import dataclass, field
 
 from depthwalk.scene.scene import Asset
 
-# What part of an asset's time has passed where a stage begins, measured on busts of 100,000 triangles.
+# Part of an asset's time that has passed when a stage begins, measured on busts of 100,000 triangles.
 _PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """Tell how far the preparation of a scene's assets has come.
+    """Describe the progress of preparing a scene's assets.
 
     Attributes
     ----------
     done, total
-        How many assets were baked and cooked, and how many had to be since the preparation began.
+        Number of assets baked and cooked, and number of those needed since the preparation began.
     name, stage
-        The name of the asset that is being worked on, and what is being done; "" before the first report.
+        The name of the current asset, and its stage; "" before the first report.
     fraction
         The part of the work that is done, 0 to 1.
     seconds_left
-        How long the rest will take, judged by what is done; None before that can be said.
+        Estimated time for the rest, seconds, judged by the work done; None before it can be estimated.
     """
 
     done: int
@@ -41,7 +41,7 @@ class Batch:
     Attributes
     ----------
     total
-        How many assets have to be baked and cooked.
+        Number of assets to be baked and cooked.
     """
 
     total: int = 0
@@ -51,20 +51,20 @@ class Batch:
     _latest: int | None = None
 
     def note(self, asset: int, stage: str) -> None:
-        """Note that a `stage` begins for the asset numbered `asset`."""
+        """Record that a `stage` begins for the asset numbered `asset`."""
         known = self._stages.get(asset, ("", 0.0))[1]
         self._stages[asset] = stage, max(known, _PASSED.get(stage, 0.0))
         self._latest = asset
 
     def finish(self, asset: int) -> None:
-        """Note that the asset numbered `asset` is baked and cooked, or that it cannot be."""
+        """Record that the asset numbered `asset` is baked and cooked, or that it cannot be."""
         self._done += 1
         self._stages.pop(asset, None)
         if self._latest == asset:
             self._latest = next(iter(self._stages), None)
 
     def progress(self, assets: Sequence[Asset]) -> Progress:
-        """Return how far this batch has come; `assets` are those of the scene, by number."""
+        """Return the progress of this batch; `assets` are those of the scene, by number."""
         elapsed, share = time.perf_counter() - self._began, sum(passed for _, passed in self._stages.values())
         fraction = min((self._done + share) / max(self.total, 1), 1.0)
         latest = self._latest

@@ -1,4 +1,4 @@
-"""Set up processes that bake for another one: they tell it what they do, and end with it.
+"""Set up processes that bake for another one: they report their progress to it, and end with it.
 
 Nothing here takes long to import, so that a process can import the rest while it waits for its first task.
 """
@@ -13,7 +13,7 @@ import threading
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-_IMPORTS = (  # of baking and cooking, with what their functions import when they are called
+_IMPORTS = (  # for baking and cooking, including what their functions import when they are called
     "depthwalk.assets.bake_pool",
     "depthwalk.bake.parts",
     "embreex.mesh_construction",
@@ -21,10 +21,10 @@ _IMPORTS = (  # of baking and cooking, with what their functions import when the
     "scipy.ndimage",
     "scipy.spatial.transform",
 )
-# The first picture comes first; but where others keep all cores busy, work must not wait long for the imports.
+# The first picture comes first; but if other processes keep all cores busy, work must not wait long for the imports.
 _NICENESS_OF_IMPORTS = 5
 
-_reports: Any = None  # in a worker process: the queue into which it says what it does
+_reports: Any = None  # in a worker process: the queue for its progress reports
 
 
 def set_up_worker(reports: Any) -> None:
@@ -33,7 +33,7 @@ def set_up_worker(reports: Any) -> None:
     Parameters
     ----------
     reports
-        The queue, of `multiprocessing`, into which `report_stage` puts what this process does.
+        The `multiprocessing` queue into which `report_stage` puts this process's stages.
     """
     global _reports
     _reports = reports
@@ -42,14 +42,14 @@ def set_up_worker(reports: Any) -> None:
 
 
 def set_up_ahead(reports: Any, niceness: int) -> None:
-    """Prepare a worker process that is started before there is work: `set_up_worker`, and import what work needs.
+    """Prepare a worker process that is started before there is work: `set_up_worker`, then import what work needs.
 
     Parameters
     ----------
     reports
         See `set_up_worker`.
     niceness
-        By how much its priority is lowered. Importing ahead is less urgent still, where threads have priorities.
+        How much its priority is lowered. Importing ahead has even lower priority, if threads have priorities.
     """
     set_up_worker(reports)
     threading.Thread(target=_import_ahead, daemon=True).start()
@@ -58,7 +58,7 @@ def set_up_ahead(reports: Any, niceness: int) -> None:
 
 
 def report_stage(number: int, stage: str) -> None:
-    """Tell the parent of this worker process that the stage called `stage` of the job numbered `number` begins."""
+    """Report to the parent of this worker process that the stage `stage` of the job numbered `number` begins."""
     _reports.put((number, stage))
 
 
@@ -69,7 +69,7 @@ def terminate(pool: ProcessPoolExecutor) -> None:
 
 
 def _import_ahead() -> None:
-    """Import what baking and cooking need; what fails fails again, and is told of, where it is needed."""
+    """Import what baking and cooking need; failures occur again, and are reported, where it is needed."""
     if sys.platform == "linux":  # elsewhere this would be the priority of the process
         os.nice(_NICENESS_OF_IMPORTS)
     with contextlib.suppress(ImportError):
@@ -78,7 +78,7 @@ def _import_ahead() -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent has ended: nobody else ends the workers of a parent that was killed."""
+    """End this process when its parent has ended: nothing else ends the workers of a parent that was killed."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

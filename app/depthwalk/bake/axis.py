@@ -1,4 +1,4 @@
-"""Choose the direction of an object's cylinder, so that its images sample the surface best."""
+"""Choose the axis of an object's cylinder so that its depth images sample the surface best."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,25 +10,25 @@ from depthwalk.bake.sampling import Probes, sampled_footprints, squared_texels
 from depthwalk.geometry.triangles import spread_directions
 from depthwalk.types import Array
 
-_SPREAD = 20  # directions that are tried besides the named ones and the principal axes
-_LEAST_GAIN = 0.2  # of the mean squared footprint, for an axis other than y
+_SPREAD = 20  # directions to try besides the named ones and the principal axes
+_LEAST_GAIN = 0.2  # part of the mean squared footprint that an axis other than y must save
 
 
 def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakeParams) -> Direction:
     """Choose the cylinder's axis whose images sample an object best, by the mean squared footprint.
 
-    The axis is +Y unless another one gains clearly, and it never points down.
+    The axis is +Y unless another one is clearly better, and it never points down.
 
     Parameters
     ----------
     caster
-        The object, ready for rays, asset frame.
+        The object, ready for ray casting, asset frame.
     points
-        (n, 3) metres, asset frame: the object's vertices, which the cylinder encloses.
+        (n, 3) metres, asset frame: the object's vertices, which the cylinder must enclose.
     probes
         Points spread over the object's surface, at which the footprints are measured.
     params
-        How the object would be baked; an axis that they name is ignored.
+        How the object would be baked; an axis given there is ignored.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakePa
 
 
 def candidate_axes(probes: Probes) -> NDArray[np.float64]:
-    """Return the unit directions (c, 3), asset frame, that are worth trying as axis of a surface with these `probes`.
+    """Return the unit directions (c, 3), asset frame, to try as the axis for a surface with these `probes`.
 
     They are y, x and z, the principal axes of the probes, and others spread over the upper half of the sphere; none
     points down.

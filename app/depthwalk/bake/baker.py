@@ -1,7 +1,7 @@
 """Bake a mesh to the depth images of one cylinder (Liu, Liu and Wu 2007, §3.1).
 
-Surfaces are sampled by ray casting, with layers by depth peeling, or by the paper's six views. Neighbouring samples are
-connected to triangles, of which those are dropped that do not lie on the surface.
+Surfaces are sampled by ray casting, with layers by depth peeling, or from the paper's six views. Neighbouring samples
+are connected to triangles, and triangles that do not lie on the surface are dropped.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -38,10 +38,10 @@ from depthwalk.parallel import Map, batches, thread_map
 from depthwalk.types import Mask
 
 Progress = Callable[[str], None]
-_LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a box face must sample better than others, to be worth the trouble
+_LEAST_SHARE = 0.3  # of the 5 × 5 texels around a texel, which a box face must sample better than others to keep it
 _BATCH = 1 << 15  # samples at a time
-_VOXEL = 4  # texels, edge of the voxels over which it is averaged how much of the sky samples see
-_OVERLAP = 3  # texels of overlap: a box face extends so far beyond what it samples better than the others
+_VOXEL = 4  # texels, edge of the voxels over which the samples' sky visibility is averaged
+_OVERLAP = 3  # texels by which a box face extends beyond the area that it samples better than the others
 
 
 def bake_object(
@@ -55,7 +55,7 @@ def bake_object(
 ) -> BakedObject:
     """Sample a mesh by the depth images of one cylinder (Liu, Liu and Wu 2007, §3.1).
 
-    Box faces hold only what side and caps sample badly; the six views make none.
+    Box faces hold only what side and caps sample badly. Baking from six views makes no box faces.
 
     Parameters
     ----------
@@ -64,16 +64,16 @@ def bake_object(
     params
         How the mesh is sampled.
     key
-        Hex digest of what the object is made from, kept with it.
+        Hex digest of what the object is made from, stored with it.
     progress
         Called with the name of each stage as it begins.
     two_sided
-        Whether surfaces are seen from behind too; None: only those of an open mesh.
+        Whether surfaces are visible from behind too; None: only those of an open mesh.
     workers
-        How many threads to use; None: as many as `default_workers` returns.
+        Number of threads to use; None: the number that `default_workers` returns.
     max_stepped
-        Most texels across of images that get grids of all steps; larger ones get the grid of step 1 only, for callers
-        that use no coarser grids. None: images of every size get all.
+        Largest side, texels, of images that get the grids of all steps; larger ones get only the grid of step 1, for
+        callers that use no coarser grids. None: images of every size get all.
 
     Returns
     -------
@@ -124,21 +124,21 @@ def bake_object(
 
 
 def owned_images(rivals: Rivals, images: list[DepthImage], parallel_map: Map = map) -> list[DepthImage]:
-    """Give each piece of surface the face that samples it best as its owner.
+    """Assign each piece of surface to an owner, the face that samples it best.
 
     Parameters
     ----------
     rivals
-        The layers of each face, by the face.
+        The layers of each face.
     images
-        The depth images of all of them.
+        The depth images of all these faces.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
     list
-        The images with their owners, and with the triangles marked that other faces hold better.
+        The images with their owners, and with those triangles marked that other faces hold better.
     """
     owners = assign_owners(rivals, parallel_map)
     owned = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
@@ -149,16 +149,16 @@ def owned_images(rivals: Rivals, images: list[DepthImage], parallel_map: Map = m
 
 
 def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
-    """Return how many surfaces along each ray become layers, `MAX_DPCI_LAYERS` at most.
+    """Return how many surfaces along each ray become layers, at most `MAX_DPCI_LAYERS`.
 
-    An open mesh gets twice the layers of `params`, because its inside shows as well.
+    An open mesh gets twice the layers of `params`, because its inside is visible as well.
 
     Parameters
     ----------
     params
         How the mesh is baked; `layers` "auto" asks for as many layers as a file may hold.
     caster
-        The mesh, which knows whether it is open.
+        The mesh, ready for ray casting; it knows whether it is open.
 
     Returns
     -------
@@ -179,22 +179,22 @@ def cast_face(
     parallel_map: Map = map,
     textured: TexturedFaces | None = None,
 ) -> FaceSamples:
-    """Sample the surfaces that the rays of one face meet, except those that cannot be seen from outside.
+    """Sample the surfaces that the rays of one face hit, except those that cannot be seen from outside.
 
     Parameters
     ----------
     mesh, caster
-        The mesh, object frame, and the same one ready for rays.
+        The mesh, object frame, and the same mesh ready for ray casting.
     grid
-        The face, with a ray for each texel.
+        The face, with one ray per texel.
     params
-        How the mesh is baked; `layers` says how many surfaces along a ray count.
+        How the mesh is baked; `layers` limits the surfaces along a ray.
     rivals
-        The faces that were sampled before; None for none. A box face leaves out what these hold well enough.
+        The faces that were sampled before, if any. A box face leaves out what these hold well enough.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
     textured
-        The texture in which the samples' places are looked up; None for none.
+        The texture in which the samples are located; None for none.
 
     Returns
     -------
@@ -224,7 +224,7 @@ def cast_face(
 
 
 def _spread(worth: Mask) -> Mask:
-    """Return `worth` (L, H, W) without specks, and with a few texels around."""
+    """Return `worth` (L, H, W) without specks and dilated by a few texels."""
     from scipy.ndimage import maximum_filter, uniform_filter
 
     worth = worth & (uniform_filter(worth.astype(np.float32), (1, 5, 5)) > _LEAST_SHARE)
@@ -239,14 +239,14 @@ def connect_face(
     refinements: Refinements = EVERYTHING,
     parallel_map: Map = map,
 ) -> list[DepthImage]:
-    """Build the depth images of one face from its samples; a face without samples has none.
+    """Build the depth images of one face from its samples; a face without samples gets none.
 
     Until owners are assigned, the face owns all its samples.
 
     Parameters
     ----------
     caster
-        The mesh, ready for rays, object frame, by which triangles off its surface are found.
+        The mesh, ready for ray casting, object frame; rays find the triangles that are off its surface.
     grid
         Rays and texels of the face.
     seen
@@ -254,7 +254,7 @@ def connect_face(
     steps
         Number of grids, of steps 1, 2, … 2^(steps − 1).
     refinements
-        What is done beyond the paper; of this only `discontinuity_cut` and `across_layers` matter here.
+        What to do beyond the paper; only `discontinuity_cut` and `across_layers` matter here.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -292,12 +292,12 @@ def trace_boundary_strips(
 ) -> list[BoundaryStrip]:
     """Trace the boundary strips of `images`, level by level and face by face.
 
-    A surface that another face owns gets no strip from this one.
+    A surface that another face owns gets no strip on this one.
 
     Parameters
     ----------
     caster
-        The mesh, ready for rays, object frame.
+        The mesh, ready for ray casting, object frame.
     grids
         The rays and texels of each face that has images.
     seen

@@ -1,9 +1,9 @@
 """Trace boundary strips: the surface between the last samples of a depth image and its true edge.
 
-A grid triangle needs three samples of one surface, so on its own a grid ends up to a cell before every silhouette and
-every discontinuity cut, and thin things (a leaf, a finger) fall through it. From each sample whose neighbour does not
-continue its surface, the surface is followed along the grid's edge until it ends; the triangles between samples and end
-points complete the cells, as marching triangles complete an isosurface at a boundary.
+A grid triangle needs three samples of one surface. On its own, a grid therefore ends up to a cell short of every
+silhouette and discontinuity cut, and thin things (a leaf, a finger) fall through it. Where a sample's neighbour does
+not continue its surface, the surface is followed from the sample along the grid edge to its end. Triangles between
+samples and end points then complete the cells, as marching triangles complete an isosurface at a boundary.
 """
 
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from depthwalk.bake.images import BoundaryStrip
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.types import Array
 
-_FIRST_STRIDE = 0.25  # of a cell: a gap narrower than this is stepped over
-_STRIDES = 10  # advances and halvings: the end is found to 1/64 cell or better
+_FIRST_STRIDE = 0.25  # of a cell: narrower gaps are stepped over
+_STRIDES = 10  # advances and halvings: they find the end to 1/64 cell or better
 _SLACK = 0.35  # cells: how far a surface may curve away from its tangent plane within one cell
 _PRECISION = 1 / 64  # of a cell
-_LEAST_LENGTH = 1 / 32  # of a cell: a strip nearer to its sample than this is not worth a triangle
+_LEAST_LENGTH = 1 / 32  # of a cell: a shorter strip is not worth a triangle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +33,7 @@ class Samples:
     depth
         (L, H, W) float32, metres from the face inward, +inf where empty. In each texel, hits fill the first layers.
     facing
-        (L, H, W, 3) float32, unit, object frame: the normals of the triangles that were hit, toward the ray's origin.
+        (L, H, W, 3) float32, unit, object frame: normals of the triangles hit, turned toward the ray's origin.
     flipped
         (L, H, W) bool, True where the surface was hit from behind.
     """
@@ -53,14 +53,14 @@ def trace_boundary_strip(
 ) -> BoundaryStrip:
     """Trace the boundary strip of the grid of one level.
 
-    A sample that some grid triangle lacks lies near the edge of its surface. Rays follow the surface from that sample,
-    along the sides of the missing triangle, to the edge. Triangles between samples and the points found there complete
-    the cells.
+    Where a sample lacks one of its grid triangles, the edge of its surface is near. Rays follow the surface from that
+    sample along the sides of the missing triangle to the edge. Triangles between samples and the points found there
+    complete the cells.
 
     Parameters
     ----------
     caster
-        The mesh, ready for rays, object frame.
+        The mesh, ready for ray casting, object frame.
     grid
         Rays and texels of the face.
     samples
@@ -70,7 +70,7 @@ def trace_boundary_strip(
     codes
         The triangles of each layer at this level, (cells,) uint16 as in `DepthImage.cells`.
     followed
-        (L, H, W) bool, True for the samples from which the surface is followed.
+        (L, H, W) bool, True for samples whose surface is to be followed.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def trace_boundary_strip(
     layer, triangle, corner = free.nonzero()
     start = layer * height * width + texels[triangle, corner]  # sample numbers
 
-    # The two edges of each free corner, most of them shared by two triangles: each is followed once.
+    # The two edges of each free corner. Most are shared by two triangles and are followed once.
     turns = np.stack([(corner + 1) % 3, (corner + 2) % 3])
     edges = (start * (height * width) + texels[triangle, turns]).ravel()
     _, once, edge = np.unique(edges, return_index=True, return_inverse=True)
@@ -121,7 +121,7 @@ def trace_boundary_strip(
 
 
 def _rounded(values: Array, step: float) -> Array:
-    """Round to multiples of the power of two up to `step`: what is no more than noise does not compress."""
+    """Round to multiples of the largest power of two up to `step`: noise would not compress."""
     unit = 2.0 ** np.floor(np.log2(step))
     return np.asarray(np.round(values / unit) * unit)
 
@@ -133,10 +133,10 @@ def _open_triangles(
     codes: list[NDArray[np.uint16]],
     followed: NDArray[np.bool_],
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], Array]:
-    """Return the grid's triangles that lack a sample, and have one at a corner that is `followed`.
+    """Return the grid's triangles that lack a sample and have a `followed` sample at a corner.
 
-    Returns which samples (L, triangles, 3) are free, see `_free_corners`, the texels (triangles, 3) at the corners, and
-    where these are, (triangles, 3, 2) u, v, beyond 1 where a triangle crosses the seam.
+    Returns which samples (L, triangles, 3) are free, see `_free_corners`; the texels (triangles, 3) at the corners; and
+    their positions (triangles, 3, 2) u, v, which exceed 1 where a triangle crosses the seam.
     """
     layers, height, width = samples.depth.shape
     corners = grid_cells(grid.shape, grid.face, 1 << level)
@@ -146,7 +146,7 @@ def _open_triangles(
     begins = (free & followed.reshape(layers, -1).take(texels, 1)).any(0)
     selected = np.unique(np.flatnonzero(begins) // 3)
     columns, rows = columns.take(selected, 0), rows.take(selected, 0)
-    # Unwrapped, so that an edge across the seam is a short one.
+    # Unwrapped, so that an edge across the seam stays short.
     unwrapped = np.where(columns < np.tile(corners[0], 2)[selected, None], columns + width, columns)
     position = np.stack([(unwrapped + 0.5) / width, (rows + 0.5) / height], -1)
     return free.take(selected, 1), texels.take(selected, 0), position
@@ -155,7 +155,7 @@ def _open_triangles(
 def _free_corners(
     solid: NDArray[np.bool_], texels: NDArray[np.int64], codes: list[NDArray[np.uint16]]
 ) -> NDArray[np.bool_]:
-    """Return which samples (L, triangles, 3) at the corners `texels` (triangles, 3) no triangle on them uses.
+    """Return which samples (L, triangles, 3) at the corners `texels` (triangles, 3) no triangle there uses.
 
     solid: (L, H·W), True where a texel holds a sample.
     """
@@ -180,9 +180,9 @@ def _follow(
 ) -> tuple[Array, NDArray[np.float32]]:
     """Follow the surface of samples `start` (n,) from (u, v) `begin` (n, 2) toward `end` (n, 2).
 
-    Each advance must meet the mesh within a slack of the tangent plane at the last point; where it does not, the stride
-    is halved. Returns the part of the way (n,) in [0, 1] along which the surface continues, and the depth (n,) at its
-    end, metres.
+    Each advance must hit the mesh within a slack of the tangent plane at the last point; otherwise the stride is
+    halved. Returns the part of the way (n,) in [0, 1] along which the surface continues, and the depth (n,) at its end,
+    metres.
     """
     depth = samples.depth.take(start)
     normal = samples.facing.reshape(-1, 3).take(start, 0)
@@ -196,7 +196,7 @@ def _follow(
         spot = from_here + target[:, None] * (end.take(going, 0) - from_here)
         origin, direction = grid.rays_at(spot[:, 0], spot[:, 1])
         slope = np.einsum("ni,ni->n", direction, facing)
-        steep = np.minimum(slope, -0.03)  # a surface along the rays has no depth to predict: about 88°
+        steep = np.minimum(slope, -0.03)  # about 88°: a surface along the rays has no depth to predict
         expected = np.einsum("ni,ni->n", point.take(going, 0) - origin, facing) / steep
         slack = _SLACK * stride[going] * cell * (1 - 0.5 / steep)
         first = np.maximum(expected - slack, 0).astype(np.float32)
@@ -220,9 +220,9 @@ def _partners(
     end_depth: NDArray[np.float32],
     cell: float,
 ) -> NDArray[np.int64]:
-    """Return for each turn and free corner (2, n) the free corner that its edge arrives at, or −1.
+    """Return, for each turn and free corner (2, n), the free corner at which its edge arrives, or −1.
 
-    Only mutual arrivals count: the edge back must arrive at where this one began.
+    Only mutual arrivals count: the edge back must arrive where this one began.
     """
     triangle, turns = ends
     number = np.full(free.shape, -1, np.int64)
@@ -236,7 +236,7 @@ def _partners(
         partner[better] = number[layer, triangle, turns][better]
         nearest[better] = gap[better]
     here = np.arange(len(triangle))
-    for turn in (0, 1):  # the next corner's way back is its second turn, and the other way round
+    for turn in (0, 1):  # the way back from the next corner is its second turn, and vice versa
         linked = partner[turn] >= 0
         partner[turn, linked & (partner[1 - turn, partner[turn]] != here)] = -1
     return partner
@@ -251,9 +251,9 @@ def _polygons(
 ) -> NDArray[np.int64]:
     """Fill each triangle's cell from its free corners to the boundary, with triangles (n, 3) of vertex numbers.
 
-    start (n,): vertex of each free corner; corner (n,): which of the triangle it is; partner (2, n): the free corner
-    after and before it on the same surface, or −1; along, ending (2, n): how far the surface goes toward the corner
-    after and before it, and the vertex at it.
+    start (n,): vertex of each free corner. corner (n,): which corner of the triangle it is. partner (2, n): the free
+    corner after and before it on the same surface, or −1. along, ending (2, n): how far the surface extends toward the
+    corner after and before it, and the vertex at its end.
     """
     after, before = partner
     follower = np.where(after >= 0, after[after], -1)  # of the one after

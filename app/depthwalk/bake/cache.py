@@ -1,4 +1,4 @@
-"""Find and keep baked models: in the user's cache folder, or shipped beside the mesh, by their key."""
+"""Find and store baked models by their key: in the user's cache folder, or shipped beside the mesh."""
 
 import hashlib
 import json
@@ -13,20 +13,20 @@ from depthwalk.errors import InputError
 
 log = logging.getLogger(__name__)
 
-_SAMPLING = 2  # what baking yields for the same parameters: raise it where it got better, so that caches bake again
+_SAMPLING = 2  # version of the baker's results: raise it when they improve for the same parameters, to re-bake caches
 
 BAKED = Cache(suffix=SUFFIX, content="depth images")
 
 
 def bake_key(source: str, **parameters: object) -> str:
-    """Return the key of a baked model: a hash of everything that the model depends on.
+    """Return the key of a baked model: a hash of everything the model depends on.
 
     Parameters
     ----------
     source
         Hash of the files that the model is made from.
     **parameters
-        The parameters of the bake, values that JSON can hold. The version of the file format is added.
+        The bake's parameters, values that JSON can hold. The version of the file format is added.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def sidecar(mesh: Path) -> Path:
 
 
 def has_key(path: Path, key: str) -> bool:
-    """Return whether the file at `path` is a baked model of `key`, by its header; its pixels may still be damaged."""
+    """Return whether the header at `path` is that of a baked model with this `key`; pixels may still be damaged."""
     try:
         return path.is_file() and read_header(path)["depthwalk.key"] == key
     except (InputError, OSError):
@@ -51,7 +51,7 @@ def has_key(path: Path, key: str) -> bool:
 
 
 def read_model(path: Path, key: str) -> BakedModel | None:
-    """Return the model in a file of the user's, unless the file is missing, has another key or is damaged.
+    """Read a model from one of the user's files; None if it is missing, has another key or is damaged.
 
     A damaged file is named in a warning.
 
@@ -79,7 +79,7 @@ def read_model(path: Path, key: str) -> BakedModel | None:
 def find_baked(mesh: Path, key: str) -> BakedModel | None:
     """Find a baked model beside its mesh or in the cache.
 
-    Skips stale and damaged files, since baking again replaces them.
+    Stale and damaged files are skipped, since they are replaced by baking again.
 
     Parameters
     ----------
@@ -91,18 +91,18 @@ def find_baked(mesh: Path, key: str) -> BakedModel | None:
     Returns
     -------
     BakedModel | None
-        The whole model; None where neither place has it.
+        The whole model; None if it is in neither place.
     """
     return read_model(sidecar(mesh), key) or find_cached(key)
 
 
 def find_cached(key: str) -> BakedModel | None:
-    """Return the whole model that the cache holds under `key`; None where it holds none, or a damaged one."""
+    """Return the whole model stored in the cache under `key`; None if there is none, or a damaged one."""
     return BAKED.find(key, lambda path: _read(path, key))
 
 
 def keep_baked(baked: BakedModel) -> Path:
-    """Store a model in the cache folder, and remove the oldest files where the cache is full.
+    """Store a model in the cache folder, and remove the oldest files if the cache is full.
 
     Parameters
     ----------
@@ -117,15 +117,15 @@ def keep_baked(baked: BakedModel) -> Path:
     Raises
     ------
     OSError
-        Where it cannot be written.
+        If it cannot be written.
     InputError
-        Where the boundary strips are more than a file may hold.
+        If there are more boundary strips than a file may hold.
     """
     return BAKED.keep(baked.key, lambda path: write_baked(path, baked))
 
 
 def _read(path: Path, key: str) -> BakedModel:
-    """Return the model in a cached file. Raises InputError where it is damaged or not of `key`."""
+    """Return the model in a cached file. Raises InputError if it is damaged or has another key."""
     model = read_baked(path)
     if model.key != key:
         raise InputError(f"{path}: depth images of another key")

@@ -1,8 +1,8 @@
 """Capture pictures of a mesh from many directions.
 
 Brucks 2018, "Octahedral impostors": each picture is orthographic, encloses the bounding sphere, and holds colour,
-coverage, normal and depth in eight bits each. Beyond silhouettes texels have the values of the nearest texel within, so
-that filtering brings in no others.
+coverage, normal and depth in eight bits each. Texels outside the silhouette are dilated: they take the values of the
+nearest texel inside, so that filtering brings in no other colours.
 """
 
 import numpy as np
@@ -18,14 +18,14 @@ from depthwalk.parallel import Map
 
 
 def capture_views(mesh: Mesh, params: CaptureParams, parallel_map: Map = map) -> CapturedViews:
-    """Capture a mesh from all directions of `params`, one ray to a texel.
+    """Capture a mesh from all directions in `params`, one ray per texel.
 
     Parameters
     ----------
     mesh
         The mesh, asset frame.
     params
-        The directions, and the size of the pictures.
+        The directions, and the resolution of the pictures.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -41,7 +41,7 @@ def capture_views(mesh: Mesh, params: CaptureParams, parallel_map: Map = map) ->
     at = (2 * np.arange(side) + 1) / side - 1
     offsets = radius * np.stack(np.broadcast_arrays(at[None], at[:, None]), -1).reshape(-1, 2)
     within = np.flatnonzero(np.linalg.norm(offsets, axis=1) <= radius)
-    start = 1.001 * radius  # in front of what touches the sphere
+    start = 1.001 * radius  # in front of anything that touches the sphere
 
     def capture(axes: NDArray[np.float64]) -> tuple[NDArray[np.uint8], NDArray[np.uint8], float]:
         origin = centre + offsets[within] @ axes[:2] + start * axes[2]
@@ -75,7 +75,7 @@ def capture_views(mesh: Mesh, params: CaptureParams, parallel_map: Map = map) ->
 
 
 def _dilated(texels: NDArray[np.float64], solid: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return texels (H, W, c) where those that are not `solid` (H, W) have the values of the nearest that is."""
+    """Return texels (H, W, c) where those that are not `solid` (H, W) take the value of the nearest solid one."""
     if not solid.any():
         return texels
     row, column = distance_transform_edt(~solid, return_distances=False, return_indices=True)

@@ -1,4 +1,4 @@
-"""Keep captured views in the user's cache folder, found by their key, as NumPy archives."""
+"""Store captured views in the user's cache folder as NumPy archives, found by their key."""
 
 from typing import Any
 
@@ -12,12 +12,12 @@ _NUMBERS = ("radius", "specular", "shininess")
 
 
 def _arrays(views: CapturedViews) -> Arrays:
-    """Return what a file holds of views."""
+    """Return the arrays that a file holds of views."""
     return {name: np.asarray(getattr(views, name)) for name in (*_ARRAYS, *_NUMBERS)}
 
 
 def _parse(stored: Arrays, params: CaptureParams) -> CapturedViews:
-    """Return the views in a file, captured as `params` say. Raises ValueError or KeyError where there are none."""
+    """Return the views in a file, captured with `params`. Raises ValueError or KeyError if the file holds none."""
     picture = params.views, params.resolution, params.resolution, 4
     shapes = {"centre": (3,), "half_size": (3,), "colour": picture, "surface": picture, **dict.fromkeys(_NUMBERS, ())}
     for name, shape in shapes.items():
@@ -30,4 +30,4 @@ def _parse(stored: Arrays, params: CaptureParams) -> CapturedViews:
 
 
 CAPTURES = ArrayCache(suffix=".views.npz", content="captured views", arrays=_arrays, parse=_parse, compressed=True)
-"""By how they were captured."""
+"""Captured views, by their capture parameters."""

@@ -1,4 +1,4 @@
-"""Hold pictures of a mesh from many directions, which octahedral impostors and billboards are drawn from."""
+"""Define pictures of a mesh from many directions, from which octahedral impostors and billboards are drawn."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from depthwalk.geometry.view_directions import azimuth_directions, octahedral_directions
 
 CAPTURE_VERSION = 1
-"""What capturing yields for the same parameters: to be raised where it changes."""
+"""Version of the capture's results: raise it when they change for the same parameters."""
 
 
 Directions = Literal["sphere", "hemisphere", "azimuths"]
@@ -17,14 +17,14 @@ Directions = Literal["sphere", "hemisphere", "azimuths"]
 
 @dataclass(frozen=True, kw_only=True)
 class CaptureParams:
-    """Say from where an object is captured, and how finely.
+    """Set the directions from which an object is captured, and the resolution.
 
     Attributes
     ----------
     directions
-        Whether from a grid over the sphere, over its upper half, or from all around at the height of the middle.
+        A grid over the sphere, a grid over its upper half, or a circle around the object at half its height.
     count
-        Directions along a side of that grid; all around, how many there are.
+        Directions along a side of the grid, or on the circle.
     resolution
         Width and height of each picture, texels.
     """
@@ -41,7 +41,7 @@ class CaptureParams:
 
     @property
     def views(self) -> int:
-        """Return how many pictures there are."""
+        """Return the number of pictures."""
         return self.count if self.directions == "azimuths" else self.count**2
 
 
@@ -52,20 +52,20 @@ class CapturedViews:
     Attributes
     ----------
     centre
-        (3,) float32, metres, asset frame: middle of the bounding box, and of all pictures.
+        (3,) float32, metres, asset frame: centre of the bounding box and of every picture.
     half_size
         (3,) float32, half the edges of that box, metres.
     radius
-        Of the sphere about the centre that encloses the object, metres: half the width of each picture.
+        Radius of the sphere about the centre that encloses the object, metres: half the width of each picture.
     colour
-        (n, resolution, resolution, 4) uint8: square root of the linear colour, and 255 where the object is.
+        (n, resolution, resolution, 4) uint8: square root of the linear colour; 255 in alpha where the object is.
     surface
         (n, resolution, resolution, 4) uint8: unit normal from −1 to 1, asset frame, and depth, 0 at the near end of the
         sphere and 255 at its far end.
     specular
-        Strength of highlights, mean over what the pictures show.
+        Strength of highlights, averaged over the pictures.
     shininess
-        Phong exponent, mean over the mesh.
+        Phong exponent, averaged over the mesh.
     """
 
     centre: NDArray[np.float32]

@@ -1,8 +1,8 @@
 """Decide which grid triangles lie on the surface: the discontinuity cut, across layers (docs/baking.md).
 
-A depth image is a height field only in part: next to a silhouette its nearest surface jumps, and the surface behind
-continues one layer deeper. So each corner of a triangle is taken from the layer whose depth continues the others', and
-what remains is tested against the mesh with rays.
+A depth image is a height field only in part: at a silhouette its nearest surface jumps, and the surface behind
+continues one layer deeper. So each corner of a triangle is taken from the layer that continues the depths of the
+others, and the resulting triangles are tested against the mesh with rays.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array
 
-# A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its
-# depth range: half-way values separate a slope (0) from a step (0.33 to 0.67), measured on five models.
+# Cast a ray through a triangle's centre and measure how far the surface there is off the triangle's plane, relative to
+# the triangle's depth range. Above this it is dropped. Measured on five models: a slope has 0, a step 0.33 to 0.67.
 CUT_TOLERANCE = 0.15
-_LEAST_ALIGNMENT = 0.5  # cosine between a triangle and the surface on the ray through its centre: within 60°
-# A wall may be off the mesh by this part of its shortest edge. With 1, walls stand off the surface like combs; below
-# 0.3, rounded edges lose theirs at low resolution.
+_LEAST_ALIGNMENT = 0.5  # cosine between a triangle and the surface hit through its centre: within 60°
+# A wall may be off the mesh by this part of its shortest edge. At 1, walls stand off the surface like combs; below 0.3,
+# rounded edges lose theirs at low resolution.
 _WALL_SLACK = 0.4
-_LONG = 4.0  # cells: depth range of a triangle whose middle alone proves little
+_LONG = 4.0  # cells: depth range above which testing a triangle's centre alone proves little
 _MIDDLE = np.full(3, 1 / 3)
 _NEAR_CORNERS = 0.2 + 0.4 * np.eye(3)
 _BATCH = 1 << 15  # cells at a time: with eight layers, the gaps between all pairs of samples take 17 MB
@@ -46,7 +46,7 @@ def connect(
     Parameters
     ----------
     caster
-        The mesh, ready for rays, object frame.
+        The mesh, ready for ray casting, object frame.
     grid
         Rays and texels of the face.
     depths
@@ -54,7 +54,7 @@ def connect(
     steps
         Number of grids, of steps 1, 2, … 2^(steps − 1).
     cut
-        Whether to drop triangles off the mesh; otherwise every triangle counts as surface.
+        Whether to drop triangles that are off the mesh; otherwise every triangle counts as surface.
     across_layers
         Whether a triangle's corners may be on different layers.
     parallel_map
@@ -63,7 +63,7 @@ def connect(
     Returns
     -------
     list
-        For each layer a list with an array (cells,) uint16 for each level, as in `DepthImage.cells`.
+        For each layer, a list with an array (cells,) uint16 for each level, as in `DepthImage.cells`.
     """
     corners = [grid_cells(grid.shape, grid.face, 1 << level) for level in range(steps)]
     codes = [np.zeros((len(depths), level[0].size), np.uint16) for level in corners]
@@ -116,14 +116,15 @@ def _connect_cells(
 
 
 def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
-    """Choose the layers of the corners of each triangle so that one surface goes through them.
+    """Choose the layers of the corners of each triangle so that one surface runs through them.
 
-    Two samples belong together if each is the other's nearest in depth; a triangle needs that of all three pairs.
+    Two samples belong together if each is the other's nearest in depth; in a triangle this must hold for all three
+    pairs.
 
-    depths: (3, L, n) of the corners, all of layer 0 finite. Returns for each candidate, of which a triangle may have
+    depths: (3, L, n) of the corners, finite on layer 0. Returns for each candidate, of which a triangle may have
     several: the layer of its first corner, its number, and the layers of its second and third corner.
     """
-    deepest = np.isfinite(depths).sum(1).max(0)  # samples fill the first layers; few cells have many
+    deepest = np.isfinite(depths).sum(1).max(0)  # samples fill the first layers, and few cells have many
     alone = np.flatnonzero(deepest == 1)
     nearest = np.zeros_like(alone)
     parts = [(nearest, alone, nearest, nearest)]
@@ -139,7 +140,7 @@ def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...
 
 
 def _single_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
-    """Return what `_continue_layers` does, but with all corners on one layer, each a height field of its own."""
+    """Return the same as `_continue_layers` with all corners on one layer, each layer a height field of its own."""
     layer, triangle = np.nonzero(np.isfinite(depths).all(0))
     return layer, triangle, layer, layer
 
@@ -161,8 +162,8 @@ def _mutual(first: NDArray[np.float32], second: NDArray[np.float32]) -> NDArray[
 class _Triangles(StructOfArrays):
     """Hold n triangles of samples.
 
-    u, v, depth: (n, 3), of their corners; spread: (n,), how much the depths differ; points: (n, 3, 3), the corners,
-    object frame; normal: (n, 3), unit.
+    u, v, depth: (n, 3), of their corners. spread: (n,), difference between their depths. points: (n, 3, 3), the
+    corners, object frame. normal: (n, 3), unit.
     """
 
     u: Array
@@ -178,8 +179,8 @@ def _on_surface(
 ) -> NDArray[np.bool_]:
     """Return whether triangles of the samples u, v, depth (n, 3) approximate the mesh.
 
-    One whose depths differ by less than `limit`, a cell, does. A steeper one does if the mesh is where its middle is;
-    of a long one, which something may cross by chance, three more points are tested.
+    A triangle whose depths differ by less than `limit`, a cell, does. A steeper one does if the mesh passes through its
+    centre; three more points of a long one are tested, since something may cross its centre by chance.
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
@@ -203,19 +204,19 @@ def _triangles(grid: FaceGrid, u: Array, v: Array, depth: Array, spread: Array) 
 def _meets(
     caster: RayCaster, grid: FaceGrid, triangles: _Triangles, weights: Array, limit: float, layers: int
 ) -> NDArray[np.bool_]:
-    """Return whether the mesh is at one point of triangles (n,), given by `weights` (3,) of their corners.
+    """Return which triangles (n,) meet the mesh at one of their points, given by the `weights` (3,) of the corners.
 
-    It is if the ray through that point meets the mesh where it meets the triangle; or, at a wall along the rays, if the
-    mesh is hardly off it.
+    They do if the ray through that point hits the mesh there; or, for a wall along the rays, if the mesh is hardly off
+    the wall.
     """
     points, normal = triangles.points, triangles.normal
     origin, direction = grid.rays_at(triangles.u @ weights, triangles.v @ weights)
     with np.errstate(divide="ignore", invalid="ignore"):
         expected = np.einsum("ni,ni->n", points[:, 0] - origin, normal) / np.einsum("ni,ni->n", direction, normal)
         allowed = CUT_TOLERANCE * triangles.spread
-        max_distance = np.fmin(expected + 1.01 * allowed, grid.max_depth)  # what is met farther does not matter
+        max_distance = np.fmin(expected + 1.01 * allowed, grid.max_depth)  # hits farther away do not matter
         hits = caster.peel(origin, direction, layers, max_distance)
-        # What is met must also lie as the triangle does: where surfaces are many, some are at any depth by chance.
+        # The surface hit must also be parallel to the triangle: among many surfaces, some match in depth by chance.
         aligned = np.abs(np.einsum("lni,ni->ln", hits.normal, normal)) >= _LEAST_ALIGNMENT
         met = ((np.abs(hits.distance - expected) <= allowed) & aligned).any(0)
 
@@ -223,7 +224,7 @@ def _meets(
     corners, ahead = np.moveaxis(points.take(wall, 0), 1, 0), normal.take(wall, 0)
     shortest = np.min([lengths(corners[k] - corners[k - 1]) for k in range(3)], axis=0)
     near = _WALL_SLACK * np.minimum(shortest, limit).astype(np.float32)
-    # Grid triangles face outward (but for those past the axis, where θ runs the other way): meet the mesh head on.
+    # Grid triangles face outward (except those past the axis, where θ runs the other way): cast rays head on.
     if grid.face is Face.SIDE:
         ahead[triangles.depth.take(wall, 0).mean(1) > grid.cylinder.radius] *= -1
     start = np.einsum("k,kni->ni", weights, corners).astype(np.float32) + near[:, None] * ahead

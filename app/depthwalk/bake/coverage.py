@@ -1,4 +1,4 @@
-"""Measure what depth images leave out: the part of a surface that views can see and that no image holds."""
+"""Measure what depth images leave out: the part of the visible surface that no image holds."""
 
 from collections.abc import Iterator
 
@@ -16,14 +16,14 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.types import Array, Mask
 
 _PROBES = 4000
-_SAME = 1.5  # footprints: how far a sample may be from a point that it holds, along the ray
+_SAME = 1.5  # footprints: how far along the ray a sample may be from a point and still hold it
 
 
 def measure_left_out(mesh: Mesh, model: BakedModel) -> float:
     """Measure what part of a mesh's visible surface is in none of its depth images.
 
-    Points are spread over the surface and weighted by how much of the sky sees them. An image holds a point where one
-    of the four samples around the point's ray is as deep as the point, within the distance between samples.
+    Points are spread over the surface and weighted by how much of the sky sees them. An image holds a point if one of
+    the four samples around the point's ray is as deep as the point, within the distance between samples.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def measure_left_out(mesh: Mesh, model: BakedModel) -> float:
     Returns
     -------
     float
-        0 to 1; 0 where nothing of the mesh can be seen.
+        0 to 1; 0 if nothing of the mesh can be seen.
     """
     probes = probe(mesh, RayCaster(mesh), _PROBES)
     seen = probes.take(np.flatnonzero(probes.weight > 0))
@@ -49,7 +49,7 @@ def measure_left_out(mesh: Mesh, model: BakedModel) -> float:
 
 
 def _held(part: BakedObject, point: Array, normal: Array) -> Mask:
-    """Return which points (n, 3) with normals (n, 3), object frame, an image of `part` holds."""
+    """Return which points (n, 3) with normals (n, 3), object frame, are held by an image of `part`."""
     held = np.zeros(len(point), bool)
     for face in Face:
         images = [image for image in part.images if image.face is face]
@@ -63,7 +63,7 @@ def _held(part: BakedObject, point: Array, normal: Array) -> Mask:
 
 
 def _projections(grid: FaceGrid, point: Array) -> Iterator[Projection]:
-    """Yield where points (n, 3) fall on a face: on the side twice, since they lie on rays past the axis, too."""
+    """Yield the projections of points (n, 3) onto a face; the side gets two, since its rays go on past the axis."""
     before = grid.project(point)
     yield before
     if grid.face is Face.SIDE:
@@ -73,7 +73,7 @@ def _projections(grid: FaceGrid, point: Array) -> Iterator[Projection]:
 
 
 def _sampled(grid: FaceGrid, images: list[DepthImage], seen_from: Projection, tolerance: Array) -> Mask:
-    """Return beside which of n points an image has a sample of about the same depth; tolerance: (n,) metres."""
+    """Return which of n points have a sample of about the same depth beside them; tolerance: (n,) metres."""
     depth, sampled = seen_from.depth, np.zeros(len(tolerance), bool)
     column, row = seen_from.u * grid.width - 0.5, seen_from.v * grid.height - 0.5
     for right, above in (0, 0), (0, 1), (1, 0), (1, 1):

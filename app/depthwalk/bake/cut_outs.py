@@ -1,4 +1,4 @@
-"""Find out where the surface of a mesh is cut out by the alpha of its textures, as around the leaves on a card."""
+"""Find where alpha in a mesh's textures cuts out its surface, as around the leaves on a card."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,12 +8,12 @@ from depthwalk.types import Array, Mask
 
 
 class CutOuts:
-    """Tell solid places of a mesh from those that its materials cut out.
+    """Distinguish solid points of a mesh from points that its materials cut out.
 
     Parameters
     ----------
     mesh
-        The mesh, of which a material at least has a `cutoff`.
+        The mesh; at least one of its materials must have a `cutoff`.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -22,7 +22,7 @@ class CutOuts:
         self._parts = [part for part in mesh.parts if part.material in cut]
 
     def solid(self, face: NDArray[np.integer], u: Array, v: Array) -> Mask:
-        """Return which places have a surface.
+        """Return which points are on solid surface.
 
         Parameters
         ----------
@@ -49,12 +49,12 @@ class CutOuts:
 
 
 def cut_outs(mesh: Mesh) -> CutOuts | None:
-    """Return where `mesh` is cut out; None where no material cuts anything out."""
+    """Return the cut-outs of `mesh`; None if no material cuts anything out."""
     return CutOuts(mesh) if any(material.cutoff is not None for material in mesh.materials) else None
 
 
 def alpha_at(texture: NDArray[np.uint8], uv: Array) -> NDArray[np.float32]:
-    """Return alpha (n,), 0 to 1, of a repeating texture (H, W, 4), row 0 at v = 1, at `uv` (n, 2); bilinear."""
+    """Sample alpha (n,), 0 to 1, bilinearly at `uv` (n, 2) in a repeating texture (H, W, 4) with row 0 at v = 1."""
     height, width = texture.shape[:2]
     x, y = uv[:, 0] * width - 0.5, (1 - uv[:, 1]) * height - 0.5
     column, row = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)

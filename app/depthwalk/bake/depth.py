@@ -1,4 +1,4 @@
-"""Choose how many layers the images of an object need to hold everything that can be seen of it."""
+"""Choose how many layers an object's images need to hold everything that can be seen of it."""
 
 from dataclasses import dataclass, replace
 
@@ -12,12 +12,12 @@ from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, footprints_by_layers, squared_texels
 from depthwalk.limits import MAX_DPCI_LAYERS
 
-_LEAST_GAIN = 0.1  # texels², of the mean over the surface, that all deeper layers together must bring
+_LEAST_GAIN = 0.1  # texels², mean over the surface, that all deeper layers together must gain
 
 
 @dataclass(frozen=True, kw_only=True)
 class Depth:
-    """Tell how well images of some number of layers would hold a surface.
+    """Hold how well images with a given number of layers would sample a surface.
 
     Means over the surface are weighted by how much of the sky sees it.
 
@@ -39,7 +39,7 @@ class Depth:
 def measure_depth(
     caster: RayCaster, probes: Probes, placement: Placement, cylinder: Cylinder, params: BakeParams
 ) -> list[Depth]:
-    """Measure what images of 1, 2, … `MAX_DPCI_LAYERS` layers would hold of a surface, without baking any.
+    """Measure how well images of 1, 2, … `MAX_DPCI_LAYERS` layers would sample a surface, without baking them.
 
     Parameters
     ----------
@@ -57,10 +57,10 @@ def measure_depth(
     Returns
     -------
     list
-        What images of 1, 2, … layers hold, in this order.
+        The results for 1, 2, … layers, in this order.
     """
     texel = extent(cylinder) / params.resolution
-    weights = probes.weight if probes.weight.any() else None  # nothing is seen of a solid turned inside out
+    weights = probes.weight if probes.weight.any() else None  # a solid turned inside out is not visible at all
     numbers = range(1, MAX_DPCI_LAYERS + 1)
     peeled = [peeled_layers(replace(params, layers=layers), caster) for layers in numbers]
     found = footprints_by_layers(caster, probes, placement, cylinder, params, peeled)
@@ -73,14 +73,14 @@ def measure_depth(
 
 
 def deep_enough(depths: list[Depth]) -> Depth:
-    """Choose the fewest layers whose images hold a surface about as well as those of the most layers.
+    """Choose the fewest layers with which images sample a surface about as well as with the most layers.
 
     Their mean squared footprint is less than a tenth of a texel² above that of the most layers.
 
     Parameters
     ----------
     depths
-        What images of 1, 2, … layers hold of the surface, in this order, as `measure_depth` returns it; at least one.
+        The results for 1, 2, … layers, in this order, as `measure_depth` returns them; at least one.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Split a mesh into parts: planes cut it until every part's own images sample it well.
+"""Split a mesh into parts: planes cut it until each part's own images sample it well.
 
-One cylinder around a tree or a coil leaves surfaces that no ray meets within the layers of a file, or only edge-on. The
-worst part is cut first, by the plane that leaves the least of such surface.
+One cylinder around a tree or a coil leaves surfaces that no ray reaches within the layers of a file, or only edge-on.
+The worst part is cut first, by the plane that leaves the least of such surface.
 """
 
 from dataclasses import dataclass, field, replace
@@ -18,27 +18,27 @@ from depthwalk.limits import MAX_DPCI_PARTS
 from depthwalk.types import Array
 
 _PROBES = 1000
-_FEWEST = 30  # probes that make a part
+_FEWEST = 30  # least number of probes in a part
 _CUTS = 3  # planes tried along each direction
-_WELL = 3.0  # texels²: what the six sides of a box have at worst on a ball
-_LEAST_GAIN = 0.4  # texels², of the mean over the surface, for another part
+_WELL = 3.0  # texels²: the worst footprint that the six sides of a box have on a ball
+_LEAST_GAIN = 0.4  # texels², mean over the surface, that another part must gain
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """Describe a convex piece of space by the planes that bound it.
+    """Describe a convex region of space by the planes that bound it.
 
     Attributes
     ----------
     planes
-        (k, 4), rows of a unit normal n and an offset d, metres, asset frame: n · point ≤ d inside. Without planes, all
-        of space.
+        (k, 4), rows of a unit normal n and an offset d, metres, asset frame: n · point ≤ d inside. Without planes, the
+        region is all of space.
     """
 
     planes: Array = field(default_factory=lambda: np.zeros((0, 4)))
 
     def beyond(self, points: Array) -> Array:
-        """Return how far (n, k), metres, `points` (n, 3), asset frame, are outside each plane; negative inside."""
+        """Return how far (n, k), metres, `points` (n, 3), asset frame, lie outside each plane; negative inside."""
         return points @ self.planes[:, :3].T - self.planes[:, 3]
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
@@ -51,19 +51,19 @@ class Cell:
         Parameters
         ----------
         plane
-            (4,) a unit normal n and an offset d, metres, asset frame, as a row of `planes`.
+            (4,) a unit normal n and an offset d, metres, asset frame, like a row of `planes`.
 
         Returns
         -------
         tuple
-            The piece where n · point ≤ d, and the one on the other side.
+            The region where n · point ≤ d, and the one on the other side.
         """
         return Cell(planes=np.vstack([self.planes, plane])), Cell(planes=np.vstack([self.planes, -plane]))
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Surface:
-    """Hold what cuts are judged by. texel: metres, of every part's images."""
+    """Hold the data by which cuts are judged. texel: metres, the same for the images of every part."""
 
     caster: RayCaster
     mesh: Mesh
@@ -76,8 +76,8 @@ class _Surface:
 class _Piece:
     """Hold a piece of the surface and the best way to cut it.
 
-    error: what its probes are undersampled by, a weighted sum; gain: by how much less its two halves are; halves:
-    these, where a cut gains anything.
+    error: undersampling of its probes, a weighted sum. gain: by how much its two halves together reduce this. halves:
+    the two, if cutting gains anything.
     """
 
     cell: Cell
@@ -87,14 +87,14 @@ class _Piece:
 
 
 def part_faces(mesh: Mesh, cell: Cell, margin: float) -> NDArray[np.bool_]:
-    """Return which faces of a mesh reach into a cell, or come near it.
+    """Return which faces of a mesh reach into a cell or come near it.
 
     Parameters
     ----------
     mesh
         The mesh, asset frame.
     cell
-        The piece of space, asset frame.
+        The region of space, asset frame.
     margin
         Distance from the cell up to which faces count, metres.
 
@@ -112,13 +112,13 @@ def divide(mesh: Mesh, caster: RayCaster, params: BakeParams, texel: float, most
     Parameters
     ----------
     mesh, caster
-        The mesh, asset frame, and the same one ready for rays.
+        The mesh, asset frame, and the same mesh ready for ray casting.
     params
-        How the mesh's parts would be baked.
+        How the parts would be baked.
     texel
         Side of a texel of all parts' images, metres.
     most
-        Number of parts at most; None: as many as are worth it.
+        Largest number of parts; None: as many as pay off.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def divide(mesh: Mesh, caster: RayCaster, params: BakeParams, texel: float, most
 
 
 def _with_best_cut(surface: _Surface, piece: _Piece) -> _Piece:
-    """Return `piece` with the cut that leaves the least error, if any gains."""
+    """Return `piece` with the cut that leaves the least error, if one gains anything."""
     members = surface.probes.take(piece.cell.holds(surface.probes.point))
     if len(members) < 2 * _FEWEST or piece.error == 0:
         return piece
@@ -156,7 +156,7 @@ def _with_best_cut(surface: _Surface, piece: _Piece) -> _Piece:
 
 
 def _piece(surface: _Surface, cell: Cell) -> _Piece:
-    """Return the piece of `surface` in `cell`, judged about the better of the axes y and its longest."""
+    """Return the piece of `surface` in `cell`, judged with the better axis of y and its longest one."""
     members = surface.probes.take(cell.holds(surface.probes.point))
     if len(members) < _FEWEST:
         return _Piece(cell=cell, error=np.inf)

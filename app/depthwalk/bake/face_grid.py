@@ -1,7 +1,7 @@
-"""Relate the texels of one face of a cylinder to space: by the ray of each texel, and the texel of each point.
+"""Map the texels of a cylinder's face to space and back: the ray of each texel, and the texel of each point.
 
-A depth image holds depths alone; what they mean follows from its face and its size (Liu, Liu and Wu 2007, §2 for planar
-images and §3.1 for the cylinder's). Texel (row, column) is at u = (column + 0.5) / W and v = (row + 0.5) / H; u runs
+A depth image holds only depths; their meaning follows from its face and its size (Liu, Liu and Wu 2007, §2 for planar
+images and §3.1 for the cylinder's). Texel (row, column) is at u = (column + 0.5) / W and v = (row + 0.5) / H. u runs
 with θ on the side, with z on the right and left box faces, else with x; v runs with z on the caps, else with y.
 """
 
@@ -21,7 +21,7 @@ from depthwalk.types import Array
 
 @dataclass(frozen=True, kw_only=True)
 class Projection(StructOfArrays):
-    """Hold where n points fall on a face.
+    """Hold the projections of n points onto a face.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Projection(StructOfArrays):
     u, v
         (n,), positions on the face, from 0 to 1 within its bounds.
     origin, direction
-        (n, 3) float32, object frame, the rays there: points on the face, metres, and unit vectors inward.
+        (n, 3) float32, object frame, the rays through them: points on the face, metres, and unit vectors inward.
     """
 
     point: Array
@@ -47,16 +47,16 @@ class Projection(StructOfArrays):
 
 @dataclass(frozen=True, kw_only=True)
 class FaceGrid:
-    """Bind one face of a cylinder to the size of its images.
+    """Combine one face of a cylinder with the size of its images.
 
-    All layers of a face share one grid; arrays that take a moment to make are made once, when first asked for.
+    All layers of a face share one grid; arrays that take time to compute are computed once, when first used.
 
     Attributes
     ----------
     cylinder
         The volume that the face bounds, object frame, metres.
     face
-        Which of the cylinder's faces it is.
+        One of the cylinder's faces.
     height, width
         Height H and width W of the face's images, texels.
     """
@@ -107,7 +107,7 @@ class FaceGrid:
         return self.rays_at(texel_centres(self.width), texel_centres(self.height)[:, None])
 
     def rays_at(self, u: Array, v: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the rays that depth is measured along.
+        """Return the rays along which depth is measured.
 
         Depth d at (u, v) stands for the point origin + d · direction. On the side this is ((R − d) cos θ, y,
         (R − d) sin θ), where R is the cylinder's radius, θ = 2πu, and y is the height at v (Liu, Liu and Wu 2007,
@@ -174,7 +174,7 @@ class FaceGrid:
     def border_points(
         self, images: Sequence[DepthImage], border: BoundaryStrip
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return where the vertices of a boundary strip lie.
+        """Return the vertices of a boundary strip.
 
         Parameters
         ----------
@@ -197,10 +197,10 @@ class FaceGrid:
         return self.points_at(u, v, depth).astype(np.float32), depth.astype(np.float32)
 
     def position_of(self, point: Array) -> tuple[Array, Array]:
-        """Return u and v, (n,) each, of the rays that meet `point` (n, 3), metres, object frame.
+        """Return u and v, (n,) each, of the rays that pass through `point` (n, 3), metres, object frame.
 
-        Both are in [0, 1] where the point falls on the face. Of the side's two rays, it is the one that meets the point
-        before the axis.
+        Both are in [0, 1] where the point projects onto the face. On the side two rays pass through a point; this is
+        the one that reaches it before the axis.
         """
         if self.face is Face.SIDE:
             theta = np.arctan2(point[:, 2], point[:, 0])
@@ -218,7 +218,7 @@ class FaceGrid:
         return row, np.clip((u * self.width).astype(int), 0, self.width - 1)
 
     def project(self, point: Array) -> Projection:
-        """Return where `point` (n, 3), metres, object frame, falls on the face, and the rays that meet it."""
+        """Return the projections of `point` (n, 3), metres, object frame, onto the face."""
         u, v = self.position_of(point)
         origin, direction = self.rays_at(u, v)
         return Projection(point=point, u=u, v=v, origin=origin, direction=direction)
@@ -230,9 +230,9 @@ def texel_centres(count: int) -> NDArray[np.float64]:
 
 
 def square_texel(baked: BakedObject) -> float:
-    """Return the side, metres, of a square as large as a texel of the side image of `baked`.
+    """Return the edge, metres, of a square with the area of a texel of the side image of `baked`.
 
-    Without a side image, the first image takes its place.
+    Without a side image, the first image is used.
     """
     image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
     width, height = FaceGrid.of(baked.cylinder, image).texel_size

@@ -1,12 +1,12 @@
-"""`NAME.dpci.exr`: a baked model as one multi-part OpenEXR file that any EXR viewer opens.
+"""Read and write `NAME.dpci.exr`: a baked model as one multi-part OpenEXR file that any EXR viewer opens.
 
-Of each object, one part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float,
+Each object has one part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float,
 metres), N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key
-are in the header of every part. Where a model keeps its texture, images have a channel uv (uint; u in the low half, v
-in the high half, see `DepthImage.coordinates`), and a part `texture` has channels R G B (half, linear). The boundary
-strips of each face and level are two more parts, lists folded to 1024 columns. Where a model has several objects, names
-say which one a part is of: `part1.side.0`, `part2.side.0`.
-EXR counts rows from the top; ours count from the bottom, so rows are flipped by `file_parts` and nowhere else.
+are in the header of every part. In a model that keeps its texture, images have a channel uv (uint; u in the low half,
+v in the high half, see `DepthImage.coordinates`), and a part `texture` has channels R G B (half, linear). The boundary
+strips of each face and level are two more parts, lists folded to 1024 columns. In a model of several objects, a
+prefix names the object of a part: `part1.side.0`, `part2.side.0`.
+EXR counts rows from the top and we count from the bottom; rows are flipped in `file_parts` and nowhere else.
 """
 
 import contextlib
@@ -45,25 +45,25 @@ from depthwalk.ingest.formats import BAKED_SUFFIX
 from depthwalk.pictures import save_exr
 
 SUFFIX = BAKED_SUFFIX
-_HEARING = threading.Lock()  # two threads that replace standard output at once would not put it back
+_HEARING = threading.Lock()  # if two threads redirected standard output at once, it would not be restored
 
 
 def write_baked(path: Path, model: BakedModel) -> None:
-    """Write a model to a file in one step: a reader sees the old file or the whole new one.
+    """Write a model to a file atomically: a reader sees the old file or the whole new one.
 
     Parameters
     ----------
     path
-        The file; its folder is made where it does not exist.
+        The file; its folder is created if needed.
     model
         The model.
 
     Raises
     ------
     OSError
-        Where it cannot be written.
+        If it cannot be written.
     InputError
-        Where the boundary strips are more than a file may hold.
+        If there are more boundary strips than a file may hold.
     """
     import OpenEXR
 
@@ -78,7 +78,7 @@ def write_baked(path: Path, model: BakedModel) -> None:
         "displayWindow": _window(channels[0]),
     }
     if model.left_out is not None:
-        common[ATTRIBUTE + LEFT_OUT] = float(np.float32(model.left_out))  # as files hold it
+        common[ATTRIBUTE + LEFT_OUT] = float(np.float32(model.left_out))  # rounded as files store it
     parts = []
     for number, (baked, named) in enumerate(zip(model.parts, contents, strict=True), 1):
         prefix = f"part{number}." if len(contents) > 1 else ""
@@ -98,15 +98,15 @@ def read_baked(path: Path) -> BakedModel:
     Returns
     -------
     BakedModel
-        The model, each of its arrays checked.
+        The model, with each of its arrays checked.
 
     Raises
     ------
     InputError
-        Where the file is missing, no OpenEXR file of depth images, of another version, inconsistent or larger than the
-        limits.
+        If the file is missing, is not an OpenEXR file of depth images, has another version, is inconsistent or exceeds
+        the limits.
     OSError, MemoryError
-        Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
+        If the machine lacks file handles or memory, or cannot read its disk; the file itself may be intact.
     """
     import OpenEXR
 
@@ -127,9 +127,9 @@ def read_baked(path: Path) -> BakedModel:
 
 @contextlib.contextmanager
 def _binding_heard() -> Iterator[None]:
-    """Pass what OpenEXR prints about pixels that it cannot decode to standard error: standard output may be a picture.
+    """Redirect OpenEXR's messages about undecodable pixels to standard error: standard output may be a picture.
 
-    Raises MemoryError where it tells of one, since it raises none itself and leaves the channels out.
+    Raises MemoryError if there was such a message, since OpenEXR raises nothing and leaves the channels out.
     """
     told = io.StringIO()
     try:
@@ -150,13 +150,13 @@ def read_header(path: Path) -> dict[str, Any]:
 
 
 def _check_pixels(stored: dict[str, Channels], checksum: str) -> None:
-    """Raise ValueError where a channel is of the wrong type or anything differs from what was written."""
+    """Raise ValueError if a channel has the wrong type or anything differs from what was written."""
     for name, channels in stored.items():
         wrong = [channel for channel, pixels in channels.items() if pixels.dtype != channel_type(channel)]
         if wrong:
             raise ValueError(f"part {name} has channels of another type: {', '.join(wrong)}")
     if channel_checksum(list(stored.values())) != checksum:
-        raise ValueError("the pixels do not match their checksum")  # the library reads damaged ones without a word
+        raise ValueError("the pixels do not match their checksum")  # the library reads damaged ones silently
 
 
 def _header(baked: BakedObject) -> dict[str, Any]:
@@ -175,7 +175,7 @@ def _header(baked: BakedObject) -> dict[str, Any]:
 
 
 def _window(channels: Channels) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the corners of the pixels of a part. All parts of a file share the first one's as their display window."""
+    """Return the corners of the pixels of a part. All parts of a file use those of the first as display window."""
     height, width = next(iter(channels.values())).shape
     return np.zeros(2, np.int32), np.array([width - 1, height - 1], np.int32)
 
@@ -185,7 +185,7 @@ def _attribute(value: Any) -> Any:
 
 
 def channel_checksum(parts: list[Channels]) -> str:
-    """Return the CRC-32 in hex over all pixels, part by part, channels by name."""
+    """Return the CRC-32 in hex over all pixels, part by part, with channels sorted by name."""
     checksum = 0
     for channels in parts:
         for name in sorted(channels):

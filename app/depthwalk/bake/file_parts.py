@@ -1,6 +1,6 @@
-"""Turn a baked object into the parts of an OpenEXR file, as `bake.file` lays them out, and back.
+"""Convert a baked object to the parts of an OpenEXR file, laid out as `bake.file` describes, and back.
 
-A part is channels by name, each an image (H, W). Depth images keep their shape; lists are folded into images.
+A part is a set of named channels, each an image (H, W). Depth images keep their shape; lists are folded into images.
 """
 
 from collections.abc import Iterable
@@ -34,13 +34,13 @@ def object_parts(baked: BakedObject) -> dict[str, Channels]:
         for kind, lists in _border_lists(border, _samples(baked.images, border.face)).items():
             contents[f"{kind}.{border.face.name.lower()}.{border.level}"] = lists
     if baked.texture is not None:
-        linear = linear_from_srgb8(baked.texture[::-1]).astype(np.float16)  # from which the 8 bits come back the same
+        linear = linear_from_srgb8(baked.texture[::-1]).astype(np.float16)  # converts back to the same 8 bits
         contents[TEXTURE] = dict(zip(TEXTURE_CHANNELS, np.ascontiguousarray(np.moveaxis(linear, -1, 0)), strict=True))
     return contents
 
 
 def object_from(stored: dict[str, Channels], header: Header) -> BakedObject:
-    """Build the object whose parts are `stored`; raises ValueError where they do not fit each other."""
+    """Build the object whose parts are `stored`; raises ValueError if they are inconsistent."""
     kinds = [name for name in stored if not is_list(name) and not is_texture(name)]
     images = [_image(name, stored[name], header.steps) for name in kinds]
     _check_cells(images)
@@ -66,7 +66,7 @@ def object_from(stored: dict[str, Channels], header: Header) -> BakedObject:
 
 
 def _check_cells(images: list[DepthImage]) -> None:
-    """Raise ValueError where a triangle has a corner on a layer that its face does not have."""
+    """Raise ValueError if a triangle has a corner on a layer that its face does not have."""
     for image in images:
         layers = sum(other.face is image.face for other in images)
         for codes in image.cells:
@@ -114,8 +114,8 @@ def _samples(images: Iterable[DepthImage], face: Face) -> int:
 def _border_lists(border: BoundaryStrip, samples: int) -> dict[str, Channels]:
     """Return a boundary strip as two lists in the shape of images, vertices and triangles, as small numbers.
 
-    Starts and first corners are differences to the one before; second and third corners are counted from the first
-    corner, or from the first boundary vertex that starts at it.
+    Starts and first corners are stored as differences from the previous one; second and third corners are counted from
+    the first corner, or from the first boundary vertex that starts at it.
     """
     if not len(border.triangles):
         return {}
@@ -158,7 +158,7 @@ def _border(name: str, stored: dict[str, Channels], samples: int) -> BoundaryStr
 
 
 def _used(name: str, used: NDArray[np.uint32]) -> int:
-    """Return how many entries a list has; raises ValueError unless they are its first."""
+    """Return how many entries a list has; raises ValueError if they are not at its beginning."""
     count = np.count_nonzero(used)
     if (used[:count] != 1).any():
         raise ValueError(f"part {name} marks its entries wrongly")
@@ -200,12 +200,12 @@ def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
 
 
 def _coordinates(packed: NDArray[np.uint32]) -> NDArray[np.uint16]:
-    """Return `DepthImage.coordinates` of the pixels (H, W) of their channel."""
+    """Return `DepthImage.coordinates` from the pixels (H, W) of their channel."""
     return np.stack([packed & 0xFFFF, packed >> 16], -1).astype(np.uint16)
 
 
 def _texture(channels: Channels) -> NDArray[np.uint8]:
-    """Return `BakedObject.texture` of the channels of its part. Raises ValueError for values that are no colours."""
+    """Return `BakedObject.texture` from the channels of its part. Raises ValueError for values that are not colours."""
     linear = np.stack([channels[name][::-1] for name in TEXTURE_CHANNELS], -1)
     if not ((linear >= 0) & (linear <= 1)).all():
         raise ValueError("the texture holds values that are no colours")

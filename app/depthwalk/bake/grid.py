@@ -1,4 +1,4 @@
-"""Number the cells and triangles of a depth image's grids, of steps 1, 2, 4 …, with two triangles to a cell."""
+"""Number the cells and triangles of a depth image's grids of step 1, 2, 4 …; each cell has two triangles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +26,12 @@ def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
     step
         Texels between two nodes.
     wraps
-        Whether the last texel is followed by the first, as on the side image.
+        Whether the first texel follows the last, as on the side image.
 
     Returns
     -------
     numpy.ndarray
-        (n,) int64, rising texel numbers.
+        (n,) int64, ascending texel numbers.
     """
     nodes = np.arange(0, count, step)
     return nodes if wraps or nodes[-1] == count - 1 else np.append(nodes, count - 1)
@@ -52,8 +52,8 @@ def grid_cells(shape: tuple[int, int], face: Face, step: int) -> tuple[NDArray[n
     Returns
     -------
     tuple
-        Column and row of the lower (i0, j0) and of the upper corner (i1, j1), each (cells,) int64. Of the side image,
-        i1 is 0 after the last column.
+        Column and row of the lower (i0, j0) and of the upper corner (i1, j1), each (cells,) int64. In the side image,
+        i1 is 0 in the last column of cells.
     """
     height, width = shape
     columns = grid_nodes(width, step, wraps=face is Face.SIDE)
@@ -74,7 +74,7 @@ def cell_triangles(
     Parameters
     ----------
     face
-        The face, which decides in which direction the triangles are wound.
+        The face; it determines the winding.
     i0, j0, i1, j1
         (cells,) int64: columns i and rows j of the lower (0) and upper (1) corners, from `grid_cells`.
 
@@ -92,7 +92,7 @@ def cell_triangles(
 
 
 def whole_cells(image: DepthImage, level: int) -> NDArray[np.bool_]:
-    """Return which cells, (cells,) bool, of the grid of step 2^`level` lie whole on one layer's surface.
+    """Return which cells, (cells,) bool, of the grid of step 2^`level` lie entirely on one layer's surface.
 
     Both triangles of such a cell lie on the surface, and all four corners are samples of `image`.
     """
@@ -103,7 +103,7 @@ def whole_cells(image: DepthImage, level: int) -> NDArray[np.bool_]:
 def layer_triangles(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the corners of the grid triangles that lie on the surface and have their first corner in one image.
+    """Return the corners of the grid triangles that lie on the surface and have their first corner in `image`.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def layer_triangles(
     level
         The grid has step 2^level.
     without
-        (cells,) bool: cells to leave out; None leaves out none.
+        (cells,) bool: cells to skip; None skips none.
 
     Returns
     -------
@@ -125,12 +125,12 @@ def layer_triangles(
 def triangle_corners(
     image: DepthImage, level: int, half: NDArray[np.intp], cell: NDArray[np.intp]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the corners of given triangles of a grid as `layer_triangles` does.
+    """Return the corners of given triangles of a grid, as `layer_triangles` does.
 
     Parameters
     ----------
     image, level
-        As of `layer_triangles`.
+        As in `layer_triangles`.
     half
         (triangles,) 0 for the lower, 1 for the upper triangle of its cell.
     cell
@@ -151,7 +151,7 @@ def triangle_corners(
 def triangle_places(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return in which cells of a grid the triangles lie that `layer_triangles`, of the same parameters, returns.
+    """Return the cells in which the triangles lie that `layer_triangles` returns for the same parameters.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Read the header of a baked file, and check all that must hold before a pixel is decoded."""
+"""Read the header of a baked file, and validate it before any pixel is decoded."""
 
 import math
 import re
@@ -17,13 +17,13 @@ from depthwalk.budget import check_memory
 from depthwalk.errors import InputError, missing_file
 
 FORMAT_VERSION = 10
-TEXTURED_VERSION = 11  # of files in which an object has a texture, and its images texture coordinates
+TEXTURED_VERSION = 11  # of files in which an object has a texture and its images have texture coordinates
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
-LEFT_OUT = "left_out"  # attribute that files need not have
-MESH_TRIANGLES = "mesh_triangles"  # likewise
-HAS_INTERIOR = "has_interior"  # likewise
+LEFT_OUT = "left_out"  # optional attribute
+MESH_TRIANGLES = "mesh_triangles"  # optional
+HAS_INTERIOR = "has_interior"  # optional
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 TEXTURE = "texture"  # name of the part that holds the texture
 COORDINATES = "uv"  # channel of texture coordinates
@@ -33,12 +33,12 @@ _LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": 
 _FACES = "|".join(face.name.lower() for face in Face)
 _NAME = re.compile(rf"(?:(border|triangles)\.)?({_FACES})\.([0-7])", re.ASCII)
 _OBJECT = re.compile(r"(?:part([1-9][0-9]?)\.)?(.*)", re.ASCII | re.DOTALL)
-_MOST_DEFLATED = 1032  # times: what deflate can shrink at most, so no file holds more pixels than that
+_MOST_DEFLATED = 1032  # largest compression ratio of deflate, which bounds the pixels that a file can hold
 
 
 @dataclass(frozen=True, kw_only=True)
 class Header:
-    """Hold what every part of an OpenEXR file says about the object that it belongs to.
+    """Hold what every part of an OpenEXR file states about its object.
 
     Attributes
     ----------
@@ -55,9 +55,9 @@ class Header:
     checksum
         CRC-32 in hex over all pixels of the file.
     left_out
-        See `BakedModel`; None where the file does not say.
+        See `BakedModel`; None if the file does not say.
     mesh_triangles
-        See `BakedObject`; None where the file does not say.
+        See `BakedObject`; None if the file does not say.
     has_interior
         See `BakedObject`.
     """
@@ -75,7 +75,7 @@ class Header:
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
-    """Read and check a file's header, without decoding a pixel.
+    """Read and check a file's header without decoding any pixel.
 
     Parameters
     ----------
@@ -90,10 +90,10 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     Raises
     ------
     InputError
-        Where the file is missing, no OpenEXR file of depth images, of another version, inconsistent or larger than the
-        limits.
+        If the file is missing, is not an OpenEXR file of depth images, has another version, is inconsistent or exceeds
+        the limits.
     OSError, MemoryError
-        Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
+        If the machine lacks file handles or memory, or cannot read its disk; the file itself may be intact.
     """
     import OpenEXR
 
@@ -125,10 +125,10 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
 
 @contextmanager
 def complaints(path: Path, defect: str) -> Iterator[None]:
-    """Turn what the OpenEXR binding raises in the `with` block into an InputError, unless the machine is at fault.
+    """Turn errors of the OpenEXR binding in the `with` block into an InputError, unless the machine is at fault.
 
-    The binding raises the same RuntimeError for a file that is damaged and for one that cannot be opened. So the file
-    is opened here once more, which raises the system's own error.
+    The binding raises the same RuntimeError for a damaged file and for one that cannot be opened. So this opens the
+    file once more, which raises the operating system's own error.
 
     Parameters
     ----------
@@ -140,15 +140,15 @@ def complaints(path: Path, defect: str) -> Iterator[None]:
     Raises
     ------
     InputError
-        Where the file is damaged, or the user must not read it.
+        If the file is damaged, or the user may not read it.
     OSError, MemoryError
-        Where the machine lacks file handles or memory, or cannot read its disk.
+        If the machine lacks file handles or memory, or cannot read its disk.
     """
     try:
         yield
     except (OSError, MemoryError):
         raise
-    except Exception as error:  # bare RuntimeError and ValueError alike
+    except Exception as error:  # the binding raises RuntimeError and ValueError for the same causes
         try:
             path.open("rb").close()
         except PermissionError as denied:
@@ -167,7 +167,7 @@ def split_name(name: str) -> tuple[int, str]:
 
 
 def _headers(parts: list[dict[str, Any]]) -> tuple[Header, ...]:
-    """Return the header of each object; raises ValueError where its parts differ or an object is missing."""
+    """Return the header of each object; raises ValueError if its parts differ or an object is missing."""
     found: dict[int, Header] = {}
     for part in parts:
         header = _parsed(part)
@@ -183,7 +183,7 @@ def _headers(parts: list[dict[str, Any]]) -> tuple[Header, ...]:
 
 
 def _parsed(part: dict[str, Any]) -> Header:
-    """Return the header of one part; raises ValueError where something is missing or out of its range."""
+    """Return the header of one part; raises ValueError if something is missing or out of range."""
     numbers = (*GEOMETRY, *PLACEMENT, "shininess")
     missing = [name for name in (*numbers, "steps", "key", "checksum") if ATTRIBUTE + name not in part]
     if missing:
@@ -202,7 +202,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         raise ValueError("its shininess is negative or its rotation not a unit quaternion")
     if type(steps) is not int or not 1 <= steps <= MAX_STEPS:
         raise ValueError(f"steps is {steps!r:.40}, not a number from 1 to {MAX_STEPS}")
-    if not isinstance(key, str) or not re.fullmatch(r"[0-9A-Za-z]{0,64}", key):  # it may become a file's name
+    if not isinstance(key, str) or not re.fullmatch(r"[0-9A-Za-z]{0,64}", key):  # it may become a file name
         raise ValueError("key is not text of at most 64 letters and digits")
     if not isinstance(checksum, str):
         raise ValueError("checksum is not text")
@@ -224,7 +224,7 @@ def _parsed(part: dict[str, Any]) -> Header:
 
 
 def _size(part: dict[str, Any], steps: int, textured: bool) -> tuple[int, int]:
-    """Return width and height of a part of the layout that `write_baked` gives it; raises ValueError for any other."""
+    """Return width and height of a part; raises ValueError unless its layout is the one that `write_baked` uses."""
     import OpenEXR
 
     name = part["name"]
@@ -242,7 +242,7 @@ def _size(part: dict[str, Any], steps: int, textured: bool) -> tuple[int, int]:
 
 
 def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
-    """Raise ValueError unless layers count from 0, images are of one size and lists come in pairs for a face."""
+    """Raise ValueError unless layers count from 0, images have one size and each face's lists come in pairs."""
     images = [name for name in sizes if not is_list(name) and not is_texture(name)]
     faces = [name.split(".")[0] for name in images]
     if not images or set(images) != {f"{face}.{layer}" for face in faces for layer in range(faces.count(face))}:
@@ -262,9 +262,9 @@ def _textured(names: Iterable[str]) -> frozenset[int]:
 def _check_sizes(
     path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...], textured: frozenset[int]
 ) -> None:
-    """Raise InputError where decoding would take more memory than any file of ours, or than this one can fill.
+    """Raise InputError if decoding would take more memory than any valid file needs, or than this one can fill.
 
-    With a limit on the side, `_NAME` limits all images of an object together: its faces, eight layers.
+    With a limit on the side, `_NAME` limits all images of an object together: its faces with eight layers each.
     """
     side = max(max(size) for name, size in sizes.items() if not is_list(name))
     if side > limits.MAX_DPCI_RESOLUTION:
@@ -281,7 +281,7 @@ def _check_sizes(
     )
     if decoded > _MOST_DEFLATED * path.stat().st_size:
         raise InputError(f"{path}: damaged depth images: too short for its {decoded} bytes of pixels")
-    check_memory(path, 3 * decoded, "its depth images")  # as they are stored, as they are used, and one in between
+    check_memory(path, 3 * decoded, "its depth images")  # as stored, as used, and one copy in between
 
 
 def check_entries(path: Path, entries: int) -> None:
@@ -292,12 +292,12 @@ def check_entries(path: Path, entries: int) -> None:
     path
         The file, for the message.
     entries
-        Number of vertices and triangles of all boundary strips in the file, with the padding of their lists.
+        Number of vertices and triangles of all boundary strips in the file, including the padding of their lists.
 
     Raises
     ------
     InputError
-        Where there are more entries than `MAX_BOUNDARY_STRIP_ENTRIES`.
+        If there are more entries than `MAX_BOUNDARY_STRIP_ENTRIES`.
     """
     if entries > limits.MAX_BOUNDARY_STRIP_ENTRIES:
         raise InputError(
@@ -307,12 +307,12 @@ def check_entries(path: Path, entries: int) -> None:
 
 
 def is_list(name: str) -> bool:
-    """Return whether the part called `name` holds vertices or triangles of a boundary strip instead of an image."""
+    """Return whether the part `name` holds vertices or triangles of a boundary strip instead of an image."""
     return split_name(name)[1].startswith(LISTS)
 
 
 def is_texture(name: str) -> bool:
-    """Return whether the part called `name` holds the texture of an object."""
+    """Return whether the part `name` holds the texture of an object."""
     return split_name(name)[1] == TEXTURE
 
 
@@ -324,7 +324,7 @@ def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, .
     name
         The name of the part.
     steps
-        How many grids the images of its object have.
+        Number of grids of its object's images.
     textured
         Whether its object has a texture.
 
@@ -342,12 +342,12 @@ def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, .
 
 
 def channel_type(channel: str) -> type[np.generic]:
-    """Return the NumPy type of the pixels of the channel called `channel`, the same in all parts that have it."""
+    """Return the NumPy type of the pixels of the channel `channel`, the same in all parts that have it."""
     if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c", COORDINATES):
         return np.uint32
     return np.float32 if channel == "Z" else np.float16
 
 
 def first_line(error: Exception) -> str:
-    """Return the first line of the message of `error`, or the name of its type where it has none."""
+    """Return the first line of the message of `error`, or the name of its type if it has none."""
     return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

@@ -1,8 +1,8 @@
-"""Define depth images and the object that they make up: plain arrays, in the frame of docs/conventions.md.
+"""Define depth images and the object that they form: plain arrays, in the frame of docs/conventions.md.
 
 Object frame: the cylinder's axis is +Y through the origin, metres. Row 0 of every image is at the bottom
-(smallest y, or smallest z for the caps). Empty texels have depth +inf. What follows from a face's place on the cylinder
-(rays, points, texels) is `face_grid.FaceGrid`'s.
+(smallest y, or smallest z for the caps). Empty texels have depth +inf. `face_grid.FaceGrid` computes what follows from
+a face's place on the cylinder: rays, points and texels.
 """
 
 from dataclasses import asdict, dataclass, replace
@@ -19,9 +19,9 @@ class Face(IntEnum):
     """Name the surface that an image lies on; images are stored in this order.
 
     The paper (Liu, Liu and Wu 2007, §3.1) has the cylinder's side and its two caps. Surfaces that face along the circle
-    around the axis (a finger, the side of a leg, a flat figure) are sampled badly by all three, so the baker adds the
-    four upright faces of the box around the cylinder, which look at them squarely: FRONT and BACK are seen from +z and
-    −z, RIGHT and LEFT from +x and −x, object frame.
+    around the axis (a finger, the side of a leg, a flat figure) are sampled badly by all three. So the baker adds the
+    four upright faces of the box around the cylinder, which see such surfaces head-on: FRONT and BACK are seen from +z
+    and −z, RIGHT and LEFT from +x and −x, object frame.
     """
 
     TOP = 0
@@ -34,7 +34,7 @@ class Face(IntEnum):
 
 
 FACE_COUNT = len(Face)
-COORDINATE_STEPS = 1 << 16  # of a stored texture coordinate, from one repetition of the texture to the next
+COORDINATE_STEPS = 1 << 16  # steps of a stored texture coordinate per repetition of the texture
 HAS_COORDINATES = 1  # last bit of u
 ONE_CHART = 1  # last bit of v
 PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
@@ -51,7 +51,7 @@ INWARD = {  # the direction of depth on the planar faces: axis (0, 1, 2 for x, y
 
 @dataclass(frozen=True, kw_only=True)
 class Cylinder:
-    """Hold the volume that the images enclose, an upright cylinder about +Y in the object frame.
+    """Describe the volume that the images enclose: an upright cylinder about +Y in the object frame.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Cylinder:
         Heights y0 < y1 of the two caps, metres.
     half_width, half_depth
         Caps and box faces cover |x| ≤ half_width and |z| ≤ half_depth, metres. Around a mesh both equal the radius;
-        they differ only for a single planar image, which is a top cap alone.
+        they differ only for a single planar image, whose object is a top cap alone.
     """
 
     radius: float
@@ -85,7 +85,7 @@ class Cylinder:
 def enclosing_cylinder(points: Array) -> Cylinder:
     """Return the smallest cylinder about +Y that holds `points` (n, 3), object frame, metres.
 
-    It is widened by 1e-4 of its extent, so that no ray starts on the surface, however flat the points lie.
+    It is enlarged by 1e-4 of its extent, so that no ray starts on the surface, even if the points lie in a plane.
     """
     radius = float(np.hypot(points[:, 0], points[:, 2]).max()) * 1.0001
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
@@ -95,10 +95,10 @@ def enclosing_cylinder(points: Array) -> Cylinder:
 
 
 def with_margins(cylinder: Cylinder, rows: int) -> Cylinder:
-    """Return `cylinder` (object frame, metres) made one texel higher at either end, for images of `rows` rows.
+    """Return `cylinder` (object frame, metres) extended by one texel at either end, for images of `rows` rows.
 
-    Grid cells extend from centre to centre of the first and last row of texels. Without the margin, upright walls would
-    end half a texel early. The numbers are rounded to single precision, as files hold them.
+    Grid cells extend from the centre of the first row of texels to that of the last. Without the margin, upright walls
+    would end half a texel early. The numbers are rounded to single precision, as files store them.
     """
     margin = cylinder.height / (rows - 2)
     higher = replace(cylinder, bottom=cylinder.bottom - margin, top=cylinder.top + margin)
@@ -112,7 +112,7 @@ class DepthImage:
     Attributes
     ----------
     face, layer
-        The face that the image lies on, and how many surfaces its rays met before those of this layer (0 to 7).
+        The face that the image lies on, and the number of surfaces its rays hit before those of this layer (0 to 7).
     depth
         (H, W) float32, metres from the face inward, +inf where empty.
     normal
@@ -120,18 +120,18 @@ class DepthImage:
     albedo
         (H, W, 4) float32, linear RGB and specular strength; zero where empty.
     cells
-        One (cells,) uint16 array per level, of the grid of step 2^level, in the order of `grid_cells`. Bits 0 to 6
+        One (cells,) uint16 array per level, for the grid of step 2^level, in the order of `grid_cells`. Bits 0 to 6
         describe the lower triangle and bits 7 to 13 the upper one, if its first corner is on this layer: the first bit
-        says that the triangle lies on the surface, the next three and the last three on which layers its second and
-        third corners are. Bits 14 and 15 say that another face holds the lower and the upper triangle better, whoever
+        is set if the triangle lies on the surface, the next three and the last three hold the layers of its second and
+        third corners. Bits 14 and 15 are set if another face holds the lower or the upper triangle better, whoever
         owns their corners.
     owner
         (H, W) uint8, the `Face` that samples this surface best.
     coordinates
-        (H, W, 2) uint16, where each texel lies in the object's texture: u and v modulo 1, in steps of 2^−16 but for
-        their last bits. The last bit of u says that the texel has coordinates; that of v, that they may be interpolated
+        (H, W, 2) uint16, position of each texel in the object's texture: u and v modulo 1, in steps of 2^−16 except for
+        their last bits. The last bit of u is set if the texel has coordinates; that of v, if they may be interpolated
         between this texel and those to its right, above it and both, since all four show one surface and one chart.
-        None where the object has no texture.
+        None if the object has no texture.
     """
 
     face: Face
@@ -158,11 +158,11 @@ class BoundaryStrip:
     face, level
         The grid that the strip completes, of step 2^level.
     start
-        (b,) int32, ascending: the sample (layer · H · W + texel) whose surface each of the b boundary vertices ends.
+        (b,) int32, ascending: the sample (layer · H · W + texel) whose surface ends at each of the b boundary vertices.
     offset
-        (b, 2) float16, way from that sample to the vertex, in texels along u and v.
+        (b, 2) float16, from that sample to the vertex, in texels along u and v.
     rise
-        (b,) float16, depth of the vertex minus that of the sample, metres.
+        (b,) float16, depth of the vertex minus depth of the sample, metres.
     triangles
         (t, 3) int32, corners: numbers below L · H · W are samples of the face's L layers, the rest are boundary
         vertices. The first of each row is a sample.
@@ -178,7 +178,7 @@ class BoundaryStrip:
 
 @dataclass(frozen=True, kw_only=True)
 class BakedObject:
-    """Hold what baking makes of one object: all its depth images and what is needed to draw them.
+    """Hold the baked form of one object: all its depth images and what is needed to draw them.
 
     Attributes
     ----------
@@ -198,15 +198,15 @@ class BakedObject:
         The cylinder's place in the asset's frame, metres and a unit quaternion (x, y, z, w): asset point = position +
         rotate(rotation, object point).
     texture
-        (h, w, 3) uint8, sRGB, row 0 at v = 0, for the coordinates of the images; None where they have none.
+        (h, w, 3) uint8, sRGB, row 0 at v = 0, for the coordinates of the images; None if they have none.
     meso
-        Relief that is laid over the images when they are drawn, None for none. Baking and files know nothing of it.
+        Relief laid over the images when they are drawn; None for none. It is not baked and not stored in files.
     mesh_triangles
-        Triangles of the whole mesh that the asset was baked from, at least 1; None where it was none, or an older file
-        does not say.
+        Triangles of the whole mesh that the asset was baked from, at least 1; None if it was not a mesh, or if an older
+        file does not say.
     has_interior
-        Whether the mesh encloses a space, as a room does, whose walls the images lack, see `bake.interior`; False also
-        where an older file does not say.
+        Whether the mesh encloses a space, such as a room, whose walls are missing from the images, see `bake.interior`;
+        False also if an older file does not say.
     """
 
     cylinder: Cylinder
@@ -224,19 +224,19 @@ class BakedObject:
 
 
 def checked_triangles(value: object) -> int | None:
-    """Return `BakedObject.mesh_triangles` as a file has it. Raises ValueError for what can be none."""
+    """Return `BakedObject.mesh_triangles` from a file's value. Raises ValueError if it cannot be valid."""
     if value is None or (isinstance(value, int) and value is not True and value > 0):
         return value
     raise ValueError(f"mesh_triangles is {value!r:.40}, not a whole number above 0")
 
 
 def face_outward(face: Face) -> NDArray[np.float64]:
-    """Return the outward unit vector (3,), object frame, of `face`, a cap or box face; depth grows against it."""
+    """Return the outward unit vector (3,), object frame, of `face`, a cap or box face; depth increases against it."""
     axis, sign = INWARD[face]
     return np.asarray(-sign * np.eye(3)[axis])
 
 
 def plane_axes(face: Face) -> tuple[int, int]:
-    """Return along which axes (0, 1, 2 for x, y, z) u and v run on `face`, a cap or box face."""
+    """Return the axes (0, 1, 2 for x, y, z) along which u and v run on `face`, a cap or box face."""
     inward, _ = INWARD[face]
     return (2 if inward == 0 else 0), (2 if inward == 1 else 1)

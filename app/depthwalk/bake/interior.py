@@ -1,4 +1,4 @@
-"""Find out whether a mesh encloses a space, as a room does, whose walls nobody outside sees."""
+"""Find out whether a mesh encloses a space, such as a room, whose walls cannot be seen from outside."""
 
 import numpy as np
 
@@ -6,29 +6,29 @@ from depthwalk.bake.raycast import RayCaster
 from depthwalk.geometry.extreme_points import spread_directions
 from depthwalk.ingest.mesh import Mesh
 
-_ALONG = 5  # places along each axis of the bounding box
-_RAYS = 48  # from each place
-_CLOSED = 0.9  # of the rays must meet something: a room has a door and windows, an arcade is open
-_FACING = 0.8  # of what they meet must face the place: within a solid all show their backs, within foliage half
-_LEAST_SHARE = 0.05  # of the places must be in such a space
+_ALONG = 5  # positions along each axis of the bounding box
+_RAYS = 48  # from each position
+_CLOSED = 0.9  # of the rays must hit something: a room has a door and windows, an arcade is open
+_FACING = 0.8  # of the hits must face the position: within a solid all show their backs, within foliage half
+_LEAST_SHARE = 0.05  # of the positions must be in such a space
 
 
 def has_interior(mesh: Mesh, caster: RayCaster) -> bool:
-    """Return whether a mesh has an inside to stand in, whose surfaces depth images leave out.
+    """Return whether a mesh has an interior to stand in, whose surfaces depth images leave out.
 
-    They hold what somebody outside sees. Rays are cast in all directions from places spread over the bounding box.
+    Depth images hold what can be seen from outside. Rays are cast in all directions from a grid in the bounding box.
 
     Parameters
     ----------
     mesh
         The mesh.
     caster
-        The same mesh, ready for rays.
+        The same mesh, ready for ray casting.
 
     Returns
     -------
     bool
-        Whether a twentieth of the places at least are enclosed by surfaces that face them.
+        Whether at least a twentieth of the positions are enclosed by surfaces that face them.
     """
     low, high = (corner.astype(np.float64) for corner in mesh.bounds)
     steps = (np.arange(_ALONG) + 0.5) / _ALONG

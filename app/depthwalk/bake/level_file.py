@@ -1,4 +1,4 @@
-"""Keep simplified meshes in the user's cache folder, found by their key, as NumPy archives."""
+"""Store simplified meshes in the user's cache folder as NumPy archives, found by their key."""
 
 from typing import Any
 
@@ -7,13 +7,13 @@ import numpy as np
 from depthwalk.cache import ArrayCache, Arrays, check_array
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 
-# Of each vertex: how many numbers, of what type.
+# For each vertex attribute: number of components and their type.
 _VERTEX = {"positions": (3, np.float32), "normals": (3, np.float32), "colours": (3, np.uint8), "uv": (2, np.float32)}
 _ARRAYS = (*_VERTEX, "faces")
 
 
 def _arrays(levels: tuple[MeshLevel, ...]) -> Arrays:
-    """Return what a file holds of a mesh, which is not stored, and its levels."""
+    """Return the arrays that a file holds of the levels; the mesh itself is not stored."""
     arrays: Arrays = {"error": np.array([level.error for level in levels[1:]])}
     for number, level in enumerate(levels[1:]):
         parts = [(part.first_face, part.face_count, part.material) for part in level.mesh.parts]
@@ -23,7 +23,7 @@ def _arrays(levels: tuple[MeshLevel, ...]) -> Arrays:
 
 
 def _parse(stored: Arrays, mesh: Mesh) -> tuple[MeshLevel, ...]:
-    """Return `mesh` and its levels in a file. Raises ValueError or KeyError where they cannot be drawn."""
+    """Return `mesh` and its levels from a file. Raises ValueError or KeyError if they cannot be drawn."""
     error = stored["error"]
     if error.ndim != 1 or error.dtype.kind != "f" or len(error) >= MOST_LEVELS:
         raise ValueError("its errors are not a list of numbers")
@@ -33,14 +33,14 @@ def _parse(stored: Arrays, mesh: Mesh) -> tuple[MeshLevel, ...]:
 
 
 def _level(mesh: Mesh, stored: Arrays, number: int, error: float) -> MeshLevel:
-    """Return one level of `mesh`. Raises ValueError or KeyError where it cannot be drawn."""
+    """Return one level of `mesh`. Raises ValueError or KeyError if it cannot be drawn."""
     arrays = {name: stored[f"{name}.{number}"] for name in _ARRAYS}
     faces, rows = arrays["faces"], stored[f"parts.{number}"]
     count = len(np.atleast_1d(arrays["positions"]))
     for name, (width, kind) in _VERTEX.items():
         check_array(f"level {number}: {name}", arrays[name], (count, width), np.dtype(kind))
     low, high = mesh.bounds
-    margin = np.linalg.norm(high - low)  # vertices are moved by the error of a level, which is less
+    margin = np.linalg.norm(high - low)  # vertices move by at most the error of a level, which is less
     if (arrays["positions"] < low - margin).any() or (arrays["positions"] > high + margin).any():
         raise ValueError(f"level {number}: a vertex lies outside the mesh")
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype != np.int32 or not len(faces):

@@ -1,8 +1,9 @@
-"""Give simplified meshes the looks of their original: normals and colours that show it best between fewer vertices.
+"""Fit normals and colours of simplified meshes to their original.
 
-The normal of the nearest vertex is one of many that a large triangle stands for. So normals and colours are fitted:
-those that differ least, by the square, from the original wherever shaders interpolate them. Far away, where a pixel
-shows many triangles of the original, such a level looks as the mean of them does, and so has less aliasing than they.
+A large triangle stands for many vertices of the original, so copying the normal of the nearest one is not enough.
+Normals and colours are fitted by least squares instead: they differ least from the original wherever shaders
+interpolate them. Far away, where a pixel shows many of the original's triangles, such a level has their average look,
+and so less aliasing.
 """
 
 from dataclasses import dataclass, replace
@@ -15,20 +16,20 @@ from depthwalk.geometry.triangles import face_normals, sample_batches
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.types import Array, Ints
 
-_MOST_SAMPLES = 100_000  # of a mesh: a level of 25,000 triangles has eight for each vertex
+_MOST_SAMPLES = 100_000  # of a mesh: eight per vertex for a level of 25,000 triangles
 _SAMPLES_PER_TRIANGLE = 8
-_STAYS = 0.05  # weight of the looks a vertex has, where a sample has 1: few samples may leave a vertex undecided
-_SHORT = 0.1  # length of a fitted normal below which it says nothing, as where both sides of a leaf are one
+_STAYS = 0.05  # weight of a vertex's initial normal and colour, where a sample has 1: for vertices with few samples
+_SHORT = 0.1  # length below which a fitted normal is meaningless, as where both sides of a leaf are merged
 
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceSamples(StructOfArrays):
-    """Hold what a mesh looks like at n points that are spread evenly over it.
+    """Hold the appearance of a mesh at n points spread evenly over it.
 
     Attributes
     ----------
     place
-        (n, 4) positions, metres, and along the fourth axis the chart of each, as `chart_places` has them.
+        (n, 4) positions, metres, with the chart of each along the fourth axis, as in `chart_places`.
     facing
         (n, 3) unit normals of the triangles.
     normal
@@ -51,9 +52,9 @@ def sample_looks(mesh: Mesh, chart: Ints, apart: float) -> SurfaceSamples:
     mesh
         The mesh.
     chart
-        (V,) the connected piece of surface that each vertex is of.
+        (V,) the connected piece of surface that each vertex belongs to.
     apart
-        How far apart charts are along the fourth axis of places, metres.
+        Distance between charts along the fourth axis of places, metres.
     """
     corners = mesh.positions[mesh.faces].astype(np.float64)
     normals, areas = face_normals(corners)
@@ -75,26 +76,26 @@ def chart_places(points: Array, chart: Ints, apart: float) -> NDArray[np.float64
 
 
 def fitted_looks(level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float) -> tuple[Mesh, float]:
-    """Return a simplified mesh with the normals and colours that fit samples of the original best, and what is left.
+    """Fit the normals and colours of a simplified mesh to samples of the original; return the mesh and the residual.
 
-    Least squares over the vertices, of the differences at the points of the level that are nearest to the samples. A
-    sample counts where it has its nearest point on the same chart and on the same side of the surface.
+    Solves least squares over the vertices for the differences at those points of the level that are nearest to the
+    samples. A sample counts if its nearest point is on the same chart and the same side of the surface.
 
     Parameters
     ----------
     level
-        The simplified mesh, with normals and colours of vertices nearby.
+        The simplified mesh, with normals and colours of nearby vertices.
     samples
-        What the original looks like.
+        The appearance of the original.
     chart
-        (v,) the chart of the original that each vertex of the level takes its looks from.
+        (v,) the chart of the original that each vertex of the level takes its appearance from.
     apart
-        How far apart charts are, as in `samples`.
+        Distance between charts, as in `samples`.
 
     Returns
     -------
     tuple
-        The mesh, and the root mean square of how unit normals still differ from those of the samples.
+        The mesh, and the root mean square difference of its unit normals from those of the samples.
     """
     from scipy.sparse import coo_array, diags_array
     from scipy.sparse.linalg import splu
@@ -119,9 +120,9 @@ def fitted_looks(level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float
 def _nearest_points(
     level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float
 ) -> tuple[Ints, NDArray[np.float64], Ints]:
-    """Return the points of a level that are nearest to samples: triangles (k,), weights (k, 3), rows (k,) of samples.
+    """Return the points of a level nearest to samples: triangles (k,), weights (k, 3) and rows (k,) of the samples.
 
-    The nearest of as many points that are spread over the level tells the triangle.
+    As many points are spread over the level, and the nearest of them determines the triangle.
     """
     from scipy.spatial import cKDTree
 
@@ -139,9 +140,9 @@ def _nearest_points(
 
 
 def barycentric(points: Array, corners: Array) -> NDArray[np.float64]:
-    """Return the barycentric coordinates (n, 3) of points (n, 3) over triangles (n, 3, 3), metres.
+    """Return the barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3), metres.
 
-    What lies beside a triangle has negative ones; a triangle without area gives its first corner.
+    Points beside a triangle get negative ones; for a triangle without area the result is its first corner.
     """
     a, b, c = corners.transpose(1, 0, 2)
     u, v, w = b - a, c - a, points - a
@@ -154,7 +155,7 @@ def barycentric(points: Array, corners: Array) -> NDArray[np.float64]:
 
 
 def _unit(vectors: Array) -> Array:
-    """Return vectors (n, 3) at unit length; what has none stays 0."""
+    """Return vectors (n, 3) normalised to unit length; zero vectors stay 0."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-9))
 
 

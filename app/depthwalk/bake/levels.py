@@ -1,8 +1,8 @@
-"""Make coarser versions of a mesh, to be drawn from afar: what a polygon renderer has in place of depth images.
+"""Simplify a mesh to coarser levels, to be drawn from afar: a polygon renderer's alternative to depth images.
 
-Quadric decimation moves points and knows nothing else. So texture coordinates are those of the nearest vertex of the
-original, materials those of its nearest face; where a texture has a seam, coarse levels smear it. Normals and colours
-are fitted to the original's (`level_looks`).
+Quadric decimation moves only positions. So texture coordinates are taken from the nearest vertex of the original and
+materials from its nearest face; at a texture's seams, coarse levels smear it. Normals and colours are fitted to those
+of the original (`level_looks`).
 """
 
 from typing import TYPE_CHECKING
@@ -20,19 +20,19 @@ from depthwalk.types import Array, Ints
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-# A patient pass keeps the shape twice as well as a hasty one, but may stop above the number of triangles that is asked
-# for: then the next one continues.
+# Values of fast-simplification's `agg`. A low one keeps the shape twice as well, but may stop above the requested
+# number of triangles: then the next one continues.
 _HASTE = (3, 5, 7)
-_WORTH = 0.9  # of the finer level's triangles: with more than that it is no level of its own
-_PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
-# A level whose edges are a metre long and whose normals are off by 1 looks as wrong as one that is off by so many
+_WORTH = 0.9  # of the finer level's triangles: a mesh with more than that is not worth a level
+_PROBES, _DISCS = 20_000, 200_000  # points on the mesh, and on a level, for measuring the distance between them
+# A level with edges of one metre whose normals are off by 1 looks as wrong as one whose surface is off by this many
 # metres: within a pixel of either, pictures of five models are as good as their depth images (docs/measurements.md).
 _TURNED = 8.0
-_INWARD = 0.1  # of the way from a corner to the middle of its face, which is on the corner's own side of a seam
+_INWARD = 0.1  # of the way from a corner to its face's centre, which is on the corner's own side of a seam
 
 
 def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
-    """Simplify a mesh in steps, to a fourth of the triangles each, by quadric edge collapse (Garland, Heckbert 1997).
+    """Simplify a mesh in steps to a quarter of the triangles each, by quadric edge collapse (Garland, Heckbert 1997).
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
     Returns
     -------
     tuple
-        `mesh` itself with error 0, then a level for each of `RATIOS`, the finest first; fewer where there is little to
-        thin out. Errors, see `MeshLevel`, never fall from level to level.
+        `mesh` itself with error 0, then a level for each of `RATIOS`, the finest first; fewer if there is little to
+        simplify. Errors, see `MeshLevel`, never decrease from level to level.
     """
     import fast_simplification
 
-    if not len(mesh.faces):  # all of it lets light through
+    if not len(mesh.faces):  # the whole mesh is translucent
         return (MeshLevel(mesh, 0.0),)
     welded, first = row_ids(mesh.positions)
     points, faces = mesh.positions[first].astype(np.float64), welded[mesh.faces].astype(np.int32)
@@ -70,8 +70,8 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
 def _distance(points: Array, corners: Array) -> float:
     """Return the largest distance of points (n, 3) from triangles (m, 3, 3), metres.
 
-    Discs that just overlap replace the triangles. That is right within a disc's radius beside the nearest one, and
-    exact above it.
+    Overlapping discs replace the triangles. Distances beside the nearest disc are accurate to within its radius, and
+    those above it are exact.
     """
     from scipy.spatial import cKDTree
 
@@ -84,7 +84,7 @@ def _distance(points: Array, corners: Array) -> float:
 
 
 class _Wardrobe:
-    """Know what the surface of a mesh looks like, to put it on other surfaces near it.
+    """Store the appearance of a mesh's surface, to transfer it to other surfaces near it.
 
     A chart is a connected piece of the surface; seams of textures and creases end one, or run within it.
     """
@@ -99,7 +99,7 @@ class _Wardrobe:
         self._apart = 10 * float(np.ptp(mesh.positions, axis=0).max())  # metres between charts along a fourth axis
         self._vertices = self._tree(mesh.positions)
         anchor = mesh.positions.astype(np.float64)
-        anchor[mesh.faces] = corners  # that of any of its faces: they all lie on its side of the seam
+        anchor[mesh.faces] = corners  # from any of a vertex's faces: all lie on its side of the seam
         self._anchors = self._tree(anchor)
         places, _ = row_ids(np.column_stack([mesh.positions, self._chart]))
         self._on_seam = np.bincount(places)[places] > 1
@@ -107,9 +107,9 @@ class _Wardrobe:
         self._material = np.repeat([part.material for part in mesh.parts], [part.face_count for part in mesh.parts])
 
     def dressed(self, points: Array, faces: NDArray[np.integer]) -> tuple[Mesh, float]:
-        """Return points (v, 3) and faces (f, 3) as a mesh, and how far its normals are off, see `fitted_looks`.
+        """Return points (v, 3) and faces (f, 3) as a mesh, and the residual of its normals, see `fitted_looks`.
 
-        All corners of a face take their looks from one chart.
+        All corners of a face take their appearance from one chart.
         """
         mesh = self._mesh
         middle, corners = _inward(points[faces])
@@ -140,13 +140,13 @@ class _Wardrobe:
 
 
 def _inward(corners: Array) -> tuple[Array, Array]:
-    """Return middles (n, 3) of triangles (n, 3, 3), and their corners drawn a little towards them."""
+    """Return centres (n, 3) of triangles (n, 3, 3), and their corners moved a little towards them."""
     middle = corners.mean(axis=1)
     return middle, corners + _INWARD * (middle[:, None] - corners)
 
 
 def _charts(mesh: Mesh) -> Ints:
-    """Return the number (V,) of the connected piece of surface that each vertex is of; seams separate pieces."""
+    """Return the number (V,) of the connected piece of surface that each vertex belongs to; seams separate pieces."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

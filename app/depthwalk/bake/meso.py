@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-# Relief straight below a face is taken by surfaces by the cosines of two angles: that to the face's outward direction,
-# from the least on over so much, and that to the axis, up to the most.
+# How much of the relief straight below a face applies to a surface depends on two cosines of its normal: with the
+# face's outward direction (rising from LEAST over RANGE) and with the direction from the axis (falling to 0 at MOST).
 SQUARE_LEAST, SQUARE_RANGE = 0.7, 0.25
 WOUND_MOST, WOUND_RANGE = 0.7, 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
 class Meso:
-    """Hold one tile of relief that is laid over a surface; row 0 is at the bottom.
+    """Hold one tile of relief that repeats over a surface; row 0 is at the bottom.
 
     Attributes
     ----------
@@ -33,12 +33,12 @@ class Meso:
     height: float
 
     def tiles_per_turn(self, radius: float) -> int:
-        """Return how many tiles go round a cylinder of `radius` metres, so that their width is about right."""
+        """Return how many tiles go round a cylinder of `radius` metres while keeping about their width."""
         return max(1, round(2 * np.pi * radius / self.tile[0]))
 
 
 def tiling_slopes(depth: Array, tile: tuple[float, float]) -> NDArray[np.float32]:
-    """Return the slopes of a tile that repeats: central differences that continue across its edges.
+    """Return the slopes of a repeating tile: central differences that continue across its edges.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def tiling_slopes(depth: Array, tile: tuple[float, float]) -> NDArray[np.float32
 def straight_share(normal: Array, outward: Array, from_axis: Array) -> Array:
     """Return how much of a planar face's relief moves its samples straight inward, rather than toward the axis.
 
-    It is all of the relief where a surface faces outward as the face does. It is none where a surface faces away from
-    the axis, since the relief that winds round the axis moves that.
+    The share is 1 where a surface faces outward like the face, and 0 where it faces away from the axis, since the
+    relief wound around the axis moves that surface.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Read meso-structure from picture files."""
+"""Read meso-structure from image files."""
 
 from pathlib import Path
 
@@ -10,12 +10,12 @@ from depthwalk.ingest.range_image import load_depth_image
 
 
 def load_meso(depth: Path, *, height: float, tile: tuple[float, float], normal: Path | None = None) -> Meso:
-    """Read a tile of relief from picture files.
+    """Read a tile of relief from image files.
 
     Parameters
     ----------
     depth
-        Grey picture of 8 or 16 bits without empty pixels: white on the object's surface, black `height` below it.
+        Grey image of 8 or 16 bits without empty pixels: white is on the object's surface, black `height` below it.
     height
         Depth of black below the surface, metres.
     tile
@@ -31,7 +31,7 @@ def load_meso(depth: Path, *, height: float, tile: tuple[float, float], normal: 
     Raises
     ------
     InputError
-        Where a file cannot be used.
+        If a file cannot be used.
     """
     image = load_depth_image(depth, size=tile, depth_range=height, normal=normal)
     if not np.isfinite(image.depth).all():

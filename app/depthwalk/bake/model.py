@@ -1,4 +1,4 @@
-"""Define a baked asset: the objects with depth images that together show one mesh."""
+"""Define a baked asset: the objects whose depth images together show one mesh."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,11 @@ class BakedModel:
     Attributes
     ----------
     parts
-        At least one object, each with its own cylinder, placed in the asset's frame; all have the same key. Neighbours
-        both hold the surface along their common edge.
+        At least one object, each with its own cylinder, placed in the asset's frame; all have the same key. Adjacent
+        parts both hold the surface along their common edge.
     left_out
-        The part of the mesh's visible surface that no image holds, 0 to 1, see `measure_left_out`; None where that was
-        not measured.
+        The part of the mesh's visible surface that no image holds, 0 to 1, see `measure_left_out`; None if it was not
+        measured.
     """
 
     parts: tuple[BakedObject, ...]

@@ -1,6 +1,6 @@
-"""Find the face that samples a piece of surface best, its owner, which alone draws it.
+"""Find the owner of each piece of surface: the face that samples it best, which alone draws it.
 
-A sample's footprint is the distance on the surface to its neighbour sample: the spacing of the rays over the
+A sample's footprint is the distance along the surface to its neighbouring sample: the spacing of the rays over the
 cosine between ray and surface.
 """
 
@@ -17,18 +17,18 @@ from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Mask
 
-_GRAZING = 1e-3  # cosine below which a face is taken to see nothing
+_GRAZING = 1e-3  # cosine below which a face counts as not seeing a surface
 _CORNERS = 6  # triangles around a texel that is inside its surface, not at its boundary
-# A box face takes over only where its footprint is smaller by this factor: each takes a surface apart a little more.
+# A box face takes over only if its footprint is smaller by this factor: each box face fragments a surface further.
 _BOX_FACE_GAIN = 1.3
-_OVERLAP_GAIN = 2.0  # a triangle with corners of two owners is left to the other where that is better by this factor
+_OVERLAP_GAIN = 2.0  # a triangle with corners of two owners is left to the other if that is better by this factor
 _BATCH = 1 << 15  # triangles at a time
-_WALL = 0.5  # cosine between a triangle and the surface at its corners, below which it is no part of that surface
+_WALL = 0.5  # cosine between a triangle and the surface at its corners, below which it is not part of that surface
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaceLayers:
-    """Hold what a face offers its rivals for a surface: all its layers and where they are well connected.
+    """Hold the layers that a face enters into the competition for a surface, and where they are well connected.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ Rivals = Mapping[Face, FaceLayers]
 
 
 def face_layers(grid: FaceGrid, images: Sequence[DepthImage]) -> FaceLayers:
-    """Return the layers of one face, with the texels that lie well inside a surface, where it may be an owner.
+    """Return the layers of one face, with the texels well inside a surface, where it may be an owner.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def assign_owners(rivals: Rivals, parallel_map: Map = map) -> list[NDArray[np.ui
     Parameters
     ----------
     rivals
-        The faces that compete, each with its layers.
+        The competing faces, each with its layers.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -105,21 +105,21 @@ def assign_owners(rivals: Rivals, parallel_map: Map = map) -> list[NDArray[np.ui
 
 
 def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) -> Mask:
-    """Return which points of a surface a further face would own, because it samples them finest.
+    """Return which points of a surface an additional face would own, because it samples them finest.
 
     Parameters
     ----------
     rivals
-        The layers of the faces that exist.
+        The layers of the existing faces.
     grid
-        Rays and texels of the further face.
+        Rays and texels of the additional face.
     point, normal
         (n, 3) points of the surface, metres, and its unit normals, object frame.
 
     Returns
     -------
     numpy.ndarray
-        (n,) bool, True where the further face would be the owner.
+        (n,) bool, True where the additional face would be the owner.
     """
     own = _handicap(grid.face) * footprints(grid, grid.project(point), normal)
     worth = np.isfinite(own)
@@ -136,14 +136,14 @@ def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) ->
 def yield_triangles(rivals: Rivals, parallel_map: Map = map) -> list[DepthImage]:
     """Mark the triangles that another face holds better, whoever owns their corners.
 
-    A triangle across a gap between two samples, as over the tread of a step between two risers, lies on another surface
-    than the samples. So the samples' owners do not tell which face should draw it. And where the areas of two owners
-    meet, triangles of both overlap, of which the more slanted one is the worse guess at the surface.
+    A triangle across a gap between two samples, such as the tread of a step between two risers, lies on another surface
+    than the samples, so their owners do not determine which face should draw it. And where the areas of two owners
+    meet, triangles of both overlap, and the more slanted one is the worse approximation of the surface.
 
     Parameters
     ----------
     rivals
-        The faces that compete, each with its layers.
+        The competing faces, each with its layers.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -205,7 +205,7 @@ def _held_better(rivals: Rivals, face: Face, point: Array, normal: Array, gain: 
 
 
 def _handicap(face: Face) -> float:
-    """Return the factor on a face's footprints where faces compete: box faces must be better by it to win."""
+    """Return the factor on a face's footprints in the competition: box faces must be better by it to win."""
     return _BOX_FACE_GAIN if face in BOX_FACES else 1.0
 
 
@@ -217,15 +217,15 @@ def footprints(grid: FaceGrid, seen_from: Projection, normal: Array) -> NDArray[
     grid
         Rays and texels of the face.
     seen_from
-        n points as `grid` projects them.
+        n points, projected by `grid`.
     normal
         (n, 3) unit normals of the surface at those points, object frame.
 
     Returns
     -------
     numpy.ndarray
-        Footprints (n,), metres: the distance on the surface to the neighbour sample; +inf where the face sees the
-        surface from behind or edge on.
+        Footprints (n,), metres: the distance along the surface to the neighbouring sample; +inf where the face sees the
+        surface from behind or edge-on.
     """
     width, height = grid.texel_size
     spacing = np.full(len(seen_from.u), grid.longest_texel)
@@ -237,9 +237,9 @@ def footprints(grid: FaceGrid, seen_from: Projection, normal: Array) -> NDArray[
 
 
 def _holds(rival: FaceLayers, seen_from: Projection, normal: Array, footprint: Array) -> Mask:
-    """Return which of n points one of the rival's layers holds, well inside a connected piece of surface.
+    """Return which of n points are held by one of the rival's layers, well inside a connected piece of surface.
 
-    seen_from: the points as its grid projects them; normal: (n, 3); footprint: (n,) metres, theirs in that grid.
+    seen_from: the points projected by its grid; normal: (n, 3); footprint: (n,) metres, in that grid.
     """
     row, column = rival.grid.texel_at(seen_from.u, seen_from.v)
     texel = row * rival.grid.width + column
@@ -255,7 +255,7 @@ def _holds(rival: FaceLayers, seen_from: Projection, normal: Array, footprint: A
 
 
 def inner_texels(layers: Sequence[DepthImage]) -> Mask:
-    """Return which texels a face's finest grid surrounds with triangles on all sides.
+    """Return which texels are surrounded on all sides by triangles of a face's finest grid.
 
     Parameters
     ----------

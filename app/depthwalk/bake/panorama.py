@@ -1,10 +1,10 @@
 """Bake a cylindrical panorama with depth to the depth images of a cylinder that is seen from inside.
 
-A panorama's rays meet in its pinhole (McMillan and Bishop 1995); those of a DPCI are level (Liu, Liu and Wu 2007, §3.1
-and figure 6, which shows both). So the pixels become a mesh, as those of any range image, and rays are cast at it:
-those of caps and box faces, which pass through the back of what they meet first, and those of the side from the axis
-on. What these find is beyond the axis, at depths greater than the cylinder's radius, and faces it: the inner walls of a
-room.
+A panorama's rays meet in its pinhole (McMillan and Bishop 1995); those of a DPCI are horizontal (Liu, Liu and Wu 2007,
+§3.1 and figure 6, which shows both). So the pixels are turned into a mesh, like those of any range image, and rays are
+cast at it. Rays of caps and box faces pass through surfaces that they first hit from behind; rays of the side start at
+the axis. What these hit is beyond the axis, at depths greater than the cylinder's radius, and faces it: the inner walls
+of a room.
 """
 
 from dataclasses import replace
@@ -27,12 +27,12 @@ from depthwalk.ingest.range_image import RangeImage
 from depthwalk.limits import MIN_DPCI_RESOLUTION
 from depthwalk.parallel import thread_map
 
-# Under a table is the floor; and where nothing is torn, what spans the jumps in depth lies above each of them.
+# Below a table is the floor; and if nothing is torn, rubber sheets across the jumps in depth lie above both.
 _LAYERS = 4
-# Cosine between ray and normal below which a sample is left to other faces, one of which is within 55° of any normal:
-# of a floor, level rays meet only the unevenness, from where triangles would span it up to the wall.
+# Cosine between ray and normal below which a sample is left to other faces, one of which is within 55° of any normal.
+# Of a floor, horizontal rays hit only the unevenness, and triangles would span from there to the wall.
 _GRAZING = 0.3
-_MAX_TEXELS = 1024  # a side: seven faces of four layers take some 3 GB of memory while they are made
+_MAX_TEXELS = 1024  # a side: baking seven faces of four layers takes some 3 GB of memory
 
 
 def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
@@ -45,19 +45,19 @@ def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
     key
         Hex digest of what the object is made from, kept with it.
     cut
-        Whether to tear the surface where the depth jumps; the paper connects all pixels, by rubber sheets, which are
-        surface then like any other.
+        Whether to tear the surface where the depth jumps; the paper connects all pixels, by rubber sheets that then
+        count as surface.
 
     Returns
     -------
     BakedObject
-        The object, placed in the asset's frame: the pinhole is above the origin, the lowest point as high as that. A
-        texel of the side is as wide as a pixel, but there are at most 1024 to a turn.
+        The object, placed in the asset's frame: the pinhole is above the origin, and the lowest point is at height 0. A
+        texel of the side is as wide as a pixel, but there are at most 1024 in a full turn.
 
     Raises
     ------
     InputError
-        Where no two neighbouring pixels show one surface, or only one that all rays graze.
+        If no two neighbouring pixels show the same surface, or all rays only graze it.
     """
     mesh = range_mesh(image, cut)
     side = int(np.clip(image.depth.shape[1], MIN_DPCI_RESOLUTION, _MAX_TEXELS))
@@ -95,7 +95,7 @@ def bake_panorama(image: RangeImage, key: str, cut: bool = True) -> BakedObject:
 
 
 def _empty_side(grid: FaceGrid, steps: int) -> DepthImage:
-    """Return a side without samples, by which objects are told that go round their axis: all of a plain lies below."""
+    """Return a side image without samples, which marks objects that surround their axis; a plain lies wholly below."""
     return DepthImage(
         face=Face.SIDE,
         layer=0,

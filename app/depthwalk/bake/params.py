@@ -1,6 +1,6 @@
-"""Define how a mesh is baked: what scene files, commands and the keys of cached files say of it.
+"""Define the bake parameters, which scene files, commands and the keys of cached files share.
 
-Nothing here bakes, so that whoever only looks for what was baked imports nothing that does.
+Nothing here bakes, so that looking for baked files does not import the baker.
 """
 
 from dataclasses import dataclass, fields
@@ -19,9 +19,9 @@ Direction = tuple[float, float, float]
 Axis = Literal["auto", "x", "y", "z"] | Direction
 """auto, an axis of the asset's frame, or a direction in it."""
 
-# Of the simplified levels of meshes.
-RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over a level's
-FEWEST = 50  # triangles of a level, about
+# For the simplified levels of meshes.
+RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over those of a level
+FEWEST = 50  # triangles of a level, roughly
 LOOKS = 2  # version of how levels get their normals and colours, and of what their errors mean
 
 NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -29,14 +29,14 @@ NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": 
 
 @dataclass(frozen=True, kw_only=True)
 class Refinements:
-    """Choose what the baker does beyond the paper, as docs/baking.md describes it.
+    """Choose what the baker does beyond the paper, as described in docs/baking.md.
 
     All are on, except where their effect is measured one by one (docs/ablation.md).
 
     Attributes
     ----------
     discontinuity_cut
-        Whether to drop triangles that do not lie on the mesh, as rays tell.
+        Whether to drop triangles that do not lie on the mesh, tested by rays.
     across_layers
         Whether a triangle's corners may be on different layers.
     boundary_strips
@@ -67,20 +67,20 @@ class BakeParams:
     resolution
         Side of every image, texels.
     layers
-        How many surfaces along each ray to keep, each in an image of its own; auto: as many as a file may hold.
+        How many surfaces along each ray to keep, each in its own image; auto: as many as a file may hold.
     method
-        How the surfaces are sampled: by rays, or by the paper's six views; `paper`: by six views, and nothing is done
-        beyond the paper.
+        How the surfaces are sampled: by ray casting, or from the paper's six views; `paper`: from six views, with
+        nothing beyond the paper.
     refinements
-        What is done beyond the paper, by other methods than `paper`.
+        What is done beyond the paper, with methods other than `paper`.
     coordinates
-        Whether to keep the mesh's texture, and for each texel its texture coordinates; auto: where the texture is finer
-        than the images. Only rays find them.
+        Whether to keep the mesh's texture, and for each texel its texture coordinates; auto: if the texture is finer
+        than the images. Only ray casting finds them.
 
     Raises
     ------
     InputError
-        For layers that the method cannot make.
+        If the method cannot make that many layers.
     """
 
     resolution: int = DEFAULT_DPCI_RESOLUTION
@@ -98,32 +98,32 @@ class BakeParams:
 
     @property
     def by_six_views(self) -> bool:
-        """Return whether surfaces are sampled by six views, which see one surface per ray and make no box faces."""
+        """Return whether surfaces are sampled from six views, which see one surface per ray and have no box faces."""
         return self.method != "raycast"
 
     @property
     def keeps_coordinates(self) -> bool:
-        """Return whether texture coordinates are kept where they are worth it."""
+        """Return whether texture coordinates are kept where they pay off."""
         return self.coordinates == "auto" and not self.by_six_views
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelParams(BakeParams):
-    """Choose how a mesh is baked: as `BakeParams` does, and in how many parts and about which axis.
+    """Choose how a mesh is baked: as in `BakeParams`, and in how many parts and about which axis.
 
-    Where `layers` is auto, images have as many layers as it takes to hold what can be seen.
+    If `layers` is auto, images get as many layers as needed to hold what can be seen.
 
     Attributes
     ----------
     parts
-        Number of objects that share the mesh, at most; auto: as many as it takes to sample the surface well.
+        Largest number of parts that the mesh is split into; auto: as many as needed to sample the surface well.
     axis
         Axis of the cylinder, or of each part's, in the asset's frame; auto: the one that samples the surface best.
 
     Raises
     ------
     InputError
-        For values out of their ranges, and for layers that the method cannot make.
+        For values out of range, and if the method cannot make that many layers.
     """
 
     parts: int | Literal["auto"] = 1

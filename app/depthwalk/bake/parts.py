@@ -1,4 +1,4 @@
-"""Bake a mesh as one object, or as several where one would sample it badly: parts with a cylinder each."""
+"""Bake a mesh as one object, or as several parts with a cylinder each if one would sample it badly."""
 
 from dataclasses import replace
 
@@ -20,8 +20,8 @@ from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.limits import MIN_DPCI_RESOLUTION
 
 _PROBES = 1000
-_DEPTH_PROBES = 4000  # a layer is worth a thousandth of the surface
-_OVERLAP = 2.0  # texels of surface beyond a cut that a part holds besides its own
+_DEPTH_PROBES = 4000  # one layer may be worth a thousandth of the surface
+_OVERLAP = 2.0  # texels of surface beyond a cut that a part holds in addition to its own
 
 
 def bake_model(
@@ -41,14 +41,14 @@ def bake_model(
     params
         How the mesh is sampled and split.
     key
-        Hex digest of what the model is made from, kept with it.
+        Hex digest of what the model is made from, stored with it.
     progress
         Called with the name of each stage as it begins.
     workers
-        How many threads to use; None: as many as `default_workers` returns.
+        Number of threads to use; None: the number that `default_workers` returns.
     max_stepped
-        Most texels across of images that get grids of all steps; larger ones get the grid of step 1 only. None: images
-        of every size get all.
+        Largest side, texels, of images that get the grids of all steps; larger ones get only the grid of step 1. None:
+        images of every size get all.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def bake_model(
     Raises
     ------
     InputError
-        Where the mesh cannot be baked by the method asked for.
+        If the mesh cannot be baked by the requested method.
     """
     caster = RayCaster(mesh)
     interior = has_interior(mesh, caster)
@@ -76,14 +76,14 @@ def bake_model(
 
 
 def _of_mesh(mesh: Mesh, interior: bool, *parts: BakedObject) -> BakedModel:
-    """Return a model of `parts`, which say how many triangles `mesh` has, and whether it has an interior."""
+    """Return a model of `parts`, with the number of triangles of `mesh` and whether it has an interior."""
     return BakedModel(
         parts=tuple(replace(part, mesh_triangles=len(mesh.faces), has_interior=interior) for part in parts)
     )
 
 
 def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:
-    """Return the part of `mesh` that the faces `kept`, (F,) bool, make, with the vertices and materials they use."""
+    """Return the part of `mesh` with the faces `kept`, (F,) bool, and the vertices and materials that they use."""
     used, corners = np.unique(mesh.faces[kept], return_inverse=True)
     counts = [int(kept[run.first_face : run.first_face + run.face_count].sum()) for run in mesh.parts]
     firsts = np.cumsum([0, *counts]).tolist()
@@ -109,9 +109,9 @@ def _bake_placed(
     max_stepped: int | None,
     texel: float | None = None,
 ) -> BakedObject:
-    """Bake `mesh` about the axis asked for.
+    """Bake `mesh` about the requested axis.
 
-    two_sided: see `RayCaster`. texel: side of a texel, metres; None for the resolution asked for.
+    two_sided: see `RayCaster`. texel: side of a texel, metres; None uses the requested resolution.
     """
     placement = place_along(_direction(mesh, params, progress, two_sided), mesh.positions)
     if texel is not None:
@@ -126,7 +126,7 @@ def _bake_placed(
 
 
 def probed_depth(mesh: Mesh, placement: Placement, params: BakeParams, two_sided: bool | None = None) -> list[Depth]:
-    """Measure what depth images of a mesh would hold, for each number of layers.
+    """Measure how well depth images would sample a mesh, for each number of layers.
 
     Parameters
     ----------
@@ -137,12 +137,12 @@ def probed_depth(mesh: Mesh, placement: Placement, params: BakeParams, two_sided
     params
         How the mesh would be baked; its `layers` is ignored.
     two_sided
-        Whether surfaces are seen from behind too; None: only those of an open mesh.
+        Whether surfaces are visible from behind too; None: only those of an open mesh.
 
     Returns
     -------
     list
-        What images of 1, 2, … `MAX_DPCI_LAYERS` layers hold, in this order.
+        The results for images of 1, 2, … `MAX_DPCI_LAYERS` layers, in this order.
     """
     caster = RayCaster(mesh, two_sided)
     probes = probe(mesh, caster, _DEPTH_PROBES)
@@ -150,7 +150,7 @@ def probed_depth(mesh: Mesh, placement: Placement, params: BakeParams, two_sided
 
 
 def _direction(mesh: Mesh, params: ModelParams, progress: Progress, two_sided: bool | None) -> Direction:
-    """Return the axis asked for, chosen where that is left to the baker."""
+    """Return the requested axis, or the best one if the choice is left to the baker."""
     if params.axis == "auto":
         progress("axis")
         caster = RayCaster(mesh, two_sided)

@@ -1,4 +1,4 @@
-"""Place a cylinder in its asset: its axis, and the smallest circle about it."""
+"""Place a cylinder in its asset: its axis, and the smallest circle around it."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -11,7 +11,7 @@ from depthwalk.bake.images import Cylinder, enclosing_cylinder
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.types import Array
 
-if TYPE_CHECKING:  # a quarter of a second to import, and only bakes need it
+if TYPE_CHECKING:  # takes a quarter of a second to import, and only bakes need it
     from scipy.spatial.transform import Rotation
 
 
@@ -24,35 +24,35 @@ class Placement:
     position
         (3,) metres, asset frame.
     rotation
-        Turns vectors of the object's frame into the asset's.
+        Rotates vectors from the object's frame to the asset's.
     """
 
     position: Array  # (3,), metres
     rotation: "Rotation"
 
     def into_object(self, points: Array) -> Array:
-        """Convert `points` (n, 3), metres, from the asset's frame to the object's, and return them."""
+        """Convert `points` (n, 3), metres, from the asset's frame to the object's."""
         return np.asarray(self.rotation.apply(points - self.position, inverse=True))
 
     def into_asset(self, points: Array) -> NDArray[np.float32]:
-        """Convert `points` (n, 3), metres, from the object's frame to the asset's, and return them as float32."""
+        """Convert `points` (n, 3), metres, from the object's frame to the asset's, as float32."""
         return np.asarray((self.position + self.rotation.apply(points)).astype(np.float32))
 
     def turned_into_object(self, vectors: Array) -> Array:
-        """Convert the directions `vectors` (n, 3) from the asset's frame to the object's, and return them."""
+        """Convert the directions `vectors` (n, 3) from the asset's frame to the object's."""
         return np.asarray(self.rotation.apply(vectors, inverse=True))
 
     def placed(self, mesh: Mesh) -> Mesh:
-        """Convert `mesh`, metres, from the asset's frame to the object's, and return it."""
+        """Convert `mesh`, metres, from the asset's frame to the object's."""
         positions, normals = self.into_object(mesh.positions), self.turned_into_object(mesh.normals)
         return replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32))
 
 
 def place_along(axis: ArrayLike, points: Array) -> Placement:
-    """Return the frame of a cylinder that points along an axis, with given points around it.
+    """Return the frame of a cylinder with a given axis direction around given points.
 
-    The axis goes through the centre of the smallest circle around the points seen along the axis. The rotation is the
-    shortest one from +Y.
+    The axis passes through the centre of the smallest circle around the points, seen along the axis. The rotation is
+    the shortest one from +Y.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def place_along(axis: ArrayLike, points: Array) -> Placement:
     Returns
     -------
     Placement
-        Where the cylinder's frame is in the asset's.
+        Placement of the cylinder's frame in the asset's.
     """
     from scipy.spatial.transform import Rotation
 
@@ -86,7 +86,7 @@ def extent(cylinder: Cylinder) -> float:
 def smallest_circle(points: Array) -> tuple[Array, float]:
     """Return the centre (2,) and the radius of the smallest circle around `points` (n, 2), in their unit.
 
-    Starts with the circle around a few points and repeatedly takes in the point that lies farthest outside it (Gärtner
+    Starts with the circle around a few points and repeatedly includes the point that lies farthest outside it (Gärtner
     1999, "Fast and robust smallest enclosing balls", in the plane).
     """
     support = points[:1]
@@ -100,12 +100,12 @@ def smallest_circle(points: Array) -> tuple[Array, float]:
         circles = (_circle(few[list(chosen)]) for size in (2, 3) for chosen in combinations(range(len(few)), size))
         holding = [circle for circle in circles if np.hypot(*(few - circle[0]).T).max() <= circle[1] * (1 + 1e-9)]
         if not holding:
-            return centre, float(away[farthest])  # rounding alone keeps the point out
+            return centre, float(away[farthest])  # the point is outside only by rounding
         centre, radius, support = min(holding, key=lambda circle: circle[1])
 
 
 def _circle(points: Array) -> tuple[Array, float, Array]:
-    """Return centre and radius of the circle through two points (2, 2), on a diameter, or three (3, 2); and the points.
+    """Return centre and radius of the circle through two points (2, 2), its diameter, or three (3, 2); and the points.
 
     The radius is NaN for three points on a line.
     """

@@ -1,4 +1,4 @@
-"""Make an object of a single planar depth image (Liu et al. 2007, §2): a top cap without a cylinder around it."""
+"""Bake a single planar depth image to an object (Liu et al. 2007, §2): a top cap without a cylinder around it."""
 
 from dataclasses import replace
 
@@ -21,9 +21,9 @@ from depthwalk.limits import MIN_DPCI_RESOLUTION
 
 _MATERIAL = Material((1.0, 1.0, 1.0))
 _UPRIGHT = (float(np.sqrt(0.5)), 0.0, 0.0, float(np.sqrt(0.5)))  # a quarter turn about x: +Y to +Z, −Z to +Y
-# Past the edge of a near object a camera sees surface that, seen in parallel, lies behind it. An open mesh gets
-# twice as many layers: one for the object, one for what it hides; a third would hold 1 in 100 samples of a head before
-# a wall.
+# Past the edge of a near object, a camera's perspective shows surface that lies behind the object in a parallel
+# projection. An open mesh gets twice as many layers: one for the object, one for what it hides. A third would hold 1 in
+# 100 samples of a head before a wall.
 _RANGE_LAYERS = 1
 _MAX_RANGE_TEXELS = 2048  # a side
 
@@ -40,7 +40,7 @@ def bake_planar(image: PlanarImage, key: str, cut: bool = True) -> BakedObject:
     key
         Hex digest of what the object is made from, kept with it.
     cut
-        Whether to leave texels apart where the depth jumps; the paper connects all.
+        Whether to separate texels where the depth jumps; the paper connects all.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def bake_planar(image: PlanarImage, key: str, cut: bool = True) -> BakedObject:
         The object, which has a top cap only, placed in the asset's frame.
     """
     width, height = image.size
-    depth = np.ascontiguousarray(image.depth[::-1])  # the cap's rows run along z, from the picture's top down
+    depth = np.ascontiguousarray(image.depth[::-1])  # the cap's rows run along z, downward from the picture's top
     solid = np.isfinite(depth)
     cylinder = _slab(width, height, float(depth[solid].max(initial=0.0)))
     normal = np.where(solid[..., None], _lying(image.normal[::-1]), 0)
@@ -71,17 +71,17 @@ def bake_planar(image: PlanarImage, key: str, cut: bool = True) -> BakedObject:
 
 
 def bake_range(image: RangeImage, key: str) -> BakedObject:
-    """Resample a range image to a plane seen from +Z, which stands centred on its lowest point.
+    """Resample a range image to a plane seen from +Z, which is centred on its lowest point.
 
-    A camera's pixels are seen in perspective, the renderer's planes in parallel. So the pixels become a mesh, torn
-    where the image is torn, and rays are cast at that mesh as at any other. The second layer keeps surfaces that only
-    the camera's perspective shows. A texel is as large as what the median pixel saw, and the nearest point lies on the
-    front plane.
+    A camera sees its pixels in perspective, while the renderer's planes use parallel projection. So the pixels are
+    turned into a mesh, torn where the image is torn, and rays are cast at it as at any other mesh. The second layer
+    keeps surfaces that only the camera's perspective shows. A texel is as large as what the median pixel saw, and the
+    nearest point lies on the front plane.
 
     Parameters
     ----------
     image
-        What a depth camera saw.
+        The image of a depth camera.
     key
         Hex digest of what the object is made from, kept with it.
 
@@ -93,13 +93,13 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
     Raises
     ------
     InputError
-        Where no two neighbouring pixels show one surface.
+        If no two neighbouring pixels show the same surface.
     """
     mesh = range_mesh(image)
     low, high = mesh.bounds
     pixel = float(np.median(image.depth[np.isfinite(image.depth)])) / image.lens.focal
     width, height, deep = (float(extent) for extent in high - low)
-    side = max(width, height) + 2 * pixel  # square, as the baker's caps are
+    side = max(width, height) + 2 * pixel  # square, like the baker's caps
     slack = 1e-4 * max(side, deep)
     centre = np.array([low[0] + width / 2, low[1] + height / 2, high[2] + slack], np.float32)
     lying = replace(mesh, positions=_lying(mesh.positions - centre), normals=_lying(mesh.normals))
@@ -123,9 +123,9 @@ def range_mesh(image: RangeImage, cut: bool = True) -> Mesh:
     Parameters
     ----------
     image
-        What a depth camera saw.
+        The image of a depth camera.
     cut
-        Whether to tear the mesh where the depth jumps; otherwise all neighbours that were measured are connected.
+        Whether to tear the mesh where the depth jumps; otherwise all measured neighbours are connected.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def range_mesh(image: RangeImage, cut: bool = True) -> Mesh:
     Raises
     ------
     InputError
-        Where no two neighbouring pixels show one surface.
+        If no two neighbouring pixels show the same surface.
     """
     inverse = np.where(np.isfinite(image.depth), 1 / image.depth.astype(np.float64), np.nan)
     height, width = image.depth.shape
@@ -164,10 +164,10 @@ def range_mesh(image: RangeImage, cut: bool = True) -> Mesh:
 def connect_texels(
     depth: NDArray[np.float32], cell: float, steps: int, cut: bool = True
 ) -> tuple[NDArray[np.uint16], ...]:
-    """Connect the texels of a planar depth image to triangles by what the image alone tells of its surface.
+    """Connect the texels of a planar depth image to triangles, judging the surface by the image alone.
 
     A triangle of step 2^k is kept if the surface continues, texel by texel, along its two legs. So no grid, however
-    coarse, spans a tear, and a slope that the finest grid has is in all of them.
+    coarse, spans a tear, and a slope in the finest grid is in all of them.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def connect_texels(
     steps
         Number of grids, of steps 1, 2, … 2^(steps − 1) texels.
     cut
-        Whether a surface ends where the depth jumps; otherwise all neighbours that are not empty are one surface.
+        Whether a surface ends where the depth jumps; otherwise all non-empty neighbours belong to one surface.
 
     Returns
     -------
@@ -186,7 +186,7 @@ def connect_texels(
         The triangles of each level, (cells,) uint16 as in `DepthImage.cells`.
     """
     allowed = tolerance(depth, cell) if cut else np.full_like(depth, np.inf)
-    # Tears up to each texel: equal counts at two of a row say that none is between them.
+    # Tears counted up to each texel: if two texels of a row have equal counts, there is none between them.
     tears_along, tears_up = (
         np.pad(np.cumsum(~continues(depth, allowed, axis), axis=axis), ((axis == 0, 0), (axis == 1, 0)))
         for axis in (1, 0)
@@ -202,13 +202,13 @@ def connect_texels(
 
 
 def _triangles(values: NDArray[np.floating], allowed: NDArray[np.floating]) -> tuple[NDArray[np.bool_], ...]:
-    """Return which lower and upper triangles (H − 1, W − 1) lie on the surface: it continues along their two legs."""
+    """Return which lower and upper triangles (H − 1, W − 1) lie on the surface: it continues along both legs."""
     along, up = continues(values, allowed, 1), continues(values, allowed, 0)
     return along[:-1] & up[:, :-1], along[1:] & up[:, 1:]
 
 
 def _lying(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Turn vectors (…, 3) of an upright picture into the cap's frame: x stays, up is −z, toward the viewer is +y."""
+    """Rotate vectors (…, 3) of an upright picture into the cap's frame: x stays, up is −z, toward the viewer is +y."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([x, z, -y], -1)
 

@@ -1,4 +1,4 @@
-"""Cast rays at a mesh with Embree, and find the surfaces along each ray one behind the other: depth peeling."""
+"""Cast rays at a mesh with Embree, and find successive surfaces along each ray: depth peeling."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -14,8 +14,8 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Mask
 
-_BATCH = 1 << 15  # rays per call: what is known of them stays in the cache
-_MOST_CUT_OUTS = 64  # places that are cut out, which a ray passes; a tree of cards has some ten along it
+_BATCH = 1 << 15  # rays per call: their data stays in the CPU's cache
+_MOST_CUT_OUTS = 64  # cut-out points that a ray passes; there are some ten along a ray through a tree of cards
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,12 +50,12 @@ class Hits:
 
 @dataclass(frozen=True, kw_only=True)
 class FirstHits:
-    """Hold what n rays meet first.
+    """Hold the first hit of each of n rays.
 
     Attributes
     ----------
     distance
-        (n,) float32, metres along the ray, +inf for rays that meet nothing.
+        (n,) float32, metres along the ray, +inf for rays that hit nothing.
     normal
         (n, 3) float32, mesh's frame: unit normal of the triangle, turned toward the ray's origin.
     flipped
@@ -75,9 +75,9 @@ class RayCaster:
     epsilon
         How far behind a hit the next ray starts, metres.
     two_sided
-        Whether surfaces are seen from behind too, as those of an open mesh are.
+        Whether surfaces are visible from behind too, as in an open mesh.
     front_only
-        Whether `peel` passes through surfaces that it meets from behind before it has met any other.
+        Whether `peel` passes through surfaces that it hits from behind before it has hit any other.
     """
 
     def __init__(self, mesh: Mesh, two_sided: bool | None = None, front_only: bool = False) -> None:
@@ -88,9 +88,9 @@ class RayCaster:
         mesh
             The mesh; rays are in its frame, metres.
         two_sided
-            Whether surfaces are seen from behind too; None: only those of an open mesh, or one with cut-outs.
+            Whether surfaces are visible from behind too; None: only those of an open mesh, or of one with cut-outs.
         front_only
-            Whether `peel` passes through surfaces that it meets from behind before it has met any other, as through the
+            Whether `peel` passes through surfaces that it hits from behind before it has hit any other, such as the
             walls of a room that is seen from inside. Not together with `two_sided`.
         """
         from embreex.mesh_construction import TriangleMesh
@@ -103,10 +103,10 @@ class RayCaster:
         self.front_only = front_only
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, np.ascontiguousarray(mesh.positions), np.ascontiguousarray(mesh.faces))
-        self.escapes(np.zeros((0, 3)), np.zeros((0, 3)))  # builds embree's tree, which must not begin in two threads
+        self.escapes(np.zeros((0, 3)), np.zeros((0, 3)))  # builds Embree's tree, which two threads must not do at once
 
     def first(self, origin: NDArray[np.floating], direction: NDArray[np.floating]) -> FirstHits:
-        """Return what rays meet first, from either side.
+        """Return the first hit of each ray, from either side.
 
         Parameters
         ----------
@@ -134,7 +134,7 @@ class RayCaster:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return distances (n,), metres, and normals (n, 3) of the first hits where the surface is not cut out.
 
-        result: the first hits anywhere; rays that met a place that is cut out are cast on from there.
+        result: the first hits anywhere; rays that hit a cut-out point are continued from there.
         """
         distance = np.where(result["primID"] >= 0, result["tfar"], np.float32(np.inf))
         normal = np.array(result["Ng"])
@@ -153,13 +153,13 @@ class RayCaster:
         return distance, normal
 
     def _solid(self, face: NDArray[np.integer], u: Array, v: Array) -> Mask:
-        """Return at which hits the surface is not cut out; rays that hit nothing, face −1, count as such."""
+        """Return at which hits the surface is not cut out; rays that hit nothing, face −1, count as solid."""
         return np.ones(len(face), bool) if self._cut_outs is None else self._cut_outs.solid(face, u, v)
 
     def escapes(
         self, origin: NDArray[np.floating], direction: NDArray[np.floating], parallel_map: Map = map
     ) -> NDArray[np.bool_]:
-        """Return which rays meet nothing.
+        """Return which rays hit nothing.
 
         Parameters
         ----------
@@ -173,12 +173,12 @@ class RayCaster:
         Returns
         -------
         numpy.ndarray
-            (n,) bool, True where a ray meets nothing.
+            (n,) bool, True where a ray hits nothing.
         """
 
         def escapes(batch: slice) -> NDArray[np.bool_]:
             rays = _single(origin[batch]), _single(direction[batch])
-            if self._cut_outs is not None:  # distances are measured, so that directions need a length of 1
+            if self._cut_outs is not None:  # distances are measured, so directions must be unit vectors
                 unit = rays[1] / np.maximum(lengths(rays[1]), np.float32(1e-30))[:, None]
                 return np.isinf(self.first(rays[0], unit).distance)
             return np.asarray(self._scene.run(*rays, query="OCCLUDED") < 0)
@@ -195,17 +195,17 @@ class RayCaster:
     ) -> Hits:
         """Find the first surfaces along rays.
 
-        The very first surface counts from either side, unless `front_only` is set. Of the others, those count that face
-        the ray's origin; of an open mesh, all count.
+        The first surface counts from either side, unless `front_only` is set. Of the others, only those that face the
+        ray's origin count; in an open mesh, all do.
 
         Parameters
         ----------
         origin, direction
-            (n, 3) float32, mesh's frame: where the rays begin, metres, and unit vectors along them.
+            (n, 3) float32, mesh's frame: where the rays start, metres, and unit vectors along them.
         layers
-            How many surfaces along each ray to find, at most.
+            Most surfaces to find along each ray.
         max_distance
-            How far the rays go, metres: (n,) or one number for all.
+            Length of the rays, metres: (n,), or one number for all.
         parallel_map
             `map`, or what `thread_map` yields to work in several threads.
 
@@ -229,8 +229,8 @@ class RayCaster:
         active = np.arange(count)
         travelled = np.zeros(count, np.float32)
         found = np.zeros(count, np.int32)
-        # Every front face has a back face behind it; 2 · layers casts find all layers of a closed mesh, and twice
-        # as many get past doubled or coplanar faces.
+        # Every front face has a back face behind it: 2 · layers casts find all layers of a closed mesh, and twice that
+        # gets past doubled or coplanar faces.
         for cast in range(4 * layers + (_MOST_CUT_OUTS if self._cut_outs is not None else 0)):
             if not len(active):
                 break
@@ -289,7 +289,7 @@ def facing_normals(
 
 
 def join_hits(parts: Sequence[Hits]) -> Hits:
-    """Return the hits of several groups of rays, each with as many layers, as those of all rays in this order."""
+    """Concatenate the hits of several groups of rays, each with the same number of layers."""
     if len(parts) == 1:
         return parts[0]
     names = [field.name for field in fields(Hits)]
@@ -297,7 +297,7 @@ def join_hits(parts: Sequence[Hits]) -> Hits:
 
 
 def no_hits(layers: int, count: int) -> Hits:
-    """Return `layers` layers of hits along `count` rays, all of them empty: distance +inf, face −1, the rest 0."""
+    """Return `layers` layers of empty hits along `count` rays: distance +inf, face −1, the rest 0."""
     shape = (layers, count)
     return Hits(
         distance=np.full(shape, np.inf, np.float32),

@@ -1,4 +1,4 @@
-"""Define what one face of the cylinder sees of a mesh, however it was sampled."""
+"""Define the samples of a mesh on one face of the cylinder, whichever way they were taken."""
 
 from dataclasses import dataclass
 
@@ -20,13 +20,13 @@ class FaceSamples:
     Attributes
     ----------
     samples
-        Depths, and the normals of the triangles that were hit.
+        Depths, and the normals of the triangles hit.
     normal
         (L, H, W, 3) float32, unit, object frame, for shading; zero where empty.
     albedo
         (L, H, W, 4) float32, linear RGB and specular strength; zero where empty.
     places
-        Where the samples lie in the mesh's texture; None where that is not kept.
+        Positions of the samples in the mesh's texture; None if these are not kept.
     """
 
     samples: Samples
@@ -42,20 +42,20 @@ def face_samples(
     parallel_map: Map = map,
     textured: TexturedFaces | None = None,
 ) -> FaceSamples:
-    """Return the samples of a face, given what the ray of each of its texels hit.
+    """Return the samples of a face from the hits of its texels' rays.
 
     Parameters
     ----------
     mesh
         The mesh that was hit, object frame.
     hits
-        (L, H · W) hits: those of each texel's ray, row by row.
+        (L, H · W) hits of each texel's ray, row by row.
     shape
         Height H and width W of the face's images, texels.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
     textured
-        The texture in which the samples' places are looked up; None for none.
+        The texture in which the samples are located; None for none.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Predict how well depth images would sample a surface, by points that are spread over it, before any image is made."""
+"""Predict, before any image is made, how well depth images would sample a surface, from points spread over it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
 from depthwalk.types import Array
 
-_DIRECTIONS = 64  # in which it is tried whether a point can be seen
-_WORST = 256.0  # texels²: what no image holds counts as so large a footprint
-_SAME = 1e-3  # radii: how far a hit may be from a probe that counts as hit
+_DIRECTIONS = 64  # in which to test whether a point can be seen
+_WORST = 256.0  # texels²: footprint assigned to what no image holds
+_SAME = 1e-3  # radii: how far a hit may be from a probe and still count as hitting it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,8 +35,8 @@ class Probes(StructOfArrays):
     normal
         (n, 3) unit normals, asset frame.
     weight
-        (n,) 0 to 1: the part of the directions above the surface from which the point is seen, weighted by the cosine
-        to the normal.
+        (n,) 0 to 1: the part of the directions above the surface from which the point is visible, weighted by the
+        cosine to the normal.
     """
 
     point: Array
@@ -55,16 +55,16 @@ class Probes(StructOfArrays):
 def probe(mesh: Mesh, caster: RayCaster, count: int) -> Probes:
     """Spread points over a mesh, the same points each time.
 
-    Where the rays of `caster` meet both sides, as of an open mesh, normals point to the side from which more is seen.
+    If the rays of `caster` hit both sides, as with an open mesh, normals point to the side from which more is visible.
 
     Parameters
     ----------
     mesh
         The mesh, asset frame.
     caster
-        The same mesh, ready for rays.
+        The same mesh, ready for ray casting.
     count
-        How many points.
+        Number of points.
 
     Returns
     -------
@@ -103,12 +103,12 @@ def sampled_footprints(
     params
         How the images would be baked.
     part
-        (F,) bool: the mesh's faces that alone would be baked; None: all of them.
+        (F,) bool: the only faces of the mesh that would be baked; None: all of them.
 
     Returns
     -------
     numpy.ndarray
-        (n,) metres: the least footprint with which a face would hold each probe; +inf where no face would.
+        (n,) metres: the smallest footprint with which a face would hold each probe; +inf if no face would.
     """
     count = peeled_layers(params, caster)
     (footprint,) = footprints_by_layers(caster, probes, placement, cylinder, params, [count], part)
@@ -124,12 +124,12 @@ def footprints_by_layers(
     layers: Sequence[int],
     part: NDArray[np.bool_] | None = None,
 ) -> list[NDArray[np.float64]]:
-    """Measure what `sampled_footprints` does for several numbers of surfaces along each ray, with the same rays.
+    """Measure the same as `sampled_footprints` for several numbers of surfaces along each ray, with the same rays.
 
     Parameters
     ----------
     caster, probes, placement, cylinder, params, part
-        See `sampled_footprints`; the `layers` of `params` are ignored.
+        See `sampled_footprints`; `params.layers` is ignored.
     layers
         How many surfaces along each ray become layers, as `peeled_layers` returns it.
 
@@ -139,7 +139,7 @@ def footprints_by_layers(
         For each of `layers`, (n,) metres.
     """
     point, normal = placement.into_object(probes.point), placement.turned_into_object(probes.normal)
-    faces = [face for face in Face if face not in BOX_FACES or not params.by_six_views]  # which makes no box faces
+    faces = [face for face in Face if face not in BOX_FACES or not params.by_six_views]  # six views have no box faces
     side = params.resolution
     grids = [FaceGrid(cylinder=cylinder, face=face, height=side, width=side) for face in faces]
     seen_from = [grid.project(point) for grid in grids]
@@ -165,7 +165,7 @@ def footprints_by_layers(
 
 
 def squared_texels(footprint: Array, texel: float) -> NDArray[np.float64]:
-    """Return footprints squared and bounded, so that a few very coarse samples do not outweigh all others.
+    """Return squared footprints, clamped so that a few very coarse samples do not outweigh all others.
 
     Parameters
     ----------
@@ -191,13 +191,13 @@ def sample_surface(mesh: Mesh, count: int) -> tuple[Array, Array]:
 
 
 def _within(hits: Hits, layers: int, part: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
-    """Return which hits (L, n) are among the first `layers` of their ray, of those on faces of `part` (F,)."""
+    """Return which hits (L, n) are among the first `layers` of their ray, counting only faces of `part` (F,)."""
     counts = hits.face >= 0 if part is None else (hits.face >= 0) & part[hits.face]
     return counts & (np.cumsum(counts, axis=0) <= layers)
 
 
 def _openness(caster: RayCaster, point: Array, normal: Array) -> NDArray[np.float64]:
-    """Return the part (n,), by the cosine, of the directions above points (n, 3) in which nothing hides them."""
+    """Return the part (n,), cosine-weighted, of the directions above points (n, 3) in which nothing hides them."""
     toward = spread_directions(_DIRECTIONS)
     start = np.repeat(point + 10 * caster.epsilon * normal, len(toward), axis=0)
     free = caster.escapes(start, np.tile(toward, (len(point), 1))).reshape(len(point), -1)

@@ -1,8 +1,8 @@
-"""Sample a mesh as the paper does (Liu, Liu and Wu 2007, §3.1): by six planar depth images of its box, warped.
+"""Sample a mesh as the paper does (Liu, Liu and Wu 2007, §3.1): from six planar depth images of its box, warped.
 
-The box is the one around the cylinder, so that its top and bottom images are the caps themselves. Each view is drawn
-on the GPU as a picture of triangle numbers; the exact point, normal and colour at each texel's centre follow from the
-triangle, as they do from a ray's hit. The views' texels, connected to triangles, are then drawn into the side image.
+The box is the one around the cylinder, so its top and bottom images are the caps themselves. The GPU draws each view as
+a picture of triangle numbers; the exact point, normal and colour at each texel's centre are then computed from the
+triangle, as for a ray's hit. The views' texels, connected to triangles, are then drawn into the side image.
 """
 
 from collections.abc import Iterator
@@ -28,23 +28,23 @@ from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
 from depthwalk.ingest.mesh import Mesh
 
-# A triangle between texels of a view lies on the surface if it is not seen edge on and its normal agrees with those at
-# its corners: a rubber sheet across a jump of two texels is 63° off. Of the six views one sees any surface under 55°.
+# A triangle between texels of a view lies on the surface if it is not seen edge-on and its normal agrees with those at
+# its corners: a rubber sheet across a jump of two texels is 63° off. Any surface is within 55° of one of the six views.
 _LEAST_COSINE = 0.17  # between triangle and view: 80°
 _LEAST_AGREEMENT = 0.5  # between triangle and normals: 60°
-_WIDEST = 0.25  # turns: a triangle wider than that has the axis in or beside it and no meaning in the side image
-# Texels. The views' rows lie on those of the side image, where a triangle may or may not cover its first and last row:
-# drawn a hair lower and once more a hair higher, it covers both.
+_WIDEST = 0.25  # turns: a wider triangle contains or touches the axis and has no meaning in the side image
+# Texels. The views' rows lie on those of the side image, where a triangle may or may not cover its first and last row.
+# It is drawn twice, slightly lower and slightly higher, to cover both.
 _NUDGE = 1 / 64
-_CHANNELS = (3, 4, 8, 11)  # where normal, depth, albedo, facing and front (±1, 0 where empty) of a side texel part
+_CHANNELS = (3, 4, 8, 11)  # end of normal, depth, albedo and facing in a side texel; then front (±1, 0 where empty)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _View:
     """Describe an orthographic camera on a side of the box around the cylinder.
 
-    Texel (u, v) in [0, 1]² looks from origin + u · across + v · up along `inward`, unit, as far as `max_depth` metres.
-    All are (3,) float64, object frame, metres.
+    Texel (u, v) in [0, 1]² looks from origin + u · across + v · up along the unit vector `inward`, up to `max_depth`
+    metres. All vectors are (3,) float64, object frame, metres.
     """
 
     origin: NDArray[np.float64]
@@ -65,11 +65,11 @@ class _View:
 
     @property
     def mirrored(self) -> bool:
-        """Return whether u to the right and v upward show the object as in a mirror; a top cap does."""
+        """Return whether u to the right and v upward show the object mirrored, as on a top cap."""
         return bool(np.cross(self.across, self.up) @ self.inward > 0)
 
     def ray_origins(self, size: int) -> NDArray[np.float64]:
-        """Return where the rays of the texels begin, (size², 3)."""
+        """Return the origins of the texels' rays, (size², 3)."""
         centres = texel_centres(size)[:, None]
         return (self.origin + centres[:, None] * self.up + centres * self.across).reshape(-1, 3)
 
@@ -97,14 +97,14 @@ def sample_six_views(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, Fa
     Returns
     -------
     dict
-        The samples by face, side, top and bottom, one layer each. The side lacks surfaces that none of the views sees.
+        The samples of side, top and bottom by face, one layer each. The side lacks surfaces that no view sees.
 
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
-    # In a thread of its own: a window's context that is current in this one stays so.
+    # In a separate thread, so that a window's context that is current in this one stays current.
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(_sample, mesh, cylinder, size).result()
 
@@ -137,7 +137,7 @@ def _sample_on(scope: Scope, mesh: Mesh, cylinder: Cylinder, size: int) -> dict[
 
 
 def _views(cylinder: Cylinder) -> Iterator[tuple[Face, _View]]:
-    """Yield the six sides of the box around the cylinder, each with the face that it is for."""
+    """Yield the six sides of the box around the cylinder, each with the face that it contributes to."""
     radius, height = cylinder.radius, cylinder.height
     x, y, z = np.eye(3)
     for outward in (x, z, -x, -z):
@@ -174,18 +174,18 @@ class _ViewCamera:
 
 
 def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int) -> _ViewImage:
-    """Return what lies on the rays through the texels' centres.
+    """Compute what lies on the rays through the texels' centres.
 
-    face: (size²,), the triangle that each ray meets, as the camera drew it.
+    face: (size²,), the triangle that each ray hits, as the camera drew it.
     """
     solid = np.flatnonzero(face >= 0)
     corners = mesh.positions[mesh.faces[face[solid]]].astype(np.float64)
     origin = view.ray_origins(size)
     flat = corners - origin[solid, None]
     plane = np.stack([flat @ view.across, flat @ view.up], -1)  # (n, 3, 2): the ray is at 0
-    # Weights of a corner: the area that the ray and the other two span.
+    # Weight of a corner: the area that the ray and the other two corners span.
     areas = np.stack([_cross(plane[:, (k + 1) % 3], plane[:, (k + 2) % 3]) for k in range(3)], -1)
-    # Rasterisation snaps corners: a centre may be a hair outside, where a face seen edge on would run away.
+    # Rasterisation snaps corners, so a centre may be slightly outside; a face seen edge-on would extrapolate wildly.
     areas = np.maximum(areas * np.sign(areas.sum(1, keepdims=True)), 0) + 1e-300
     weights = areas / areas.sum(1, keepdims=True)
     distance = np.einsum("nk,nkc,c->n", weights, flat, view.inward)
@@ -218,7 +218,7 @@ def _spread(values: NDArray[Any], where: NDArray[np.intp], size: int, empty: flo
 
 
 def _connected(image: _ViewImage, view: _View, size: int) -> NDArray[np.uint32]:
-    """Triangles (t, 3) of neighbouring texels that lie on the surface, counter-clockwise seen from the view."""
+    """Return triangles (t, 3) of neighbouring texels on the surface, counter-clockwise seen from the view."""
     number = np.arange(size * size, dtype=np.uint32).reshape(size, size)
     a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]))
     triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([b, d, c], -1)])
@@ -234,7 +234,7 @@ def _connected(image: _ViewImage, view: _View, size: int) -> NDArray[np.uint32]:
 
 
 class _SideImage:
-    """Draw the views' triangles into the side image; of what meets a texel the nearest stays."""
+    """Draw the views' triangles into the side image; the nearest at each texel remains."""
 
     def __init__(self, scope: Scope, grid: FaceGrid) -> None:
         self._scope, self._grid = scope, grid
@@ -247,7 +247,7 @@ class _SideImage:
         self._program.set(far_depth=grid.max_depth)
 
     def add(self, image: _ViewImage, triangles: NDArray[np.uint32]) -> None:
-        """Draw triangles (t, 3) between the texels of a view: before the axis, and where rays see them past it."""
+        """Draw triangles (t, 3) between the texels of a view: where rays see them before the axis, and past it."""
         seen = image.seen
         front = np.where(seen.samples.flipped, np.float32(-1), np.float32(1))[..., None]
         attributes = self._scope.buffer(np.concatenate([seen.normal, seen.albedo, seen.samples.facing, front], -1))
@@ -256,8 +256,8 @@ class _SideImage:
             u = place[triangles.T, 0]  # (3, t)
             wraps = np.ptp(u, axis=0) > 0.5
             narrow = np.ptp(np.where(wraps & (u < 0.5), u + 1, u), axis=0) < _WIDEST
-            # What faces outward runs clockwise in the image: seen from outside, θ grows to the left. The rest is
-            # culled, of an open mesh as well: the other side of a surface is for the view that sees it.
+            # Outward-facing triangles run clockwise in the image: seen from outside, θ grows to the left. The others
+            # are culled, in an open mesh as well: the other side of a surface belongs to the view that sees it.
             self._context.front_face = "ccw" if past_axis else "cw"
             places = self._scope.buffer(place)
             self._draw(places, attributes, triangles[narrow & ~wraps], wraps=False, shifts=(0.0,))
@@ -311,8 +311,8 @@ class _SideImage:
 def _close_gaps(texels: NDArray[np.float32], deepest: float) -> None:
     """Fill each empty texel between two filled ones, whose depths differ by at most `deepest` metres, with their mean.
 
-    Where two views meet at an edge of the object, each ends up to half a texel before it. texels: (H, W, 12), its
-    columns wrap.
+    Where two views meet at an edge of the object, each ends up to half a texel before it. texels: (H, W, 12), with
+    columns that wrap.
     """
     for axis in (1, 0):
         before, after = np.roll(texels, 1, axis), np.roll(texels, -1, axis)

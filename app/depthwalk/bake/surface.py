@@ -1,4 +1,4 @@
-"""Look up what a ray sees where it hits: normal and albedo of the mesh at barycentric positions."""
+"""Look up normal and albedo of the mesh where rays hit it, at barycentric positions."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ _BATCH = 1 << 15  # hits at a time
 
 
 def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Look up what the mesh looks like at each hit.
+    """Look up the appearance of the mesh at each hit.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
 
 
 def mean_shininess(mesh: Mesh) -> float:
-    """Return the mean over all faces of `mesh` of their materials' Phong exponents."""
+    """Return the Phong exponent of the materials of `mesh`, averaged over its faces."""
     weights = np.array([part.face_count for part in mesh.parts], float)
     exponents = np.array([mesh.materials[part.material].shininess for part in mesh.parts])
     return float(np.average(exponents, weights=weights))
@@ -79,7 +79,7 @@ def _textured(material: Material, uv: NDArray[np.float32]) -> NDArray[np.float32
 
 
 def _bilinear(texture: NDArray[np.uint8], uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return linear RGB (n, 3) of a repeating texture (H, W, 4), row 0 at v = 1, at uv (n, 2)."""
+    """Sample linear RGB (n, 3) bilinearly at uv (n, 2) in a repeating texture (H, W, 4) with row 0 at v = 1."""
     height, width = texture.shape[:2]
     x, y = uv[:, 0] * width - 0.5, (1 - uv[:, 1]) * height - 0.5
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)

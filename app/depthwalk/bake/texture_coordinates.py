@@ -1,9 +1,9 @@
-"""Keep where each texel of a depth image lies in the mesh's texture, so that colours are as sharp as the texture.
+"""Keep the position of each texel of a depth image in the mesh's texture, so that colours are as sharp as the texture.
 
-A depth image holds one colour per texel, so a finer texture is blurred. Beside it may lie the texture itself and, for
-each texel, its texture coordinates, which a shader interpolates before it looks the colour up. It may do so between
-four texels only if they show one surface and one *chart*, a piece of the surface that is unfolded in one piece: at the
-seams between charts coordinates jump.
+A depth image holds one colour per texel, which blurs a finer texture. The texture itself may be stored beside it, with
+texture coordinates for each texel, which a shader interpolates before it looks the colour up. It may do so between
+four texels only if they show one surface and one *chart*, a connected piece in the unfolding of the surface: at the
+seams between charts, coordinates jump.
 """
 
 from collections.abc import Sequence
@@ -24,21 +24,21 @@ from depthwalk.types import Ints, Mask
 
 T = TypeVar("T", bound=np.generic)
 
-_SIDES = 2  # of the texture, at most so many times that of a depth image
-_WORTH = 1.0  # texels of the texture in a texel of the images, on the mean, from which on coordinates are kept
+_SIDES = 2  # largest side of the texture over that of a depth image
+_WORTH = 1.0  # mean texels of the texture per texel of the images, from which coordinates pay off
 _WIDEST = 0.25  # of the texture, that four neighbouring texels may span
-_BAND = 256  # rows of a texture at a time, since decoded to floats it is four times as large
-_NONE = -1  # chart of what has no coordinates
+_BAND = 256  # rows of a texture at a time, since it is four times as large decoded to floats
+_NONE = -1  # chart of faces without coordinates
 
 
 @dataclass(frozen=True, kw_only=True)
 class TexturedFaces:
-    """Hold the faces of a mesh that one texture colours, alone.
+    """Hold the faces of a mesh that are coloured by a single texture.
 
     Attributes
     ----------
     chart
-        (F,) int32, the chart of each face; −1 for those that have another texture, none, or vertex colours.
+        (F,) int32, the chart of each face; −1 for those with another texture, none, or vertex colours.
     texture
         (h, w, 3) uint8, sRGB, row 0 at v = 0; the base colour of the material is multiplied in.
     """
@@ -49,7 +49,7 @@ class TexturedFaces:
 
 @dataclass(frozen=True, kw_only=True)
 class TexturePlaces:
-    """Hold where L layers of (H, W) texels of a face lie in the texture.
+    """Hold the positions in the texture of L layers of (H, W) texels of a face.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class TexturePlaces:
 
 
 def textured_faces(mesh: Mesh, resolution: int) -> TexturedFaces | None:
-    """Find the texture that colours most of a mesh.
+    """Find the texture that covers most of a mesh.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def textured_faces(mesh: Mesh, resolution: int) -> TexturedFaces | None:
     Returns
     -------
     TexturedFaces | None
-        The texture and the faces that show it as it is; None where no face does.
+        The texture and the faces that show it unchanged; None if no face does.
     """
     textured = [number for number, material in enumerate(mesh.materials) if material.texture is not None]
     if not textured:
@@ -94,7 +94,7 @@ def textured_faces(mesh: Mesh, resolution: int) -> TexturedFaces | None:
 
 
 def texture_places(mesh: Mesh, textured: TexturedFaces, hits: Hits, shape: tuple[int, int]) -> TexturePlaces:
-    """Look up where hits lie in the texture.
+    """Look up the positions of hits in the texture.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def texture_places(mesh: Mesh, textured: TexturedFaces, hits: Hits, shape: tuple
     textured
         Its texture.
     hits
-        (L, H · W) hits: those of each texel's ray, row by row.
+        (L, H · W) hits of each texel's ray, row by row.
     shape
         Height H and width W of the face's images, texels.
 
@@ -123,7 +123,7 @@ def texture_places(mesh: Mesh, textured: TexturedFaces, hits: Hits, shape: tuple
 
 
 def with_coordinates(image: DepthImage, places: TexturePlaces) -> DepthImage:
-    """Return `image`, whose finest cells are known, with the coordinates that `places` has for its layer.
+    """Return `image`, whose finest cells are known, with the coordinates in `places` for its layer.
 
     See `DepthImage.coordinates` for how they are stored.
     """
@@ -142,21 +142,21 @@ def with_coordinates(image: DepthImage, places: TexturePlaces) -> DepthImage:
 
 
 def kept_coordinates(codes: NDArray[np.uint16], used: Mask, face: Face) -> NDArray[np.uint16]:
-    """Return coordinates without those of texels that are left out.
+    """Return coordinates without those of dropped texels.
 
     Parameters
     ----------
     codes
         (H, W, 2) uint16, see `DepthImage.coordinates`.
     used
-        (H, W) bool, the texels that stay.
+        (H, W) bool, the texels that are kept.
     face
         The face that the image lies on.
 
     Returns
     -------
     numpy.ndarray
-        (H, W, 2) uint16, zero where a texel is left out. No cell with such a corner is marked to lie in one chart.
+        (H, W, 2) uint16, zero where a texel is dropped. No cell with such a corner is marked as lying in one chart.
     """
     kept = np.where(used[..., None], codes, np.uint16(0))
     corners = grid_cells((used.shape[0], used.shape[1]), face, 1)
@@ -166,7 +166,7 @@ def kept_coordinates(codes: NDArray[np.uint16], used: Mask, face: Face) -> NDArr
 
 
 def are_worth_keeping(images: Sequence[DepthImage], texture: NDArray[np.uint8]) -> bool:
-    """Return whether a texture shows more than the colours that depth images hold.
+    """Return whether a texture shows more detail than the colours that depth images hold.
 
     Parameters
     ----------
@@ -178,8 +178,8 @@ def are_worth_keeping(images: Sequence[DepthImage], texture: NDArray[np.uint8]) 
     Returns
     -------
     bool
-        Whether a texel of the images covers at least one texel of the texture, on the mean over all texels between
-        which coordinates may be interpolated.
+        Whether a texel of the images covers at least one texel of the texture, averaged over all texels between which
+        coordinates may be interpolated.
     """
     height, width = texture.shape[:2]
     covered: list[NDArray[np.float64]] = []
@@ -197,7 +197,7 @@ def are_worth_keeping(images: Sequence[DepthImage], texture: NDArray[np.uint8]) 
 
 
 def _shortest(difference: Ints) -> Ints:
-    """Return a `difference` of stored coordinates from −1/2 to 1/2 of the texture, which repeats."""
+    """Wrap a `difference` of stored coordinates to −1/2 … 1/2 of the texture, which repeats."""
     return (difference + COORDINATE_STEPS // 2) % COORDINATE_STEPS - COORDINATE_STEPS // 2
 
 
@@ -208,7 +208,7 @@ def _at_corners(values: NDArray[T], corners: tuple[NDArray[np.int64], ...]) -> N
 
 
 def _like(materials: Sequence[Material], number: int) -> list[int]:
-    """Return the numbers of the materials that colour as material `number` does."""
+    """Return the numbers of the materials that colour a surface the same as material `number`."""
     model = materials[number]
     assert model.texture is not None
     return [
@@ -223,7 +223,7 @@ def _like(materials: Sequence[Material], number: int) -> list[int]:
 
 
 def _charts(mesh: Mesh, shown: Mask) -> NDArray[np.int32]:
-    """Return `TexturedFaces.chart`: faces `shown` (F,) are of one chart if they share vertices, place and coordinates.
+    """Return `TexturedFaces.chart`: faces `shown` (F,) of one chart share vertices, positions and coordinates.
 
     A vertex may be in the mesh several times, with other normals, or with coordinates that differ by whole numbers.
     """
@@ -253,7 +253,7 @@ def _tinted(material: Material) -> NDArray[np.uint8]:
 
 
 def _bounded(texture: NDArray[np.uint8], resolution: int) -> NDArray[np.uint8]:
-    """Return `texture` (h, w, 3) averaged down to the size that goes with images of `resolution` texels a side."""
+    """Return `texture` (h, w, 3) averaged down to the size allowed for images of `resolution` texels a side."""
     height, width = texture.shape[:2]
     scale = min(_SIDES * resolution / np.sqrt(height * width), MAX_DPCI_RESOLUTION / max(height, width))
     if scale >= 1:

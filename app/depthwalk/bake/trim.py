@@ -1,6 +1,6 @@
-"""Leave out what is never drawn of an image: samples and triangles of caps and box faces that another face owns.
+"""Trim what is never drawn from images: samples and triangles of caps and box faces that another face owns.
 
-The side keeps all it sees, for the paper's cases, which draw it alone.
+The side keeps everything it sees, for the paper's cases, which draw it alone.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ from depthwalk.parallel import Map
 def trim(
     images: list[DepthImage], borders: list[BoundaryStrip], parallel_map: Map = map
 ) -> tuple[list[DepthImage], list[BoundaryStrip]]:
-    """Leave out what is never drawn: samples and triangles of caps and box faces that another face owns.
+    """Trim what is never drawn: samples and triangles of caps and box faces that another face owns.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def trim(
     Returns
     -------
     tuple
-        The images and the boundary strips that remain. Those of the side are left as they are.
+        The images and boundary strips that remain. Those of the side are unchanged.
     """
 
     def trim_face(face: Face) -> tuple[list[DepthImage], list[BoundaryStrip]]:
@@ -98,7 +98,7 @@ def _kept_border(border: BoundaryStrip, owner: NDArray[np.uint8], used: NDArray[
 
 
 def _drawn(owners: NDArray[np.uint8], face: Face) -> NDArray[np.bool_]:
-    """Return which triangles (n,) with corners of `owners` (n, 3) are drawn: unless one other face owns all three."""
+    """Return which triangles (n,) with corners of `owners` (n, 3) are drawn: not those owned by one other face."""
     return np.asarray((owners[:, 0] == face) | (owners != owners[:, :1]).any(1))
 
 

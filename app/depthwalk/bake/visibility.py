@@ -1,4 +1,4 @@
-"""Find the samples that can be seen at all: those in a closed cavity, or inside a closed shell, never are."""
+"""Find the samples that can be seen at all, unlike those in a closed cavity or inside a closed shell."""
 
 from dataclasses import dataclass, fields
 
@@ -11,24 +11,24 @@ from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Mask
 
-_QUARTERS = 4  # of the samples: those still in doubt in each cast their first ray together
-_NEAR = 9  # texels, square, for which a ray that escapes speaks
+_QUARTERS = 4  # of the samples; undecided samples of one quarter cast their first ray together
+_NEAR = 9  # texels, square, for which one escaping ray decides
 _AROUND = 65  # texels, square, over which the second rays are counted
 _LEAST_SHARE = 1e-3  # of these that must escape
-_CROWDED = 9  # surfaces along a ray, with which it passes through leaves
-_CROWDED_SHARE = 0.25  # of the rays that meet anything, with which the images are those of foliage
-_EVERY = 61  # ray that is asked
-_BATCH = 1 << 15  # rays at a time, of which each may meet 64 surfaces
-_DEEPEST = 64  # surfaces along a ray among which the best seen are chosen
-_SKY_RAYS = 2  # from each, which tell how much of the sky it sees
+_CROWDED = 9  # surfaces along a ray, from which it counts as passing through foliage
+_CROWDED_SHARE = 0.25  # of the rays that hit anything, from which the images count as showing foliage
+_EVERY = 61  # every how many rays one is tested
+_BATCH = 1 << 15  # rays at a time, each of which may hit 64 surfaces
+_DEEPEST = 64  # surfaces along a ray among which the most visible are chosen
+_SKY_RAYS = 2  # from each hit, to estimate how much of the sky it sees
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Behind:
     """Hold n samples behind the first ones of their rays.
 
-    layer, less one, and texel: (n,); start: (n, 3) metres, above the surface; normal: (n, 3), unit, into its open side;
-    shape: (L − 1, H, W), of the images that they are in.
+    layer (minus one) and texel: (n,); start: (n, 3) metres, above the surface; normal: (n, 3), unit, toward its open
+    side; shape: (L − 1, H, W), of the images that they are in.
     """
 
     layer: NDArray[np.intp]
@@ -49,21 +49,21 @@ class _Behind:
 
 
 def is_crowded(caster: RayCaster, rays: tuple[NDArray[np.float32], NDArray[np.float32]], max_distance: float) -> bool:
-    """Return whether a quarter of the rays that meet anything meet more surfaces than layers can hold, as in foliage.
+    """Return whether a quarter of the rays that hit anything hit more surfaces than layers can hold, as in foliage.
 
     Parameters
     ----------
     caster
-        The mesh, ready for rays, object frame.
+        The mesh, ready for ray casting, object frame.
     rays
         Origins and directions (n, 3) float32, metres and unit vectors.
     max_distance
-        How far the rays go, metres.
+        Length of the rays, metres.
 
     Returns
     -------
     bool
-        Whether `peel_exposed` is worth its time; elsewhere the nearest layers are the right ones.
+        Whether `peel_exposed` is worth its time; otherwise the nearest layers are the right ones.
     """
     origin, direction = (part[::_EVERY] for part in rays)
     met = np.isfinite(caster.peel(origin, direction, _CROWDED, max_distance).distance)
@@ -80,21 +80,21 @@ def peel_exposed(
 ) -> Hits:
     """Find surfaces along rays: the first, and of those behind it the ones that see most of the sky.
 
-    Where a ray meets more surfaces than there are layers, the nearest are often the worst choice: behind the first leaf
-    of a tree come leaves that hardly anybody sees, and behind all of them the ground, which everybody sees from beside.
-    How much of the sky a hit sees is estimated by a few random rays from it, and is averaged over hits that lie in one
-    voxel and face the same way, so that neighbours choose alike.
+    If a ray hits more surfaces than there are layers, the nearest are often the worst choice: behind the first leaf of
+    a tree come leaves that can hardly be seen, and behind all of them the ground, which is seen from the side. How much
+    of the sky a hit sees is estimated by a few random rays, and averaged over hits that lie in one voxel and face the
+    same way, so that neighbours choose alike.
 
     Parameters
     ----------
     caster
-        The mesh, ready for rays, object frame.
+        The mesh, ready for ray casting, object frame.
     rays
         Origins and directions (n, 3) float32, metres and unit vectors.
     layers
         How many hits of each ray to keep.
     max_distance
-        How far the rays go, metres.
+        Length of the rays, metres.
     voxel
         Edge of the voxels, metres.
     parallel_map
@@ -143,7 +143,7 @@ def _exposures(
     hits: Hits,
     voxel: float,
 ) -> NDArray[np.float64]:
-    """Return what part (L, n) of the sky hits see, about; 2 for the first hit of each ray, −1 where there is none."""
+    """Estimate what part (L, n) of the sky hits see; 2 for the first hit of each ray, −1 where there is none."""
     random = np.random.default_rng(0)
     exposure = np.where(np.isfinite(hits.distance), 2.0, -1.0)
     layer, ray = np.isfinite(hits.distance[1:]).nonzero()
@@ -172,15 +172,15 @@ def prune_hidden(
     Parameters
     ----------
     caster
-        The mesh, ready for rays, object frame.
+        The mesh, ready for ray casting, object frame.
     rays
         Origins and directions (n, 3) float32 of the texels' rays, metres and unit vectors, object frame.
     hits
-        What the rays meet, L layers.
+        The hits of the rays, L layers.
     shape
         Height H and width W of the image; n = H · W.
     found
-        (L, n) bool, True for the hits that may stay. Of these, those of the first layer always do.
+        (L, n) bool, True for the hits that may be kept. Those of the first layer always are.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -205,12 +205,12 @@ def prune_hidden(
 
 
 def _seen(caster: RayCaster, behind: _Behind, parallel_map: Map) -> Mask:
-    """Return where samples are that rays in random directions tell to be seen from outside.
+    """Return where random rays show that samples are visible from outside.
 
-    A first ray that escapes decides for the samples around it. What is still in doubt casts a second one. Through a
-    narrow opening one in hundreds escapes, so they are counted over a wide neighbourhood: if every ray decided only for
-    its own surroundings, the border of what is kept would be frayed at random. A minimum share of escaping rays is
-    required, because a stray ray slips out of any scan.
+    A first ray that escapes decides for the samples around it. Samples still in doubt cast a second one. Through a
+    narrow opening one ray in hundreds escapes, so these are counted over a wide neighbourhood: if every ray decided
+    only for its own surroundings, the border of the kept area would be frayed at random. A minimum share of escaping
+    rays is required, because stray rays slip out of any scan.
     """
     from scipy.ndimage import maximum_filter
 
@@ -264,7 +264,7 @@ def _above(
 
 
 def _around(normal: NDArray[np.floating], random: np.random.Generator) -> NDArray[np.floating]:
-    """Return a random direction about each unit normal (n, 3), the likelier the nearer to it (cosine-weighted)."""
+    """Return a random direction about each unit normal (n, 3), more likely the nearer to it (cosine-weighted)."""
     return _unit(normal + 0.98 * _unit(random.normal(size=normal.shape)))
 
 

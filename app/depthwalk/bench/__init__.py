@@ -1,1 +1,1 @@
-"""Measure how long frames take, and show the times as text, JSON and HTML, for `depthwalk bench` and `bench_table`."""
+"""Measure frame times, and show them as text, JSON and HTML, for `depthwalk bench` and `bench_table`."""

@@ -1,4 +1,4 @@
-"""Find by measurement which representation of each asset is quickest at a wanted error, for `depthwalk advise`."""
+"""Measure which representation of each asset is quickest at a wanted error, for `depthwalk advise`."""
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,25 +15,25 @@ from depthwalk.render.lod.mesh_lod import is_simplified
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import MeshAsset, Scene
 
-SIZES = 300, 40, 120, 600, 15  # pixels, in the order in which they are measured while time lasts
+SIZES = 300, 40, 120, 600, 15  # pixels, in the order in which they are measured while there is time
 FRAMES = 8
-# Nobody can ask for less error than the mesh has, whose error is aliasing; a quarter more is as good.
+# An error below the mesh's own, which is aliasing, cannot be demanded; up to a quarter more counts as equally good.
 _AS_GOOD = 1.25
-_CLEARLY = 0.9  # of the time of depth images: a mesh that takes longer is not worth the change
+_CLEARLY = 0.9  # of the time of depth images: a mesh that takes longer is not worth switching to
 
 
 @dataclass(frozen=True, kw_only=True)
 class SizeAdvice:
-    """Hold what was measured of an asset at one size.
+    """Hold the measurements of an asset at one size.
 
     Attributes
     ----------
     asset
         Its name.
     pixels
-        Larger of height and width, pixels.
+        Height or width, whichever is larger, pixels.
     costs
-        What each representation costs that the asset has.
+        The cost of each representation that the asset has.
     quickest
         The quickest of those whose FLIP is low enough.
     mesh
@@ -49,16 +49,16 @@ class SizeAdvice:
 
 @dataclass(frozen=True, kw_only=True)
 class Advised:
-    """Hold all that was measured of a scene.
+    """Hold all measurements of a scene.
 
     Attributes
     ----------
     sizes
-        What was measured, by asset and rising size.
+        The measurements, by asset and ascending size.
     left_out
-        By name of the asset, why it was not measured.
+        Why assets were not measured, by name.
     unfinished
-        How many measurements the time did not allow.
+        Number of measurements for which there was no time.
     """
 
     sizes: tuple[SizeAdvice, ...]
@@ -74,7 +74,7 @@ def advise(
     seconds: float,
     report: Report,
 ) -> Advised:
-    """Measure every asset that objects of a scene use, and that has both a mesh and depth images of it.
+    """Measure every asset that objects of a scene use and that has both a mesh and depth images made from it.
 
     Parameters
     ----------
@@ -87,19 +87,19 @@ def advise(
     want_flip
         The mean FLIP, where an object is, that is low enough, 0 to 1.
     seconds
-        Time after which no further measurement begins. Baking what is missing does not count.
+        Time after which no further measurement begins. Baking missing depth images does not count.
     report
-        Called with the name of an asset and what is being done.
+        Called with the name of an asset and the stage that begins.
 
     Returns
     -------
     Advised
-        What was found.
+        The results.
 
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     InputError
         For assets that cannot be used.
     """
@@ -133,10 +133,10 @@ def advise(
 def judged(
     asset: str, pixels: float, costs: Mapping[Representation, Cost], want_flip: float, drawn: Representation
 ) -> SizeAdvice:
-    """Return what is advised where an asset costs this, by representation, at a size.
+    """Return the advice for an asset at a size, given its cost by representation.
 
-    A FLIP is low enough that is at most `want_flip`, or at most a quarter above that of the mesh. `drawn` is the
-    representation by which `auto` draws the mesh of the asset.
+    A FLIP is low enough if it is at most `want_flip`, or at most a quarter above that of the mesh. `drawn` is the
+    representation with which `auto` draws the mesh of the asset.
     """
     mesh, images = Representation.MESH, Representation.DPCI
     most = max(want_flip, _AS_GOOD * _flip(costs[mesh]))
@@ -161,7 +161,7 @@ def _used(scene: Scene) -> list[int]:
 
 
 def _left_out(scene: Scene, library: SceneLibrary) -> Iterable[tuple[str, str]]:
-    """Yield the name of each asset of which nothing is to be chosen, and why."""
+    """Yield the name of each asset for which there is no choice, and why."""
     for asset in _used(scene):
         spec = scene.assets[asset]
         if not library.has_mesh(asset):
@@ -192,7 +192,7 @@ def fields(sizes: Sequence[SizeAdvice]) -> dict[str, list[dict[str, Any]]]:
 
 
 def to_table(advised: Advised, want_flip: float) -> Table:
-    """Return what was found as a table."""
+    """Return the results as a table."""
     rows: list[tuple[Cell, ...]] = []
     for advice in advised.sizes:
         measured = (f"{cost.milliseconds:.2f} ({_flip(cost):.3f})" for cost in advice.costs.values())

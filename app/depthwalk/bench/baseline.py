@@ -1,8 +1,7 @@
-"""Compare a benchmark with an earlier one of the same frames, so that a scene that gets slower is noticed.
+"""Compare a benchmark with an earlier one of the same frames, to notice when a scene becomes slower.
 
-What a run takes differs from that of another by chance. A change counts where the bounds of `bench.ratio`, which tell
-how much single frames scatter, lie wholly beyond a tolerance, which stands for how much the machine's speed differs
-from one run to the next.
+Two runs differ by chance. A change counts if the bounds of `bench.ratio`, which reflect the scatter of single frames,
+lie wholly beyond a tolerance, which stands for how much the machine's speed varies from run to run.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,18 +19,18 @@ _MAX_BYTES = 1 << 26  # of a report: a million frames of a few representations
 
 @dataclass(frozen=True, kw_only=True)
 class Change:
-    """Say how the frames of one representation changed.
+    """Describe how the frames of one representation changed.
 
     Attributes
     ----------
     representation
-        Which.
+        The representation.
     ratio
-        Times now over times before.
+        Present times over earlier times.
     verdict
-        "slower", "faster", or "same" where the change is within the noise.
+        "slower", "faster", or "same" if the change is within the noise.
     passes_ms
-        By name, the medians of the passes that changed most, before and now, milliseconds.
+        Medians of the passes that changed most, before and now, milliseconds, by name.
     """
 
     representation: str
@@ -41,12 +40,12 @@ class Change:
 
 
 def read_report(file: Path) -> Report:
-    """Read what `bench --json` wrote.
+    """Read a report written by `bench --json`.
 
     Raises
     ------
     InputError
-        Where the file is missing, too large, or no such report.
+        If the file is missing, too large, or not such a report.
     """
     if not file.is_file():
         raise missing_file(file)
@@ -74,7 +73,7 @@ def check_comparable(
     frames: int,
     representations: Sequence[str],
 ) -> None:
-    """Check that a report is of the frames that are going to be measured.
+    """Check that a report is about the frames that are going to be measured.
 
     Parameters
     ----------
@@ -83,18 +82,18 @@ def check_comparable(
     before
         The report.
     scene, path
-        The files of scene and camera path; folders do not count, which differ from machine to machine.
+        The files of scene and camera path; folders are ignored, since they differ between machines.
     resolution
         (width, height) of the pictures, pixels.
     frames
         Number of frames of each representation.
     representations
-        What is to be measured; one of them must be in the report.
+        The representations to be measured; at least one must be in the report.
 
     Raises
     ------
     InputError
-        Where any of these differs.
+        If any of these differs.
     """
     facts = (
         ("scene", Path(before.scene).name, scene.name),
@@ -113,14 +112,14 @@ def check_comparable(
 
 
 def changes(before: Report, now: Report, tolerance: float) -> list[Change]:
-    """Say how each representation that is in two comparable reports changed.
+    """Return how each representation that is in two comparable reports changed.
 
     Parameters
     ----------
     before, now
         The reports, see `check_comparable`.
     tolerance
-        Part of a time by which two runs may differ by chance, as 0.05.
+        Relative difference by which two runs may differ by chance, such as 0.05.
 
     Returns
     -------
@@ -138,7 +137,7 @@ def changes(before: Report, now: Report, tolerance: float) -> list[Change]:
 
 
 def change_lines(file: Path, before: Report, now: Report, found: list[Change]) -> list[str]:
-    """Return the lines of text that tell of changes since the report in `file`."""
+    """Return lines of text about the changes since the report in `file`."""
     lines = [f"against {file}, {before.date}, commit {before.commit or 'unknown'}"]
     for name in ("machine", "renderer", "driver"):
         old, new = getattr(before, name), getattr(now, name)

@@ -1,7 +1,7 @@
-"""Find how coarse a way to draw a scene may be before its pictures get worse than a target.
+"""Find how coarsely a scene may be drawn before its pictures become worse than a target.
 
-Two ways to draw one scene can be compared by time only where their pictures are equally good. Pictures are judged by
-FLIP against a supersampled reference, and a setting is made coarser until FLIP reaches the target.
+Two ways to draw one scene can be compared by time only if their pictures are equally good. Pictures are judged by FLIP
+against a supersampled reference, and a setting is made coarser until FLIP reaches the target.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[
 
 def _reduced(headless: HeadlessRenderer, camera: Camera) -> Picture:
     headless.draw(View(camera, headless.size), linear=True)
-    colour = np.clip(headless.linear_image().colour[..., :3], 0, 1)  # what is too bright is white, not a glare
+    colour = np.clip(headless.linear_image().colour[..., :3], 0, 1)  # overexposed samples count as white, not as glare
     height, width = (side // SUPERSAMPLING for side in colour.shape[:2])
     return srgb8_from_linear(colour.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean((1, 3)))
 
@@ -81,14 +81,14 @@ def picture_flip(reference: Picture, test: Picture) -> float:
     differs = (reference != test).any(axis=-1)
     if not differs.any():
         return 0.0
-    window = bounding_window(differs, FLIP_REACH)  # beyond it FLIP is 0, and takes as long as here
+    window = bounding_window(differs, FLIP_REACH)  # outside, FLIP is 0 but takes as long to compute
     return float(flip_map(reference[window], test[window]).sum(dtype=np.float64) / differs.size)
 
 
 def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:
-    """Find the coarsest setting whose FLIP is at most a target, but for `TOLERANCE`, by bisection.
+    """Find by bisection the coarsest setting whose FLIP is at most a target, within `TOLERANCE`.
 
-    The bisection does not stop at the first setting that is good enough. Where FLIP hardly rises with the setting, the
+    The bisection does not stop at the first setting that is good enough: where FLIP hardly rises with the setting, the
     last per cent of FLIP may halve the cost.
 
     Parameters
@@ -96,7 +96,7 @@ def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, tar
     flip_at
         Returns the FLIP of a setting, 0 to 1. FLIP must rise from `fine`, where it is at most the target, to `coarse`.
     fine, coarse
-        Ends of the range of settings that is searched.
+        Ends of the range of settings to search.
     target
         The greatest FLIP that is good enough, 0 to 1.
 

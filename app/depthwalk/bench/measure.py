@@ -1,7 +1,7 @@
 """Measure how long the frames of a scene and their passes take along a camera path.
 
-Several ways to draw the scene take turns frame by frame, each in a GL context of its own: what else the machine does,
-and how warm it is, then meets all of them alike.
+Several ways to draw the scene alternate frame by frame, each in a GL context of its own, so that other load on the
+machine and its temperature affect all of them alike.
 """
 
 import gc
@@ -45,20 +45,20 @@ class Spread:
 
 @dataclass(frozen=True, kw_only=True)
 class Trace:
-    """Hold what was noted of each measured frame, for the page and the CSV file.
+    """Hold the records of each measured frame, for the page and the CSV file.
 
     Attributes
     ----------
     work
-        What was done in each of the n frames, by name, (n,) each: the counts of `FrameDrawLists.counts`; steps on the
-        CPU, in milliseconds (`plan_ms`, `upload_ms` …), and `garbage_ms`, in which Python's collector ran;
-        `processor_ms`, processor time of all threads; and `programs`, how many shader programs were compiled.
+        Work done in each of the n frames, by name, (n,) each: the counts of `FrameDrawLists.counts`; steps on the CPU,
+        in milliseconds (`plan_ms`, `upload_ms` …), and `garbage_ms`, the time of Python's garbage collector;
+        `processor_ms`, processor time of all threads; and `programs`, the number of shader programs compiled.
     passes
-        By the number of each frame whose passes were timed: milliseconds of each pass by its name.
+        Milliseconds of each pass by its name, by the number of each frame whose passes were timed.
     pixels
         (n, 5) how many of the counted pixels each kind of `pixel_shares.KINDS` drew.
     pictures
-        Some of the frames, by their numbers, as the contents of PNG files.
+        Some of the frames, by number, as the contents of PNG files.
     """
 
     work: dict[str, list[float]]
@@ -78,19 +78,18 @@ class Run:
     frames
         Number of measured frames.
     frame_ms
-        Time from the call to the finished picture, by the clock, milliseconds. Frames that took longer because their
+        Wall-clock time from the call to the finished picture, milliseconds. Frames that took longer because their
         passes were timed one by one do not count, unless there are no others.
     passes_ms
-        Time of each pass by its name, milliseconds, in those frames whose passes were timed, see `Report.timer`.
+        Time of each pass by its name, milliseconds, in the frames whose passes were timed, see `Report.timer`.
     counts
-        What was drawn, by name, as means over all frames. The shares of pixels are taken of the pixels of all frames
-        together.
+        What was drawn, by name, as means over all frames. Shares of pixels refer to the pixels of all frames together.
     slowest
-        The frames that took longest, the longest first, and what they took longer for.
+        The slowest frames, the slowest first, and what they took longer for.
     frame_times
         The time of each frame, milliseconds.
     trace
-        What was noted of each frame; None for a run that was read from a file.
+        Records of each frame; None for a run that was read from a file.
     """
 
     representation: str
@@ -112,26 +111,26 @@ class Report:
     version
         Version of the package.
     commit
-        Commit of the checkout that ran; None where the package is installed.
+        Commit of the checkout that ran; None if the package is installed.
     date
-        When it was measured: day and time with its zone, ISO 8601.
+        Date and time of the measurement with its zone, ISO 8601.
     machine
-        What it was measured on.
+        The machine that it ran on.
     renderer, driver
         The GL driver's name for the hardware, and its own version.
     timer
-        "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
+        "gpu" if timer queries measure all frames; "finish" if every eighth frame waits for every pass.
     planning
-        "compiled" where `render.kernels` computed what a frame decides per object, "numpy" where numba is missing.
+        "compiled" if `render.kernels` computed the per-object decisions of a frame, "numpy" if numba is missing.
     resolution
         Width and height of the pictures, pixels.
     scene
         The scene file.
     path
-        The camera path's file; None for a still camera.
+        The camera path's file; None for a fixed camera.
     stride
-        Frames of the camera path from one measured frame to the next: 1 for a walk, more where `--frames` skips some;
-        None for a still camera.
+        Frames of the camera path from one measured frame to the next: 1 for a walk, more if `--frames` skips some; None
+        for a fixed camera.
     runs
         The measured frames of each representation.
     """
@@ -159,7 +158,7 @@ def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
     path
         The camera path.
     frames
-        Number of cameras, spread evenly from the path's start to its end; None takes every frame of the path.
+        Number of cameras, spread evenly from the path's start to its end; None: every frame of the path.
 
     Returns
     -------
@@ -182,11 +181,11 @@ def measure(
     Parameters
     ----------
     drawn
-        The renderers that take turns, by the names of what they draw.
+        The renderers that alternate, by the names of what they draw.
     cameras
         The camera of each measured frame.
     warmup
-        Number of frames that each draws with the first camera before any is measured.
+        Number of frames that each draws with the first camera before measuring begins.
     advance
         Called after each measured frame.
     pictured
@@ -203,7 +202,7 @@ def measure(
             watch.draw(cameras[0])
         watch.begin()
     for number, camera in enumerate(cameras):
-        first = number % len(watched)  # nobody always follows the same one
+        first = number % len(watched)  # rotate the order, so that none always follows the same one
         for watch in watched[first:] + watched[:first]:
             watch.note(camera, number in pictured)
             advance()
@@ -213,7 +212,7 @@ def measure(
 
 
 class _Watch:
-    """Draw the frames of one renderer, and note what each took."""
+    """Draw the frames of one renderer, and record their times."""
 
     def __init__(self, name: str, headless: HeadlessRenderer) -> None:
         self._name, self._headless = name, headless
@@ -236,12 +235,12 @@ class _Watch:
         return elapsed
 
     def begin(self) -> None:
-        """Let the next frame be the first that is measured."""
+        """Start measuring with the next frame."""
         self._first = self._timers.frame
         self._timers.time_next()
 
     def note(self, camera: Camera, pictured: bool) -> None:
-        """Draw a frame and note its time and what was done; keep its picture where it is `pictured`."""
+        """Draw a frame and record its time and work; keep its picture if it is `pictured`."""
         live = self._headless.device.live
         programs = live["program"]
         with _garbage_clock() as collected:
@@ -290,7 +289,7 @@ class _Watch:
 
 @contextmanager
 def _garbage_clock() -> Iterator[list[float]]:
-    """Yield a list of how long Python's garbage collector runs within the `with` block, milliseconds each."""
+    """Yield a list of the durations of Python's garbage collections within the `with` block, milliseconds."""
     spent: list[float] = []
     began = 0.0
 
@@ -316,7 +315,7 @@ def spread(milliseconds: Sequence[float]) -> Spread:
 
 
 def _columns(rows: Sequence[dict[str, float]]) -> dict[str, list[float]]:
-    """Return the values of each key over all rows; a key that a row lacks counts as 0 there."""
+    """Return the values of each key over all rows; a missing key counts as 0."""
     columns: dict[str, list[float]] = defaultdict(lambda: [0.0] * len(rows))
     for i, row in enumerate(rows):
         for key, value in row.items():

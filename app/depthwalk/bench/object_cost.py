@@ -1,8 +1,8 @@
 """Measure what drawing one object costs, and how good it looks, by representation and distance.
 
-Frame times hold much that no object causes, and one object keeps a whole pass busy. So an object is drawn as often as
-fits side by side into the picture, on a walk past; what a frame without objects costs is subtracted, and the rest is
-divided among the copies.
+Much of a frame's time is not caused by any object, and a single object keeps a whole pass busy. So as many copies of an
+object are drawn as fit side by side into the picture, on a walk past. The cost of a frame without objects is
+subtracted, and the rest is divided by the number of copies.
 """
 
 import math
@@ -24,7 +24,7 @@ from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 
 COMPARED = (Representation.DPCI, Representation.MESH, Representation.MESH_LOD, Representation.MESH_CLUSTERS)
-"""The representations of objects that have a mesh and depth images, in the order of tables."""
+"""The compared representations of objects that have a mesh and depth images, in the order of tables."""
 
 MOST_COPIES = 16
 _WARMUP = 2
@@ -32,15 +32,16 @@ _WARMUP = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """Say what one object costs in one representation, and how good it looks.
+    """Hold the cost of one object in one representation, and its quality.
 
     Attributes
     ----------
     milliseconds
-        Mean over the frames of what each copy adds to a frame, milliseconds as in `frame_costs`; at least 0. It is no
-        median, since impostors are warped in some frames only.
+        Time that each copy adds to a frame, mean over the frames, milliseconds as in `frame_costs`; at least 0. It is
+        not a median, since impostors are warped in some frames only.
     flip
-        Mean FLIP against the mesh with 16 samples a pixel, where either shows anything, 0 to 1; None if not measured.
+        Mean FLIP against the mesh drawn with 16 samples per pixel, where either shows anything, 0 to 1; None if not
+        measured.
     """
 
     milliseconds: float
@@ -49,16 +50,16 @@ class Cost:
 
 @dataclass(frozen=True, kw_only=True)
 class Costs:
-    """Hold what one object costs at one distance.
+    """Hold the costs of one object at one distance.
 
     Attributes
     ----------
     copies
-        How many copies were drawn.
+        Number of copies drawn.
     covered
         Pixels that a copy covers in the mesh's picture; None if no picture was compared.
     by
-        What it costs in each representation.
+        The cost in each representation.
     """
 
     copies: int
@@ -74,7 +75,7 @@ class ObjectCosts:
     Parameters
     ----------
     scene
-        Where the asset, light and render settings come from. Ground and sky are left out.
+        Source of the asset, lights and render settings. Ground and sky are left out.
     asset
         The number of the asset in `scene`. It needs a mesh.
     library
@@ -82,9 +83,9 @@ class ObjectCosts:
     size
         Width and height of the pictures, pixels.
     representations
-        What is compared.
+        The representations to compare.
     judged
-        Whether FLIP is measured.
+        Whether to measure FLIP.
     """
 
     def __init__(
@@ -97,7 +98,7 @@ class ObjectCosts:
         judged: bool = True,
     ) -> None:
         mesh = library.mesh(asset)
-        assert mesh is not None  # the caller asked
+        assert mesh is not None  # checked by the caller
         low, high = mesh.bounds
         self.height = float(high[1] - low[1])
         self.width = float(np.hypot(high[0] - low[0], high[2] - low[2]))
@@ -105,11 +106,11 @@ class ObjectCosts:
         self._representations, self._judged = representations, judged
 
     def distance_of(self, pixels: float) -> float:
-        """Return from how far, metres, the object is so many `pixels` high."""
+        """Return the distance, metres, at which the object is `pixels` high."""
         return max(self.height, self.width) * self._size[1] / pixels / 2 / math.tan(FOV / 2) + self.width / 2
 
     def copies_at(self, pixels: float) -> int:
-        """Return how many copies fit side by side where the object is `pixels` high."""
+        """Return the number of copies that fit side by side when the object is `pixels` high."""
         return int(np.clip(self._size[0] // (1.3 * pixels), 1, MOST_COPIES))
 
     def measured(self, pixels: float, frames: int) -> Costs:
@@ -118,19 +119,19 @@ class ObjectCosts:
         Parameters
         ----------
         pixels
-            How many pixels the larger of height and width of the object covers.
+            Height or width of the object, whichever is larger, pixels.
         frames
-            Number of frames of each.
+            Number of frames for each representation.
 
         Returns
         -------
         Costs
-            What each representation costs.
+            The cost in each representation.
 
         Raises
         ------
         GpuError
-            Where no OpenGL 3.3 context can be created.
+            If no OpenGL 3.3 context can be created.
         """
         copies = self.copies_at(pixels)
         scene = row_of(self._scene, self._asset, copies, 1.3 * max(self.width, self.height))
@@ -174,13 +175,13 @@ def row_of(scene: Scene, asset: int, copies: int, spacing: float) -> Scene:
     Parameters
     ----------
     scene
-        Where assets, lights and settings come from.
+        Source of assets, lights and settings.
     asset
         The number of the asset.
     copies
         Number of copies.
     spacing
-        From one to the next, metres.
+        Distance between copies, metres.
 
     Returns
     -------
@@ -201,7 +202,7 @@ def row_of(scene: Scene, asset: int, copies: int, spacing: float) -> Scene:
 
 
 def frame_costs(drawn: Mapping[str, HeadlessRenderer], cameras: Sequence[Camera]) -> dict[str, NDArray[np.float64]]:
-    """Time frames, all renderers in turn.
+    """Time frames, alternating between all renderers.
 
     Parameters
     ----------
@@ -213,8 +214,8 @@ def frame_costs(drawn: Mapping[str, HeadlessRenderer], cameras: Sequence[Camera]
     Returns
     -------
     dict[str, NDArray[np.float64]]
-        (n,) milliseconds of each frame by name. Where a software rasteriser draws, these are processor time of all
-        threads, which other programs do not lengthen; else they are time by the clock.
+        (n,) milliseconds of each frame by name. With a software rasteriser this is processor time of all threads, which
+        other programs do not lengthen; otherwise wall-clock time.
     """
     times = {name: np.zeros(len(cameras)) for name in drawn}
     for headless in drawn.values():
@@ -231,7 +232,7 @@ def frame_costs(drawn: Mapping[str, HeadlessRenderer], cameras: Sequence[Camera]
 
 @contextmanager
 def _clock(headless: HeadlessRenderer) -> Iterator[list[float]]:
-    """Yield a list that holds, after the `with` block, the milliseconds it took."""
+    """Yield a list that holds the duration of the `with` block, milliseconds, after it ends."""
     clock = frame_clock(headless.device)
     elapsed, start = [0.0], clock()
     yield elapsed
@@ -239,19 +240,19 @@ def _clock(headless: HeadlessRenderer) -> Iterator[list[float]]:
 
 
 def crossings(x: Sequence[float], one: Array, other: Array) -> list[float]:
-    """Return where two curves cross, by interpolation between the logarithms of all values.
+    """Return where two curves cross, interpolating between the logarithms of all values.
 
     Parameters
     ----------
     x
-        (n,) where both are known, rising, above 0.
+        (n,) positions at which both are known, ascending, above 0.
     one, other
-        (n,) the curves; NaN where one is not known. Nothing crosses at costs of 0 and less, which are noise.
+        (n,) the curves; NaN where one is unknown. Costs of 0 and less are noise, at which nothing crosses.
 
     Returns
     -------
     list[float]
-        Where they cross, rising.
+        The crossings, ascending.
     """
     one, other = (np.where(curve > 0, curve, np.nan) for curve in (one, other))
     along, gap = np.log(np.asarray(x, np.float64)), np.log(one) - np.log(other)

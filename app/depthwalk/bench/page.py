@@ -1,4 +1,4 @@
-"""Show a benchmark as one HTML page that needs no other file: plots, tables and pictures of marked frames."""
+"""Show a benchmark as one self-contained HTML page: plots, tables and pictures of marked frames."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -15,7 +15,7 @@ PICTURES = 4  # frames whose pictures a page shows
 
 
 def pictured_frames(frames: int) -> tuple[int, ...]:
-    """Return the numbers of up to `PICTURES` of `frames` frames, spread evenly, the first and the last among them."""
+    """Return the numbers of up to `PICTURES` of `frames` frames, spread evenly, including the first and the last."""
     return tuple(dict.fromkeys(np.linspace(0, frames - 1, PICTURES).round().astype(int).tolist()))
 
 
@@ -27,7 +27,7 @@ def to_html(report: Report, changed: Sequence[str] = ()) -> str:
     report
         The benchmark.
     changed
-        Lines that tell of changes since an earlier one.
+        Lines about changes since an earlier benchmark.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def to_html(report: Report, changed: Sequence[str] = ()) -> str:
 
 
 def _stacks(run: Run) -> list[plots.Plot]:
-    """Return the plots of a run's passes and of the pixels that each kind drew."""
+    """Return the plots of a run's passes and of the pixels drawn by each kind."""
     if run.trace is None:
         return []
     found = []

@@ -1,4 +1,4 @@
-"""Lay the plots of a benchmark's page out, in the coordinates of SVG pictures; `templates/bench.html` draws them."""
+"""Lay out the plots of a benchmark's page, in the coordinates of SVG pictures; `templates/bench.html` draws them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ COLOURS = ("#0b6bcb", "#c4500a", "#1a7f4b", "#8a3ffc", "#b0177a", "#6b6b00", "#0
 LEFT, RIGHT, TOP, BOTTOM = 56, 852, 8, 240  # of the axes, CSS pixels
 _TICKS = 5  # of the vertical axis
 _BINS = 40  # of a histogram
-_NAMED = 7  # parts of a stack; the others together are its eighth
+_NAMED = 7  # named parts of a stack; all others together are the eighth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,11 +24,11 @@ class Shape:
     Attributes
     ----------
     points
-        Its points, as SVG has them.
+        Its points, in SVG notation.
     colour
-        Its colour, as CSS has it.
+        Its colour, in CSS notation.
     name
-        What it shows; "" for what another shape of the colour names.
+        What it shows; "" if another shape of this colour is named.
     """
 
     points: str
@@ -49,7 +49,7 @@ class Plot:
     lines, areas
         What is drawn over them, and what is filled.
     marks
-        Place along the horizontal axis, and text, of each vertical line.
+        Position on the horizontal axis, and text, of each vertical line.
     label
         What the horizontal axis shows.
     """
@@ -70,7 +70,7 @@ def frame_times(times: Mapping[str, Sequence[float]], marks: Sequence[int]) -> P
     times
         (n,) times of each run by its name, milliseconds, n ≥ 1.
     marks
-        Numbers of frames to be marked.
+        Numbers of the frames to mark.
 
     Returns
     -------
@@ -112,19 +112,19 @@ def histogram(times: Mapping[str, Sequence[float]]) -> Plot:
 
 
 def pass_stack(title: str, passes: Mapping[int, Mapping[str, float]]) -> Plot:
-    """Plot the times of the passes upon each other, over the numbers of the frames in which they were timed.
+    """Plot the stacked times of the passes over the numbers of the frames in which they were timed.
 
     Parameters
     ----------
     title
         The title.
     passes
-        By number of the frame, milliseconds of each pass by its name. At least one frame.
+        Milliseconds of each pass by its name, by the number of the frame. At least one frame.
 
     Returns
     -------
     Plot
-        An area for each of the passes that take longest, and one for the others.
+        An area for each of the passes that take longest, and one for the rest.
     """
     names = dict.fromkeys(name for row in passes.values() for name in row)
     columns = {name: np.array([row.get(name, 0.0) for row in passes.values()]) for name in names}
@@ -136,14 +136,14 @@ def pass_stack(title: str, passes: Mapping[int, Mapping[str, float]]) -> Plot:
 
 
 def share_stack(title: str, shares: Mapping[str, NDArray[np.float64]]) -> Plot:
-    """Plot which part of the objects' pixels each kind drew.
+    """Plot the part of the objects' pixels that each kind drew.
 
     Parameters
     ----------
     title
         The title.
     shares
-        By the kind, (n,) its part of the pixels of each frame, 0 to 1.
+        (n,) the part of the pixels of each frame, 0 to 1, by kind.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def share_stack(title: str, shares: Mapping[str, NDArray[np.float64]]) -> Plot:
 
 
 def curves(title: str, shown: Curves) -> Plot:
-    """Plot curves with both axes logarithmic, the powers of ten marked.
+    """Plot curves with both axes logarithmic and the powers of ten marked.
 
     Parameters
     ----------
@@ -201,14 +201,14 @@ def curves(title: str, shown: Curves) -> Plot:
 
 
 def _logarithms(column: Sequence[float | None]) -> NDArray[np.float64]:
-    """Return the decimal logarithms of a column, NaN for what was not measured."""
+    """Return the decimal logarithms of a column, NaN for unmeasured values."""
     return np.log10([np.nan if value is None else value for value in column])
 
 
 def _stack(
     title: str, frames: Sequence[int], parts: Mapping[str, NDArray[np.float64]], top: float | None = None
 ) -> Plot:
-    """Return a plot of (n,) `parts` upon each other over the numbers of n frames."""
+    """Return a plot of (n,) `parts`, stacked, over the numbers of n frames."""
     numbers = np.array([*frames, frames[-1] + 1] if len(frames) == 1 else frames, np.float64)
     heights = np.array([np.resize(column, len(numbers)) for column in parts.values()])
     above = np.cumsum(heights, axis=0)
@@ -231,7 +231,7 @@ def _colours(count: int) -> list[str]:
 
 
 def _height(values: Sequence[float] | NDArray[np.generic], top: float) -> NDArray[np.float64]:
-    """Return where values from 0 to `top` are on the vertical axis."""
+    """Return the positions of values from 0 to `top` on the vertical axis."""
     return BOTTOM - (BOTTOM - TOP) * np.asarray(values, np.float64) / top
 
 

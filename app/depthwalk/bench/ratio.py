@@ -1,7 +1,7 @@
-"""Compare two runs of the same frames: by what factor one takes longer, and between which bounds that is certain.
+"""Compare two runs of the same frames: the factor by which one takes longer, with confidence bounds.
 
-Frames of a walk differ among themselves by more than two runs do, and neighbours resemble each other. So each frame is
-compared with the same frame of the other run, and the bounds come from a bootstrap over blocks of neighbours (Künsch
+Frames of a walk differ more among themselves than between two runs, and neighbours resemble each other. So each frame
+is compared with the same frame of the other run, and the bounds come from a bootstrap over blocks of neighbours (Künsch
 1989, "The jackknife and the bootstrap for general stationary observations").
 """
 
@@ -16,7 +16,7 @@ _CERTAINTY = 95  # per cent
 
 @dataclass(frozen=True, kw_only=True)
 class Ratio:
-    """Hold a factor between times, and the bounds between which it lies with a certainty of 95 %.
+    """Hold a factor between times, and the bounds between which it lies with a confidence of 95 %.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Ratio:
 
 
 def paired_ratio(over: Sequence[float], under: Sequence[float]) -> Ratio:
-    """Return by what factor the frames of one run take longer than the same frames of another.
+    """Return the factor by which the frames of one run take longer than the same frames of another.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def paired_ratio(over: Sequence[float], under: Sequence[float]) -> Ratio:
     Returns
     -------
     Ratio
-        The factor. The bounds of a single frame are no bounds: they equal the factor.
+        The factor. For a single frame there are no real bounds: they equal the factor.
     """
     ratios = np.asarray(over, np.float64) / np.asarray(under, np.float64)
     count = len(ratios)

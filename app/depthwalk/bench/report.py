@@ -22,7 +22,7 @@ def to_json(report: Report) -> str:
 
 
 def to_csv(report: Report) -> str:
-    """Return what was noted of each frame as CSV text: a row for each representation and frame, with a header.
+    """Return the records of each frame as CSV text: a row for each representation and frame, with a header.
 
     Columns that only some representations have are empty in the rows of the others.
     """
@@ -51,7 +51,7 @@ def to_text(report: Report) -> str:
 
 
 def headline(report: Report) -> list[str]:
-    """Return the lines that say what was measured, when, with which program and on what."""
+    """Return lines that state what was measured, when, with which version and on what machine."""
     width, height = report.resolution
     machine = report.machine
     lines = [
@@ -89,7 +89,7 @@ def notes(run: Run) -> list[str]:
 
 
 def _drew_nothing(run: Run) -> bool:
-    """Return whether no object was drawn as the representation that was asked for, but as others allow it."""
+    """Return whether no object was drawn in the requested representation, but only as others allow it."""
     kind = "mesh" if run.representation.startswith("mesh") else run.representation
     return run.counts.get(kind) == 0
 
@@ -100,9 +100,9 @@ def _slow_line(slow: SlowFrame, median: float) -> str:
 
 
 def speed_ups(report: Report) -> list[str]:
-    """Return a line for each two runs that says how many times as fast the quicker one is, frame by frame.
+    """Return a line for each pair of runs that states how many times as fast the quicker one is, frame by frame.
 
-    A run in which nothing was drawn as it should have been says nothing about its representation, and is left out.
+    Runs in which nothing was drawn as requested say nothing about their representation, and are skipped.
     """
     return [_speed_up(*pair) for pair in _pairs(tuple(run for run in report.runs if not _drew_nothing(run)))]
 

@@ -1,8 +1,8 @@
-"""Measure one row of the table of docs/bench.md: objects drawn in several ways whose pictures are equally good.
+"""Measure one row of the table of docs/bench.md: objects drawn in several ways with equally good pictures.
 
-The ways are meshes, simplified meshes, clusters of meshes, and the scene as it is: depth images, with meshes in their
-place near by and where they are quicker. Meshes are simplified until their FLIP against a supersampled picture is that
-of the scene, and only then are frames timed.
+The ways are meshes, simplified meshes, mesh clusters, and the scene as it is: depth images, replaced by meshes nearby
+and where these are quicker. Meshes are simplified until their FLIP against a supersampled picture is that of the scene,
+and only then are frames timed.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,9 +27,9 @@ from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 
-MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
+MOST_MESHES = 100  # objects; above, the reference uses simplified meshes, since it would take hours otherwise
 REFERENCE_ERROR = 0.05  # pixels, of those meshes
-_AFTER_JUMP = 2  # frames of the other columns before those, of which the first remembers nothing of what it shows
+_AFTER_JUMP = 2  # frames of the other columns before their timed ones, since the first has no impostors to reuse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,15 +39,15 @@ class Column:
     Attributes
     ----------
     frame_ms
-        Mean time of a frame, milliseconds: processor time of all threads where a software rasteriser draws, which other
-        programs do not lengthen; else time by the clock. It is no median, since impostors are warped in some frames
-        only.
+        Mean time of a frame, milliseconds: with a software rasteriser, processor time of all threads, which other
+        programs do not lengthen; otherwise wall-clock time. It is not a median, since impostors are warped in some
+        frames only.
     frames
         Number of timed frames.
     flip
-        Mean FLIP over the moments, 0 to 1; None where nothing was compared.
+        Mean FLIP over the moments, 0 to 1; None if nothing was compared.
     setting
-        The error of simplified meshes that was found, as `error=PIXELS`; "" where none was looked for.
+        The error of simplified meshes that was found, as `error=PIXELS`; "" if none was searched for.
     passes_ms
         Time of each pass by its name, milliseconds: the median over the moments.
     counts
@@ -64,16 +64,16 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """Hold the measurements of all ways to draw some number of objects.
+    """Hold the measurements of all ways to draw a given number of objects.
 
     Attributes
     ----------
     objects
         Number of objects.
     reference
-        A text that says how the reference pictures were drawn.
+        A text that describes how the reference pictures were drawn.
     commit
-        Commit of the checkout that measured; None where the package is installed.
+        Commit of the checkout that measured; None if the package is installed.
     columns
         The measurements of each way to draw the objects, by the names in `COLUMNS`.
     """
@@ -90,7 +90,7 @@ def row_from(document: dict[str, Any]) -> Row:
     Parameters
     ----------
     document
-        What `dataclasses.asdict` made of the row, as read from JSON.
+        The result of `dataclasses.asdict` for the row, as read from JSON.
 
     Returns
     -------
@@ -110,13 +110,13 @@ COLUMNS: dict[str, Representation | None] = {
     "mesh": Representation.MESH,
     "mesh-lod": Representation.MESH_LOD,
     "mesh-clusters": Representation.MESH_CLUSTERS,
-    "unoccluded": Representation.MESH_LOD,  # all of what the frustum holds
-    "re-warped": None,  # all of it in every frame
+    "unoccluded": Representation.MESH_LOD,  # everything in the frustum
+    "re-warped": None,  # everything in every frame
     "scene": None,
 }
-"""The ways to draw the objects, in the order of the table; None: as the scene says."""
+"""The ways to draw the objects, in the order of the table; None follows the scene."""
 
-_ERRORS = -4, 7  # of meshes that are tried, as powers of two: 1/16, about that of the reference, to 128 pixels
+_ERRORS = -4, 7  # of the meshes that are tried, as powers of two: 1/16, about that of the reference, to 128 pixels
 
 
 def make_row(
@@ -133,11 +133,11 @@ def make_row(
     library
         The scene's assets.
     count
-        Number of objects to draw, those that `most_seen` chooses.
+        Number of objects to draw; `most_seen` selects them.
     pool
         Processes that compute FLIP.
     report
-        Called with a text that says what is being done.
+        Called with a text that describes the current stage.
 
     Returns
     -------
@@ -147,9 +147,9 @@ def make_row(
     Raises
     ------
     InputError
-        Where an asset cannot be used.
+        If an asset cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     kernels.load()
@@ -176,12 +176,12 @@ def make_row(
 def _open(
     scene: Scene, library: SceneLibrary, size: tuple[int, int], representation: Representation | None
 ) -> HeadlessRenderer:
-    """Return a renderer with settings of its own."""
+    """Return a renderer with its own copy of the settings."""
     return HeadlessRenderer(replace(scene, render=scene.render.model_copy(deep=True)), library, size, representation)
 
 
 def references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, list[Picture]]:
-    """Return how the reference was drawn, and its pictures at the compared moments."""
+    """Return a description of the reference, and its pictures at the compared moments."""
     size = walk.size[0] * SUPERSAMPLING, walk.size[1] * SUPERSAMPLING
     exact = len(scene.objects) <= MOST_MESHES
     with _open(scene, library, size, Representation.MESH if exact else Representation.MESH_LOD) as headless:
@@ -196,12 +196,12 @@ def _tuned(
 ) -> dict[str, tuple[str, float]]:
     """Return the setting and the FLIP of each column.
 
-    The target is the FLIP of the scene along the path, with its own settings, or that of the finest mesh where this is
+    The target is the FLIP of the scene along the path, with its own settings, or that of the finest mesh if this is
     worse; meshes are made as coarse as the target allows.
     """
     stills = [[camera] for camera in walk.compared]
 
-    @cache  # what sets the target is asked again
+    @cache  # settings that determine the target are evaluated again
     def flip_at(name: str, power: float) -> float:
         drawn[name].renderer.settings.mesh.error = _error(power)
         return path_flip(drawn[name], stills, references, pool)
@@ -226,7 +226,7 @@ def _error(power: float) -> float:
 
 
 def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run]]:
-    """Return the runs of each column, one for each moment, taken in turns; slow columns stop early."""
+    """Return the runs of each column, one for each moment, alternating; slow columns stop early."""
     runs: dict[str, list[Run]] = {name: [] for name in drawn}
     left = dict.fromkeys(drawn, 1e3 * walk.seconds)
     for moment in walk.moments:
@@ -244,7 +244,7 @@ def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run
 
 
 def _frame_ms(headless: HeadlessRenderer, camera: Camera) -> float:
-    """Draw a frame, and return its milliseconds, by the clock of `Column.frame_ms`."""
+    """Draw a frame, and return its time, milliseconds, by the clock of `Column.frame_ms`."""
     clock = frame_clock(headless.device)
     start = clock()
     headless.draw(View(camera, headless.size))
@@ -253,7 +253,7 @@ def _frame_ms(headless: HeadlessRenderer, camera: Camera) -> float:
 
 
 def _times(run: Run, software: bool) -> Sequence[float]:
-    """Return the milliseconds of each frame: processor time where a software rasteriser draws, else by the clock."""
+    """Return the milliseconds of each frame: processor time with a software rasteriser, otherwise wall-clock time."""
     if not software:
         return run.frame_times
     assert run.trace is not None  # it was measured, not read from a file
@@ -274,6 +274,6 @@ def _column(runs: list[Run], tuned: tuple[str, float] | None, software: bool) ->
 
 
 def _medians(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Return the median of each name over all rows; a name that a row lacks counts as 0 there."""
+    """Return the median of each name over all rows; a missing name counts as 0."""
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: round(float(np.median([row.get(name, 0.0) for row in rows])), 3) for name in names}

@@ -1,9 +1,9 @@
-"""Say what the slowest frames of a run took longer for.
+"""Explain what the slowest frames of a run took longer for.
 
-Passes are not timed in every frame, because that alone costs time. But what is done in each is known: triangles that
-were warped, shadow maps that were drawn anew, shaders that were compiled. What a thing costs follows from all frames of
-the run together, by non-negative least squares; what takes the CPU alone is measured in each. The share of a cause in a
-slow frame is what it costs there beyond a usual frame.
+Passes are not timed in every frame, because timing itself costs time. But the work in each frame is known: triangles
+warped, shadow maps redrawn, shaders compiled. The cost of each kind of work is estimated from all frames of the run
+together, by non-negative least squares; CPU-only work is measured in each frame. The share of a cause in a slow frame
+is its cost there beyond that in a usual frame.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-_MOST = 5  # frames that are told
-_TOLD = 0.1  # part of the excess that a cause must explain to be told
+_MOST = 5  # frames that are reported
+_TOLD = 0.1  # part of the excess that a cause must explain to be reported
 _OTHER = "nothing that is counted: pixels, or what else the machine did"
 
-# What is measured in milliseconds, and in which words.
+# Work that is measured in milliseconds, and its description.
 _MEASURED = {
     "cull_ms": "culling",
     "plan_ms": "planning",
     "upload_ms": "uploading assets",
     "garbage_ms": "Python's garbage collector",
 }
-# What is counted, and in which words.
+# Work that is counted, and its description.
 _COUNTED = {
     "warped_triangles": "warping {:,.0f} triangles",
     "mesh_triangles": "drawing {:,.0f} triangles of meshes",
@@ -42,9 +42,9 @@ class Cause:
     Attributes
     ----------
     what
-        What it was, in words.
+        A description.
     ms
-        Milliseconds beyond what it takes in a usual frame.
+        Milliseconds beyond its time in a usual frame.
     """
 
     what: str
@@ -62,7 +62,7 @@ class SlowFrame:
     ms
         Its time, milliseconds.
     causes
-        What it took longer for than the median frame, most first.
+        What it took longer for than the median frame, largest first.
     """
 
     frame: int
@@ -73,17 +73,16 @@ class SlowFrame:
 def slowest_frames(
     times: Sequence[float], work: Mapping[str, Sequence[float]], frames: Sequence[int]
 ) -> tuple[SlowFrame, ...]:
-    """Find the slowest frames of a run and what they took longer for.
+    """Find the slowest frames of a run, and what they took longer for.
 
     Parameters
     ----------
     times
         (n,) time of each frame, milliseconds.
     work
-        What was done in each, by name, (n,) each, see `bench.measure.Trace.work`. Names that are not known here count
-        for nothing.
+        Work done in each, by name, (n,) each, see `bench.measure.Trace.work`. Names unknown here are ignored.
     frames
-        Numbers of the frames that count.
+        Numbers of the frames to consider.
 
     Returns
     -------
@@ -121,9 +120,9 @@ def _extra_costs(
 
 
 def _causes(excess: float, extra: Sequence[float], words: Sequence[str]) -> tuple[Cause, ...]:
-    """Return the causes that explain enough of what a frame took beyond the median one, most first."""
+    """Return the causes that explain enough of a frame's excess over the median one, largest first."""
     found = [(ms, what) for ms, what in zip(extra, words, strict=True) if ms > _TOLD * excess]
     rest = excess - sum(ms for ms, _ in found)
-    if rest > 0.5 * excess:  # what is known is less than half of it
+    if rest > 0.5 * excess:  # less than half of it is explained
         found.append((rest, _OTHER))
     return tuple(Cause(what=what, ms=round(ms, 3)) for ms, what in sorted(found, reverse=True))

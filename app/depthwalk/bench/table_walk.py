@@ -1,4 +1,4 @@
-"""Choose what of a camera path the table of docs/bench.md measures, and which objects of a scene are drawn there."""
+"""Choose the frames of a camera path, and the objects of a scene, that the table of docs/bench.md measures."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -13,7 +13,7 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 
-SETTLING = 30  # frames before each moment's timed ones, so that kept images are as old as on a walk
+SETTLING = 30  # frames before each moment's timed ones, so that cached impostors are as old as on a walk
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,8 @@ def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
     Returns
     -------
     numpy.ndarray
-        (count,) rising numbers of the objects whose positions are in view at most moments; of equals, the nearest.
+        (count,) ascending numbers of the objects whose positions are in view at most moments; among equals, the
+        nearest.
     """
     position = scene.objects.position
     places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)

@@ -1,4 +1,4 @@
 """Do many tasks in the processes of a Dask cluster: on this machine, or on others through TLS.
 
-Whoever names no cluster imports none of the libraries, and opens no socket.
+Without a cluster, none of its libraries are imported, and no socket is opened.
 """

@@ -1,4 +1,4 @@
-"""Read the option that names a cluster; this imports no library of clusters."""
+"""Parse the option that names a cluster, without importing its libraries."""
 
 import re
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ DEFAULT_PORT = 8786  # where Dask's scheduler listens
 
 @dataclass(frozen=True, kw_only=True)
 class ClusterAddress:
-    """Say where tasks are done.
+    """Describe where tasks are done.
 
     Attributes
     ----------
     url
         The scheduler, `tls://HOST:PORT`; None for processes of this machine, started for one command.
     workers
-        How many processes to start on this machine; None: one for each core.
+        Number of processes to start on this machine; None: one per core.
     """
 
     url: str | None = None
@@ -26,12 +26,12 @@ class ClusterAddress:
 
 
 def parse_cluster(text: str | None) -> ClusterAddress | None:
-    """Read the option --cluster.
+    """Parse the option --cluster.
 
     Parameters
     ----------
     text
-        `local`, `local:N` for N processes, or `tls://HOST:PORT`; None where the option is not given.
+        `local`, `local:N` for N processes, or `tls://HOST:PORT`; None if the option is not given.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def parse_cluster(text: str | None) -> ClusterAddress | None:
     Raises
     ------
     InputError
-        Where the text is none of these. Addresses without TLS are refused: whoever can reach such a scheduler may run
+        If the text is none of these. Addresses without TLS are refused: anyone who can reach such a scheduler can run
         any program on its workers.
     """
     if text is None:

@@ -1,4 +1,4 @@
-"""Connect to a Dask cluster, or start one on this machine; hand it tasks as `concurrent.futures` does."""
+"""Connect to a Dask cluster, or start one on this machine; submit tasks in the style of `concurrent.futures`."""
 
 import logging
 import secrets
@@ -24,40 +24,40 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 LOOPBACK = "127.0.0.1"
-PATIENCE = 300.0  # seconds in which a scheduler that was lost may come back
+PATIENCE = 300.0  # seconds within which a lost scheduler may come back
 _CONNECT_SECONDS = 10.0
 _CLOSE_SECONDS = 5.0
-_WORKERS_SECONDS = 5.0  # between two looks at how many workers there are
-_PER_THREAD = 3  # tasks handed over for each thread of the workers: one is done, the others wait beside it
+_WORKERS_SECONDS = 5.0  # between checks of the number of workers
+_PER_THREAD = 3  # tasks submitted for each thread of the workers: one in progress, the others waiting there
 
 _CERTIFICATES = ("ca-file", "client.cert", "client.key")  # below distributed.comm.tls
 
 
 class ClusterError(RuntimeError):
-    """Report that a cluster cannot be had or was lost; what is done is on the disk, and the same command goes on."""
+    """Report that a cluster cannot be reached or was lost; results are on the disk, and the same command continues."""
 
 
 class Cluster:
-    """Hand tasks to the workers of a cluster.
+    """Submit tasks to the workers of a cluster.
 
-    `open_cluster` makes one and closes it.
+    `open_cluster` creates one and closes it.
 
     Attributes
     ----------
     name
         The address of the scheduler.
     dashboard
-        Where Dask shows in a browser what its workers do; "" where it does not.
+        Address of Dask's dashboard, which shows in a browser what the workers do; "" if there is none.
     run
-        Names this use of the cluster, eight hex digits; see `files.remove_unfinished`.
+        Identifies this use of the cluster, eight hex digits; see `files.remove_unfinished`.
     folders
-        Where tasks write files: what lost workers left there unfinished is removed in the end.
+        Folders in which tasks write files: unfinished files of lost workers are removed there at the end.
     threads_per_task
-        How many threads a task should use; None: as many as its worker finds right.
+        Number of threads that a task should use; None: the worker decides.
     """
 
     def __init__(self, connect: Callable[[], "Client"], threads_per_task: int | None) -> None:
-        """Connect. connect: makes a client, or raises OSError; threads_per_task: see the class."""
+        """Connect. connect: creates a client, or raises OSError; threads_per_task: see the class."""
         self._connect, self.threads_per_task = connect, threads_per_task
         self.run = secrets.token_hex(4)
         self.folders: set[Path] = set()
@@ -76,19 +76,19 @@ class Cluster:
         Parameters
         ----------
         key
-            Names the task: one of the same key whose future is held is not done twice.
+            Identifies the task: one with the same key whose future is still held is not done twice.
         function, arguments
-            What to call; all of it is pickled.
+            The function and its arguments, which are pickled.
 
         Returns
         -------
         Future
-            What came of it; cancelled where the scheduler was lost.
+            The outcome; cancelled if the scheduler was lost.
 
         Raises
         ------
         ClusterError
-            Where the connection is closed.
+            If the connection is closed.
         """
         from distributed.client import ClosedClientError
 
@@ -101,33 +101,33 @@ class Cluster:
         return future
 
     def workers(self) -> int:
-        """Return how many workers there are, as of a few seconds ago."""
+        """Return the number of workers, as of a few seconds ago."""
         self._count()
         return self._workers
 
     def room(self) -> int:
-        """Return how many tasks the workers should have at a time, those that they are at included.
+        """Return how many tasks the workers should have at a time, including those in progress.
 
-        More would fill the scheduler's memory and speed nothing up.
+        More would fill the scheduler's memory without speeding anything up.
         """
         self._count()
         return max(_PER_THREAD * self._threads, 1)
 
     def is_connected(self) -> bool:
-        """Return whether the connection still is the one by which tasks were handed over; see `reconnect`."""
+        """Return whether the connection is still the one through which tasks were submitted; see `reconnect`."""
         return self._client.scheduler_comm is self._comm
 
     def _count(self) -> None:
         if time.monotonic() - self._asked < (_WORKERS_SECONDS if self._workers else 0.2):
             return
-        with suppress(Exception):  # a scheduler that is lost is told of by its tasks
+        with suppress(Exception):  # a lost scheduler is noticed through its tasks
             scheduler: Any = self._client.scheduler
             threads = self._client.sync(scheduler.ncores, callback_timeout=_CONNECT_SECONDS)
             self._workers, self._threads = len(threads), sum(threads.values())
         self._asked = time.monotonic()
 
     def reconnect(self, heed: Callable[[], None]) -> None:
-        """Wait for a scheduler that was lost, and connect to it again.
+        """Wait for a lost scheduler, and connect to it again.
 
         Parameters
         ----------
@@ -137,7 +137,7 @@ class Cluster:
         Raises
         ------
         ClusterError
-            Where the scheduler has not come back after `PATIENCE` seconds.
+            If the scheduler has not come back after `PATIENCE` seconds.
         """
         log.warning("%s: the scheduler is lost; waiting for it", self.name)
         with suppress(Exception):
@@ -164,8 +164,8 @@ class Cluster:
         Parameters
         ----------
         orderly
-            Whether all tasks have ended: workers then close what they kept. Else tasks that wait are given up; those
-            that are being done end by themselves, and what they write is whole.
+            Whether all tasks have ended: workers then close what they kept. Otherwise waiting tasks are cancelled;
+            those in progress finish, and their files are complete.
         """
         with suppress(Exception):
             if orderly:
@@ -183,21 +183,21 @@ def open_cluster(address: ClusterAddress) -> Iterator[Cluster]:
     Parameters
     ----------
     address
-        Where it is. A local one is started for the block: a scheduler in this process and workers in processes of
-        their own, all of which listen on the loopback device only, with TLS by certificates made for the purpose, so
-        that other users of the machine cannot hand in tasks.
+        The address. A local cluster is started for the block: a scheduler in this process and workers in separate
+        processes, all of which listen only on the loopback device, with TLS by certificates created for the purpose, so
+        that other users of the machine cannot submit tasks.
 
     Yields
     ------
     Cluster
-        The cluster, which need not have a worker yet.
+        The cluster, which need not have any workers yet.
 
     Raises
     ------
     InputError
-        Where the libraries are missing or no certificates are configured.
+        If the libraries are missing or no certificates are configured.
     ClusterError
-        Where the scheduler cannot be reached.
+        If the scheduler cannot be reached.
     """
     _check_libraries()
     with ExitStack() as stack:
@@ -229,7 +229,7 @@ def _check_libraries() -> None:
 
 
 def _reason(error: OSError) -> str:
-    """Return the innermost cause in one line: Dask wraps what the system says several times."""
+    """Return the innermost cause in one line, since Dask wraps the system's message several times."""
     cause: BaseException = error
     while cause.__cause__ is not None:
         cause = cause.__cause__
@@ -237,7 +237,7 @@ def _reason(error: OSError) -> str:
 
 
 def _local(workers: int, stack: ExitStack) -> Callable[[], "Client"]:
-    """Start a cluster on this machine, which `stack` ends; return what connects to it."""
+    """Start a cluster on this machine, which `stack` ends; return a function that connects to it."""
     import dask
     from distributed import Client, LocalCluster, Security
 
@@ -253,7 +253,7 @@ def _local(workers: int, stack: ExitStack) -> Callable[[], "Client"]:
         security=Security.temporary(),
         dashboard_address=f"{LOOPBACK}:0",
         worker_dashboard_address=f"{LOOPBACK}:0",
-        memory_limit=0,  # a mesh takes what it takes, as in the pool
+        memory_limit=0,  # none, as in the pool: meshes differ too much
         silence_logs=logging.CRITICAL,
         preload=["depthwalk.cluster.worker"],
     )
@@ -262,7 +262,7 @@ def _local(workers: int, stack: ExitStack) -> Callable[[], "Client"]:
 
 
 def _end(cluster: Any) -> None:
-    with suppress(Exception):  # a worker that was killed meanwhile cannot be told to end
+    with suppress(Exception):  # a worker killed meanwhile cannot be told to end
         cluster.close(timeout=_CLOSE_SECONDS)
 
 
@@ -275,7 +275,7 @@ def _remote(url: str) -> Callable[[], "Client"]:
 
 
 def _security() -> "Security":
-    """Return the certificates that Dask's configuration names. Raises InputError where it names none."""
+    """Return the certificates in Dask's configuration. Raises InputError if it names none."""
     import dask
     from distributed import Security
 
@@ -288,7 +288,7 @@ def _security() -> "Security":
 
 
 def _silence() -> None:
-    """Keep Dask's own messages for --verbose: a lost worker is none of the user's business, since others go on."""
+    """Show Dask's own messages only with --verbose: a lost worker does not concern the user, since others continue."""
     level = logging.INFO if log.isEnabledFor(logging.DEBUG) else logging.CRITICAL
     ours = ("distributed", "tornado", "asyncio")
     # Dask has set levels of some loggers below these, which hide that of the one above.

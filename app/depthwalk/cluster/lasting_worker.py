@@ -1,14 +1,14 @@
-"""Let a nanny outlive its scheduler, so that it need not be started again with all that it has imported."""
+"""Let a nanny outlive its scheduler, so that everything it has imported need not be imported again."""
 
 from distributed import Worker
 from distributed.comm.core import Comm
 
 
 class LastingWorker(Worker):
-    """A worker that ends where the scheduler is lost, as any, but does not take its nanny along.
+    """A worker that ends when the scheduler is lost, like any other, but without ending its nanny.
 
-    The nanny starts another one, which waits until a scheduler is there again. A scheduler that ends in good order
-    tells workers so, and they their nannies; only a connection that breaks is another matter.
+    The nanny starts another one, which waits until a scheduler is available again. A scheduler that shuts down properly
+    tells its workers, and they their nannies; only a broken connection is treated differently.
     """
 
     async def handle_scheduler(self, comm: Comm) -> None:

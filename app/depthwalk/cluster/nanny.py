@@ -1,11 +1,11 @@
 """Start worker processes quickly: fork each from one process that has imported what tasks need.
 
-A worker that starts from nothing spends more than a second of a processor on imports, for each one that is lost. Dask's
-nannies start workers as `multiprocessing` does; by its method "forkserver" a process without threads imports once, and
-is forked for each worker. OpenGL contexts are created after the fork, by the tasks.
+A worker started from nothing spends more than a second of processor time on imports, every time one is lost. Dask's
+nannies start workers as `multiprocessing` does. With its method "forkserver", a process without threads imports once,
+and is forked for each worker. OpenGL contexts are created after the fork, by the tasks.
 
-The nannies of a cluster on other machines do the same where they are given `--preload-nanny depthwalk.cluster.nanny`,
-and outlive their scheduler.
+The nannies of a cluster on other machines do the same if they are given `--preload-nanny depthwalk.cluster.nanny`, and
+they outlive their scheduler.
 """
 
 import multiprocessing
@@ -44,26 +44,26 @@ PRELOADED = (
 )
 _IMPORTER = "depthwalk.commands.worker_start"
 
-_TICK_MS = 500  # between two looks at whether a server still answers
+_TICK_MS = 500  # between checks of whether a server still responds
 
-# What watches workers and nannies costs one core in twenty, and nobody looks at it here.
+# Dask's monitoring of workers and nannies costs one core in twenty, and is not used here.
 _CONFIG = {
     "distributed.admin.tick.interval": f"{_TICK_MS}ms",  # by default fifty times a second, a hundredth of a core
     "distributed.worker.profile.enabled": False,
     "distributed.admin.system-monitor.gil.enabled": False,
     "distributed.scheduler.active-memory-manager.start": False,
-    "distributed.worker.daemon": False,  # FLIP and measured bakes start processes of their own
+    "distributed.worker.daemon": False,  # since FLIP and measured bakes start processes of their own
 }
-# With Dask's value the C library gives every large array back to the system at once, and the next one is zeroed: until
+# With Dask's value, the C library returns every large array to the system at once, and the next one is zeroed: until
 # the second frame there are twice as many page faults.
 _UNSET = ("MALLOC_TRIM_THRESHOLD_",)
-# Large arrays in huge pages, where the C library is glibc and the system has such pages for who asks for them: a worker
-# touches 150 MB for its first frame, in a tenth as many page faults.
+# Use huge pages for large arrays, with glibc on systems that provide them on request: a worker touches 150 MB for its
+# first frame, with a tenth of the page faults.
 _SET = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
 
 
 def worker_config() -> dict[str, object]:
-    """Return Dask's configuration for nannies and their workers, which are forked where the system bears it.
+    """Return Dask's configuration for nannies and their workers, which are forked if the system supports it.
 
     Windows cannot fork, and libraries of macOS may not be used in forked processes.
     """
@@ -73,34 +73,34 @@ def worker_config() -> dict[str, object]:
 
 
 def _environment() -> dict[str, str | None]:
-    """Return the variables that workers start with, None for one that Dask would set; the user's own ones stay."""
+    """Return the environment for workers, with None to unset what Dask would set; the user's own variables stay."""
     return dict.fromkeys(_UNSET) | {name: os.environ.get(name, value) for name, value in _SET.items()}
 
 
 def preload() -> None:
-    """Have the process that workers are forked from import what tasks need; `worker_config` must be in force."""
+    """Make the process from which workers are forked import what tasks need; `worker_config` must be in effect."""
     from distributed.utils import get_mp_context
 
     context = get_mp_context()
     if context.get_start_method() == "forkserver":
-        context.set_forkserver_preload([_IMPORTER])  # in the place of Dask's list, which `get_mp_context` has made
+        context.set_forkserver_preload([_IMPORTER])  # instead of Dask's list, which `get_mp_context` has set
 
 
 def ask_versions() -> None:
-    """Find out, before a worker is forked, what each tells the scheduler: Python starts a program for it, but once."""
+    """Cache the versions that workers report to the scheduler, before any is forked: finding them starts a program."""
     from distributed.versions import get_versions
 
     get_versions()
 
 
 def dask_setup(nanny: Any) -> None:
-    """Prepare a nanny; Dask calls this where it preloads the module, before the nanny has a worker."""
+    """Prepare a nanny; Dask calls this when it preloads the module, before the nanny has a worker."""
     import dask
 
     from depthwalk.cluster.lasting_worker import LastingWorker
 
     dask.config.set(worker_config())
-    # It has copied the configuration already, and of that the environment.
+    # It has already copied the configuration, including the environment.
     nanny.config = dask.config.merge(nanny.config, dask.config.config)
     for name, value in _environment().items():
         nanny.env.pop(name, None)

@@ -1,4 +1,4 @@
-"""Write files that are named by URLs: those of a shared file system, an object store, or whatever fsspec knows."""
+"""Write files named by URLs: on a shared file system, in an object store, or wherever fsspec has a driver."""
 
 import os
 import re
@@ -17,15 +17,15 @@ def is_url(name: str) -> bool:
 
 
 def check_url(url: str) -> None:
-    """Check that there is a driver for a URL, without a connection. Raises InputError where there is none."""
+    """Check that there is a driver for a URL, without connecting. Raises InputError if there is none."""
     _split(url)
 
 
 def write_url(url: str, data: bytes) -> None:
-    """Write a file that appears whole or not at all.
+    """Write a file atomically.
 
-    It is written under a name of its own beside its place, and renamed: two workers that write the same file at a time
-    do no harm, nor does one that is lost.
+    It is written under a unique name in the same folder, and renamed: two workers that write the same file at the same
+    time do no harm, nor does one that is lost.
 
     Parameters
     ----------
@@ -37,23 +37,23 @@ def write_url(url: str, data: bytes) -> None:
     Raises
     ------
     InputError
-        Where there is no driver for the URL, its folder does not exist, or nobody may write there.
+        If there is no driver for the URL, its folder does not exist, or writing there is not permitted.
     OSError
-        Where the file cannot be written for another reason.
+        If the file cannot be written for another reason.
     """
     with _replacing(url) as (files, temporary):
         files.pipe_file(temporary, data)
 
 
 def send_file(file: Path, url: str) -> None:
-    """Copy the file `file` of this machine to `url`, where it appears whole or not at all; see `write_url`."""
+    """Copy the file `file` of this machine to `url` atomically; see `write_url`."""
     with _replacing(url) as (files, temporary):
         files.put_file(str(file), temporary)
 
 
 @contextmanager
 def _replacing(url: str) -> Iterator[tuple[Any, str]]:
-    """Provide a file system and a name in it to write to; the new file takes the place of `url` at the end."""
+    """Provide a file system and a name in it to write to; the new file replaces `url` at the end."""
     files, path = _split(url)
     folder, _, name = path.rpartition("/")
     temporary = f"{folder}/.{os.getpid()}-{secrets.token_hex(6)}-{name}"
@@ -61,12 +61,12 @@ def _replacing(url: str) -> Iterator[tuple[Any, str]]:
         yield files, temporary
         files.mv(temporary, path)
     except BaseException as error:
-        with suppress(Exception):  # what went wrong is told already
+        with suppress(Exception):  # the original error has been raised already
             files.rm_file(temporary)
         if not isinstance(error, Exception):
             raise
         reason = f"{url}: cannot be written: {_reason(error)}"
-        # What no later attempt can mend is the user's to mend.
+        # Errors that no later attempt can overcome must be resolved by the user.
         kind = InputError if isinstance(error, FileNotFoundError | NotADirectoryError | PermissionError) else OSError
         raise kind(reason) from error
 
@@ -84,7 +84,7 @@ def fetch_file(url: str, file: Path) -> bool:
     url
         The file to copy.
     file
-        Where to; what is there is replaced.
+        The destination; an existing file is replaced.
 
     Returns
     -------
@@ -94,9 +94,9 @@ def fetch_file(url: str, file: Path) -> bool:
     Raises
     ------
     InputError
-        Where there is no driver for the URL, or nobody may read there.
+        If there is no driver for the URL, or reading there is not permitted.
     OSError
-        Where the file cannot be copied for another reason.
+        If the file cannot be copied for another reason.
     """
     files, path = _split(url)
     try:
@@ -112,7 +112,7 @@ def fetch_file(url: str, file: Path) -> bool:
 
 
 def read_head(url: str, size: int) -> bytes:
-    """Return the first `size` bytes of the file at `url`, fewer where it is shorter; none where it does not exist."""
+    """Return the first `size` bytes of the file at `url`, fewer if it is shorter; none if it does not exist."""
     files, path = _split(url)
     try:
         data: bytes = files.cat_file(path, start=0, end=size)

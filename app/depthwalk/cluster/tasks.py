@@ -22,12 +22,12 @@ _POLL_SECONDS = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """Describe a task that may be done twice without harm: what it writes appears whole, and is the same every time.
+    """Describe a task that may be done twice without harm: its files appear atomically, and are the same every time.
 
     Attributes
     ----------
     key
-        A text that names the task by all that its result depends on.
+        A text that identifies the task by everything that its result depends on.
     function
         A function that workers can import.
     arguments
@@ -40,12 +40,12 @@ class Task:
 
 
 class TaskError(RuntimeError):
-    """Report that a task failed at every attempt, though nothing is known to be wrong with its input."""
+    """Report that a task failed in every attempt, although nothing is known to be wrong with its input."""
 
 
 @dataclass
 class Progress:
-    """Count what becomes of tasks; `run_tasks` keeps it up to date.
+    """Count the states of tasks; `run_tasks` keeps it up to date.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class Progress:
     running
         Number of tasks that the cluster has.
     again
-        Attempts that came to nothing and were followed by another.
+        Failed attempts that were followed by another.
     lost
-        Tasks that were handed over a second time because the scheduler was lost.
+        Tasks that were submitted again because the scheduler was lost.
     """
 
     workers: int = 0
@@ -67,7 +67,7 @@ class Progress:
 
 @dataclass
 class _Queue:
-    """Tasks by their numbers: those to hand over now, and later."""
+    """Tasks by number: those to submit now, and those to submit later."""
 
     waiting: deque[int]
     attempts: list[int]
@@ -79,7 +79,7 @@ class _Queue:
         return bool(self.waiting or self.later or self.running)
 
     def put_off(self, number: int) -> None:
-        """Have another attempt after a pause, which differs from task to task lest all return at once."""
+        """Schedule another attempt after a pause, which differs between tasks lest they return all at once."""
         pause = FIRST_PAUSE * 2 ** (self.attempts[number] - 1) * random.uniform(0.75, 1.25)
         heapq.heappush(self.later, (time.monotonic() + pause, number))
 
@@ -91,33 +91,33 @@ class _Queue:
 def run_tasks(
     cluster: Cluster, tasks: Sequence[Task], progress: Progress, heed: Callable[[], None]
 ) -> Generator[tuple[int, object], None, None]:
-    """Do tasks on a cluster, and yield what came of each as it ends.
+    """Do tasks on a cluster, and yield the outcome of each as it ends.
 
-    A task whose worker is lost is given to another one, by Dask. One that raises is tried again, each time after a
-    longer pause; but not where it raises InputError, which every attempt would. Where the scheduler is lost, the tasks
-    that it had are handed over again when it is back: those that were done find their files, and end at once.
+    If a worker is lost, Dask gives its task to another one. A task that raises is tried again, each time after a longer
+    pause, unless it raises InputError, which every attempt would. If the scheduler is lost, its tasks are submitted
+    again once it is back: those already done find their files, and end at once.
 
     Parameters
     ----------
     cluster
-        Where the tasks are done.
+        The cluster.
     tasks
         The tasks.
     progress
-        Counts what becomes of them.
+        Counts the states of the tasks.
     heed
-        Called ten times a second; it may raise to end all.
+        Called ten times per second; it may raise to end everything.
 
     Yields
     ------
     tuple
-        The number of a task, and what it returned; an InputError where the input is wrong, and a TaskError where all
-        attempts failed.
+        The number of a task, and its result; an InputError if the input is wrong, and a TaskError if all attempts
+        failed.
 
     Raises
     ------
     ClusterError
-        Where the scheduler was lost for good.
+        If the scheduler was lost for good.
     """
     queue = _Queue(deque(range(len(tasks))), [0] * len(tasks), secrets.token_hex(4))
     while queue:
@@ -125,7 +125,7 @@ def run_tasks(
         is_lost = not _hand_over(cluster, tasks, queue)
         ended = wait(queue.running, _POLL_SECONDS, FIRST_COMPLETED)[0] if queue.running else set()
         if not ended:
-            is_lost |= bool(queue.running) and not cluster.is_connected()  # some futures never learn of it
+            is_lost |= bool(queue.running) and not cluster.is_connected()  # some futures are never notified
             time.sleep(0 if queue.running else _POLL_SECONDS)
         for future in ended:
             if future.cancelled():
@@ -155,14 +155,14 @@ class _Again:
 
 
 def _hand_over(cluster: Cluster, tasks: Sequence[Task], queue: _Queue) -> bool:
-    """Hand over tasks until the workers have enough; return whether there is a connection."""
+    """Submit tasks until the workers have enough; return whether there is a connection."""
     room = cluster.room()
     while queue.waiting and len(queue.running) < room:
         number = queue.waiting[0]
         task = tasks[number]
         try:
-            # Dask keeps what came of a key as long as anybody holds its future: another attempt has another key, and
-            # another run, too, before which somebody may have removed the file.
+            # Dask keeps the result of a key as long as any future for it is held, so another attempt needs another key.
+            # So does another run, before which the file may have been removed.
             key = f"{task.key}-{queue.run}-{queue.attempts[number]}"
             future = cluster.submit(key, task.function, *task.arguments)
         except ClusterError:
@@ -172,7 +172,7 @@ def _hand_over(cluster: Cluster, tasks: Sequence[Task], queue: _Queue) -> bool:
 
 
 def _outcome(future: "Future[object]", attempt: int) -> object:
-    """Return what a task returned or why it failed; or that it is to be tried again."""
+    """Return what a task returned or why it failed; or that it should be tried again."""
     error = future.exception()
     if error is None:
         return future.result()

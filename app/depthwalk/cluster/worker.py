@@ -1,6 +1,6 @@
 """Do a task in a worker process of a cluster.
 
-Dask imports this module in its workers, before the first task where they were started by `depthwalk`.
+Dask imports this module in its workers, before the first task if they were started by `depthwalk`.
 """
 
 import atexit
@@ -14,7 +14,7 @@ import depthwalk
 from depthwalk.errors import InputError
 from depthwalk.files import work_for
 
-_open = ExitStack()  # what tasks keep for later ones: a renderer with its GL context, say
+_open = ExitStack()  # what tasks keep for later ones, such as a renderer with its GL context
 _open_for: object = None
 _value: Any = None
 _alone = threading.RLock()
@@ -26,11 +26,11 @@ def call(version: str, run: str, function: Callable[..., object], *arguments: ob
     Parameters
     ----------
     version
-        The version of the package that asks; another one could make other files.
+        The version of the caller's package; another one might produce different files.
     run
-        The run of a command that asks, eight hex digits: unfinished files bear it in their names.
+        The caller's run, eight hex digits, which becomes part of the names of unfinished files.
     function, arguments
-        What to call.
+        The function and its arguments.
 
     Returns
     -------
@@ -40,11 +40,11 @@ def call(version: str, run: str, function: Callable[..., object], *arguments: ob
     Raises
     ------
     InputError
-        Where the worker has another version of the package.
+        If the worker has another version of the package.
     """
     if version != depthwalk.__version__:
         raise InputError(f"--cluster: a worker has depthwalk {depthwalk.__version__}, this is {version}")
-    with _alone:  # a worker that was started with several threads still has one GL context
+    with _alone:  # even a worker with several threads has only one GL context
         work_for(run)
         return function(*arguments)
 
@@ -52,19 +52,19 @@ def call(version: str, run: str, function: Callable[..., object], *arguments: ob
 def keep(key: object, make: Callable[[ExitStack], Any]) -> Any:
     """Return what an earlier task of this process made for the same key, or make it.
 
-    One thing is kept at a time: what was made for another key is closed first.
+    Only one thing is kept at a time: one made for another key is closed first.
 
     Parameters
     ----------
     key
-        Tells what is kept.
+        Identifies the thing.
     make
-        Makes the thing, and has the stack that it is given close it.
+        Creates the thing, and registers its clean-up with the given stack.
 
     Returns
     -------
     Any
-        What `make` returned.
+        The result of `make`.
     """
     global _open_for, _value
     with _alone:
@@ -78,7 +78,7 @@ def keep(key: object, make: Callable[[ExitStack], Any]) -> Any:
 
 
 def close() -> None:
-    """Close what `keep` has kept; without anything kept this does nothing."""
+    """Close what `keep` has kept, if anything."""
     global _open_for, _value
     with _alone:
         _open_for = _value = None
@@ -88,7 +88,7 @@ def close() -> None:
 def dask_setup(worker: object) -> None:
     """Prepare a worker of a local cluster; Dask calls this when it preloads the module.
 
-    Ctrl-C in a terminal reaches the worker as well as the command, which decides what ends.
+    Ctrl-C in a terminal reaches the worker as well as the command, which decides what should end.
     """
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)

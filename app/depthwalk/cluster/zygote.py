@@ -1,12 +1,12 @@
-"""Have the process that workers are forked from make what they would all make again: a zygote, as Android calls it.
+"""Let the process from which workers are forked compute what all of them would: a zygote, as Android calls it.
 
-A worker that is lost is replaced by one that begins the same job from nothing. What it reads and decodes for that, the
-process that it is forked from can have ready; the memory is shared until somebody writes to it. That process is told by
-workers what the job is, through a socket that they inherit, and looks there only when it is about to fork: so it reads
-once for each job, when the first worker of the job is replaced, and not at all where none is lost.
+A worker that is lost is replaced by one that begins the same job from nothing. The process from which it is forked can
+have the files for that read and decoded; the memory is shared until it is written to. Workers tell that process about
+the job through a socket that they inherit. It reads the socket only when it is about to fork, so it loads once per job,
+when the first worker of the job is replaced, and not at all if none is lost.
 
-One thing is kept, that of the latest job. Functions that are called here may start no thread and make no GL context,
-since neither survives a fork.
+Only the latest job's data is kept. Functions called here must not start threads or create a GL context, since neither
+survives a fork.
 """
 
 import logging
@@ -19,7 +19,7 @@ from typing import Any
 
 log = logging.getLogger(__name__)
 
-_MOST_BYTES = 65536  # of a message; a longer one is not sent, and then the next worker reads for itself
+_MOST_BYTES = 65536  # of a message; a longer one is not sent, and the next worker loads the data itself
 
 _inbox: socket.socket | None = None  # of the zygote
 _outbox: socket.socket | None = None  # of its workers
@@ -37,27 +37,27 @@ def serve() -> None:
 
 
 def ask(key: Hashable, make: Callable[..., object]) -> None:
-    """Have the processes that are forked later inherit what a function makes; without a zygote do nothing.
+    """Let processes that are forked later inherit the result of a function; without a zygote, do nothing.
 
     Parameters
     ----------
     key
-        What the function is called with, and what `inherited` knows its result by; it can be pickled, is not None.
+        Argument of the function, and the key of its result for `inherited`; it must be picklable and not None.
     make
-        A function that the zygote can import. Where it raises, nothing is inherited.
+        A function that the zygote can import. If it raises, nothing is inherited.
     """
     if _outbox is None:
         return
     message = pickle.dumps((key, make))
     if len(message) <= _MOST_BYTES:
-        with suppress(OSError):  # the zygote has ended, or has been told by many workers and not forked since
+        with suppress(OSError):  # the zygote has ended, or its socket is full because it has not forked for long
             _outbox.send(message)
 
 
 def inherited(key: Hashable) -> Any:
-    """Return what the process that this one was forked from has made for `key`; None where it has made nothing.
+    """Return what the process from which this one was forked made for `key`; None if it made nothing.
 
-    It is handed over once, since whoever gets it may change it.
+    It is returned only once, since the caller may change it.
     """
     global _key, _value
     if _key != key:
@@ -81,9 +81,9 @@ def _do_what_was_asked() -> None:
         key, make = pickle.loads(asked)
         if key == _key:
             return
-        _key, _value = key, None  # never two at a time in memory, and what fails is not tried again
+        _key, _value = key, None  # free the old value first; a failed attempt is not repeated
         _value = make(key)
-    except Exception as error:  # told of by the worker, which does the same
+    except Exception as error:  # reported by the worker, which does the same
         log.info("nothing is made ahead: %s: %s", type(error).__name__, error)
 
 

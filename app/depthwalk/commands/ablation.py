@@ -1,7 +1,7 @@
 """Measure what each step beyond the paper's method contributes, for docs/ablation.md.
 
 `python -m depthwalk.commands.ablation MESH...` prints a table for each mesh. The rows of the table add one step after
-another to the paper's method; the last row is what the program does.
+another to the paper's method; the last row is the program's default.
 """
 
 import json as json_format
@@ -41,7 +41,7 @@ SHOWN = [measure for measure in MEASURES if measure.key in ("psnr", "iou", "flip
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """Say how meshes are baked and rendered for one row of the table.
+    """Describe how meshes are baked and rendered for one row of the table.
 
     Attributes
     ----------
@@ -78,9 +78,9 @@ class Row:
     title
         The step that the setup adds.
     means
-        The mean over the views of each measure of `SHOWN`, by its key, in the unit that its title names.
+        Mean of each measure of `SHOWN` over the views, by its key, in the unit that its title names.
     bake_seconds, bytes_disk, bytes_gpu
-        The costs: seconds to bake, bytes of the file, and bytes of GPU memory.
+        The costs: bake time, seconds; size of the file, bytes; GPU memory, bytes.
     """
 
     title: str
@@ -110,7 +110,7 @@ class Ablation:
 
 
 def setups() -> Iterator[Setup]:
-    """Yield the paper's method, then setups that each add one step, up to what the program does by default."""
+    """Yield the paper's method, then setups that each add one step, up to the program's default."""
     setup = Setup(title="the paper's method", layers=1, refinements=NOTHING, cases="paper", light="warp", tiles="plane")
     yield setup
     yield (
@@ -163,9 +163,9 @@ def ablate(
     Raises
     ------
     InputError
-        Where the mesh cannot be baked.
+        If the mesh cannot be baked.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     mesh = read_mesh(spec)
     rows = []
@@ -225,7 +225,7 @@ def main(
 ) -> None:
     """Measure what each step beyond the paper's method contributes to the picture, and what it costs."""
     check_report_files([json, markdown], meshes, "measured")
-    for mesh in meshes:  # each takes minutes: name a missing one before the first is measured
+    for mesh in meshes:  # each takes minutes, so report a missing one before the first is measured
         if not mesh.is_file():
             raise missing_file(mesh)
     ablations = []

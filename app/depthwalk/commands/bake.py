@@ -1,4 +1,4 @@
-"""Declare `depthwalk bake`, which makes files of depth images of meshes, several at a time."""
+"""Declare `depthwalk bake`, which bakes meshes to files of depth images, several at a time."""
 
 from pathlib import Path
 from typing import Annotated
@@ -50,8 +50,8 @@ def main(
     method: Annotated[
         Method,
         typer.Option(
-            help="How surfaces are sampled: by rays, or by six views warped on the GPU; paper: by six views, with "
-            "nothing that the paper does not have.",
+            help="How surfaces are sampled: by ray casting, or from six views warped on the GPU; paper: six views, "
+            "without anything that the paper does not have.",
         ),
     ] = Method.RAYCAST,
     parts: Parts = None,
@@ -65,7 +65,9 @@ def main(
         typer.Option(metavar="N", min=1, max=MAX_JOBS, help="Meshes baked at a time.", show_default="one per core"),
     ] = None,
     cluster: ClusterOption = None,
-    force: Annotated[bool, typer.Option("--force", help="Bake meshes whose depth images are up to date, too.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Bake meshes even if their depth images are up to date.")
+    ] = False,
     verify: Annotated[
         bool, typer.Option("--verify", help="Measure how closely the depth images resemble the mesh, as compare does.")
     ] = False,
@@ -75,8 +77,8 @@ def main(
     """Bake meshes to depth images, NAME.dpci.exr.
 
     Scenes that name the mesh with the same values use the file. Cooked depth images, NAME.dpci.npz, are smaller and
-    complete: scenes name them as `baked`, and need no mesh. Depth images that are up to date, or in the cache, are
-    not baked again: after Ctrl-C, the same command continues where it stopped.
+    complete: scenes name them as `baked`, and need no mesh. Depth images that are up to date or in the cache are not
+    baked again, so after Ctrl-C the same command continues where it stopped.
     """
     from depthwalk.bake.params import ModelParams
     from depthwalk.commands.baking import bake_meshes, check_inputs, mesh_spec, output_files

@@ -25,18 +25,18 @@ from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 
-_SEEN_LOSS = 0.02  # part of the visible surface without which holes are seen; most models lose a thousandth
+_SEEN_LOSS = 0.02  # part of the visible surface whose loss shows as holes; most models lose a thousandth
 
 
 def output_files(meshes: Sequence[Path], out: str | None) -> list[Path | str]:
-    """Return where the depth images of each mesh are stored.
+    """Return where the depth images of each mesh are to be stored.
 
     Parameters
     ----------
     meshes
         The mesh files.
     out
-        The folder to write to, or the file; a URL is a folder where it ends in a slash. None writes beside each mesh.
+        The folder to write to, or the file; a URL is a folder if it ends in a slash. None writes beside each mesh.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def output_files(meshes: Sequence[Path], out: str | None) -> list[Path | str]:
     Raises
     ------
     InputError
-        Where two meshes would share a file, `out` has a wrong suffix, or a file cannot be written.
+        If two meshes would share a file, `out` has a wrong suffix, or a file cannot be written.
     """
     files: list[Path | str]
     if out is None:
@@ -87,14 +87,14 @@ def _urls(meshes: Sequence[Path], out: str) -> list[str]:
 
 
 def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: float | None) -> MeshAsset:
-    """Return the asset that a scene file with the same values describes; both have the same key in the cache.
+    """Return the asset that a scene file with these values would define, so that both get the same cache key.
 
     Parameters
     ----------
     mesh
         The mesh file.
     texture
-        A picture that replaces those that the mesh names; None keeps these.
+        A picture that replaces those that the mesh names; None keeps them.
     up
         The axis that points upward in the file.
     height
@@ -108,7 +108,7 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
     Raises
     ------
     InputError
-        Where the height is not a positive number of metres.
+        If the height is not a positive number of metres.
     """
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
@@ -116,9 +116,9 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
 
 
 def check_inputs(specs: Sequence[MeshAsset]) -> None:
-    """Check that every file which is to be read is there and may be a mesh, before the first one is baked.
+    """Check, before the first mesh is baked, that every input file exists and may be a mesh.
 
-    What only reading tells, as that a mesh is damaged, does not keep the others from being baked.
+    Problems that show only on reading, such as a damaged mesh, do not prevent the others from being baked.
 
     Parameters
     ----------
@@ -128,13 +128,13 @@ def check_inputs(specs: Sequence[MeshAsset]) -> None:
     Raises
     ------
     InputError
-        Where files are missing, are folders, or do not end as meshes do; it has a line for each.
+        If files are missing, are folders, or do not have a mesh's suffix; with one line for each.
     """
     complaints: list[str] = []
     for spec in specs:
         try:
             for file in filter(None, (spec.mesh, spec.texture)):
-                if not os.path.isfile(file):  # False for names that the system refuses
+                if not os.path.isfile(file):  # also False for names that the system rejects
                     raise missing_file(file)
             check_suffix(spec.mesh)
         except InputError as error:
@@ -160,21 +160,21 @@ def bake_meshes(
     params
         How to bake all of them.
     processes
-        Number of meshes baked at a time; None is one per core.
+        Number of meshes baked at a time; None: one per core.
     force
-        Whether to bake files that are up to date, too.
+        Whether to bake even files that are up to date.
     cluster
-        Where to bake; None for this process and its pool.
+        Cluster on which to bake; None for this process and its pool.
 
     Returns
     -------
     list[InputError | TaskError]
-        Why meshes failed: mistakes in them, and what went wrong on a cluster again and again. They have been logged.
+        Why meshes failed: mistakes in them, and repeated failures on a cluster. They have been logged.
 
     Raises
     ------
     ClusterError
-        Where the cluster cannot be had, or is lost for good.
+        If the cluster cannot be reached, or is lost for good.
     """
     failures: list[InputError | TaskError] = []
     jobs = [_job(spec, params, file, force) for spec, file in zip(specs, files, strict=True)]
@@ -193,7 +193,7 @@ def bake_meshes(
 
 
 def _tell_of_loss(outcome: Baked | Kept, params: ModelParams) -> None:
-    """Warn where so much of a surface is hidden from all depth images that holes will be seen, and say what helps."""
+    """Warn if so much of a surface is missing from all depth images that holes will show, and suggest a remedy."""
     if isinstance(outcome, Baked) and outcome.left_out > _SEEN_LOSS and params.layers != "auto":
         remedy = "raycast with --layers auto" if params.by_six_views else "--layers auto"
         missing = f"{100 * outcome.left_out:.1f} % of the visible surface will be missing; {remedy} holds more of it"
@@ -207,7 +207,7 @@ def _job(spec: MeshAsset, params: ModelParams, file: Path | str, force: bool) ->
 
 
 def _here(jobs: Sequence[Job], processes: int | None) -> Outcomes:
-    """Do jobs in this process or in its pool, and show which are being done."""
+    """Do jobs in this process or in its pool, and show which are in progress."""
     with contextlib.ExitStack() as stack:
         display = stack.enter_context(_progress([job.spec.mesh.name for job in jobs]))
         for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):
@@ -216,7 +216,7 @@ def _here(jobs: Sequence[Job], processes: int | None) -> Outcomes:
 
 
 def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
-    """Do jobs on a cluster, and show how many are done. Workers have folders of their own that they run in."""
+    """Do jobs on a cluster, and show how many are done. Workers run in folders of their own."""
     absolute = [
         replace(
             job,
@@ -236,15 +236,15 @@ def _on_cluster(jobs: Sequence[Job], address: ClusterAddress) -> Outcomes:
 
 
 def absolute(spec: MeshAsset) -> MeshAsset:
-    """Return an asset with absolute names of files, for workers that run in other folders."""
+    """Return an asset with absolute file names, for workers that run in other folders."""
     return replace(spec, mesh=spec.mesh.absolute(), texture=spec.texture and spec.texture.absolute())
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:
     """Return the line that `depthwalk bake` prints about a mesh.
 
-    `baked` tells what its bake took, or that its file was up to date; `resolution` is the greatest width of its depth
-    images, texels.
+    `baked` holds the results of its bake, or says that its file was up to date; `resolution` is the greatest width of
+    its depth images, texels.
     """
     if isinstance(baked, Kept):
         return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it again"
@@ -265,7 +265,7 @@ class _Display:
     Attributes
     ----------
     stage
-        Called with a job's number and what it is doing.
+        Called with a job's number and its current stage.
     done
         Called with the number of a job that has ended.
     """
@@ -276,7 +276,7 @@ class _Display:
 
 @contextlib.contextmanager
 def _progress(names: Sequence[str]) -> Iterator[_Display]:
-    """Show a line on stderr for each mesh being baked, and how many are done."""
+    """Show a line on stderr for each mesh being baked, and the number that are done."""
     if not show_progress():
         yield _Display(lambda number, stage: log.info("%s: %s", names[number], stage), lambda number: None)
         return

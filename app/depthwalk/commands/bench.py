@@ -1,4 +1,4 @@
-"""Declare `depthwalk bench`, which measures how long the frames of a scene take, and each of their passes."""
+"""Declare `depthwalk bench`, which measures how long the frames of a scene and their passes take."""
 
 from pathlib import Path
 from typing import Annotated
@@ -35,7 +35,7 @@ def main(
         list[Path],
         typer.Argument(
             metavar="SCENE",
-            help="Scene files or meshes. Where there are several, names of reports hold {scene}, as in {scene}.json.",
+            help="Scene files or meshes. For several, names of reports must hold {scene}, as in {scene}.json.",
             show_default=False,
             callback=named_files,
         ),
@@ -49,18 +49,18 @@ def main(
     html: HtmlReport = None,
     table: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write what was noted of each frame to this file, as CSV."),
+        typer.Option("--csv", metavar="FILE", help="Write the measurements of each frame to this file, as CSV."),
     ] = None,
     baseline: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Report of an earlier --json run to compare with; exit with code 1 where frames got slower.",
+            help="Report of an earlier --json run to compare with; exit with code 1 if frames became slower.",
         ),
     ] = None,
     tolerance: Annotated[
         float,
-        typer.Option(metavar="PERCENT", min=0, max=1000, help="What --baseline takes for chance."),
+        typer.Option(metavar="PERCENT", min=0, max=1000, help="Difference that --baseline attributes to chance."),
     ] = 5.0,
     representations: Annotated[
         list[str] | None,

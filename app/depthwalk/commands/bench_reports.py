@@ -1,4 +1,4 @@
-"""Write the reports of `depthwalk bench`: of several scenes, each has files of its own."""
+"""Write the reports of `depthwalk bench`; with several scenes, each has its own files."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -17,7 +17,7 @@ _OPTIONS = {"json": "--json", "html": "--html", "table": "--csv", "baseline": "-
 
 @dataclass(frozen=True, kw_only=True)
 class ReportFiles:
-    """Name the files of a report; None for those that nobody asked for.
+    """Name the files of a report; None for those that were not requested.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ def report_files(scenes: Sequence[Path], files: ReportFiles) -> list[ReportFiles
     Raises
     ------
     InputError
-        Where scenes would share a file.
+        If scenes would share a file.
     """
     given = {member.name: file for member in fields(files) if (file := getattr(files, member.name)) is not None}
     if len(scenes) > 1 and given:
@@ -75,23 +75,23 @@ def write_reports(report: Report, files: ReportFiles, before: Report | None, tol
     Parameters
     ----------
     report
-        What was measured.
+        The measurements.
     files
-        Where it goes.
+        The files to write.
     before
-        The report in `files.baseline`, see `check_comparable`; None where there is none.
+        The report in `files.baseline`, see `check_comparable`; None if there is none.
     tolerance
-        What is taken for chance, a part of a time.
+        Relative difference in time that is attributed to chance.
 
     Returns
     -------
     bool
-        Whether frames got slower.
+        Whether frames became slower.
 
     Raises
     ------
     OSError
-        Where a file cannot be written.
+        If a file cannot be written.
     """
     found = changes(before, report, tolerance) if before else []
     changed = change_lines(files.baseline, before, report, found) if files.baseline and before else []

@@ -1,4 +1,4 @@
-"""Compare frame times of a scene and of its polygons at equal quality, for docs/bench.md.
+"""Compare frame times of a scene with those of its polygons at equal quality, for docs/bench.md.
 
 `python -m depthwalk.commands.bench_table SCENE --path P` prints a row for each number of objects. A row takes minutes
 and is stored in the JSON file at once, so that an interrupted table continues where it stopped.
@@ -107,7 +107,7 @@ def _parse_counts(text: str) -> list[int]:
 
 
 def _driver(gpu: bool) -> str:
-    """Return the GL driver's name. Raises InputError where --gpu is given and OpenGL runs on the CPU."""
+    """Return the GL driver's name. Raises InputError if --gpu is given and OpenGL runs on the CPU."""
     device = headless_device()
     device.context.release()
     if gpu and device.software:
@@ -116,12 +116,12 @@ def _driver(gpu: bool) -> str:
 
 
 def _stored_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:
-    """Return the rows of an earlier table by number of objects; `head` is what both tables must share.
+    """Return the rows of an earlier table by number of objects; `head` must be the same in both tables.
 
     Raises
     ------
     InputError
-        Where the file holds something else, or a table of other measurements.
+        If the file holds something else, or a table of other measurements.
     """
     check_folder(file)
     if not file.exists():

@@ -1,4 +1,4 @@
-"""Draw and time the frames of `depthwalk bench`, all representations in turn, by `bench.measure`."""
+"""Draw and time the frames of `depthwalk bench`, alternating between representations, with `bench.measure`."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -22,29 +22,29 @@ from depthwalk.provenance import commit, machine
 from depthwalk.render import kernels
 from depthwalk.scene.path import CameraPath
 
-DEFAULT_FRAMES = 60  # of a camera that stands still
+DEFAULT_FRAMES = 60  # with a fixed camera
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Say what to measure of a scene.
+    """Describe what to measure of a scene.
 
     Attributes
     ----------
     file
         The scene to draw.
     path_file, path
-        The camera path's file and the path; None for a camera that stands still.
+        The camera path's file and the path; None for a fixed camera.
     camera
-        Changes to the camera that stands still.
+        Changes to the fixed camera.
     frames
-        Number of measured frames; None is every frame of the path, or `DEFAULT_FRAMES` of a camera that stands still.
+        Number of measured frames; None: every frame of the path, or `DEFAULT_FRAMES` with a fixed camera.
     warmup
         Number of frames that are drawn before the first is measured.
     size
         (width, height) of the pictures, pixels.
     representations
-        The ways to draw every object, which take turns.
+        The ways to draw every object, which alternate.
     pictured
         Returns the numbers of the frames whose pictures are kept, given how many there are; None keeps none.
     """
@@ -61,19 +61,19 @@ class Plan:
 
     @property
     def frame_count(self) -> int:
-        """Return how many frames are measured of each representation."""
+        """Return the number of measured frames per representation."""
         if self.frames is not None:
             return self.frames
         return DEFAULT_FRAMES if self.path is None else len(self.path.frames())
 
 
 def parse_representations(texts: Sequence[str] | None) -> list[RepresentationName]:
-    """Return the representations that the options --representation name, each once.
+    """Return the representations in the options --representation, without duplicates.
 
     Parameters
     ----------
     texts
-        The text of each option, names with commas between; None, where there is none, means `scene` alone.
+        The text of each option, names separated by commas; None, without options, means only `scene`.
 
     Returns
     -------
@@ -96,30 +96,30 @@ def parse_representations(texts: Sequence[str] | None) -> list[RepresentationNam
 def run_benches(
     plans: Sequence[Plan], inputs: Sequence[Sequence[Path]], cluster: ClusterAddress | None = None
 ) -> Iterator[list[Report]]:
-    """Measure several plans, one after the other, but for those that an earlier run has measured that was ended.
+    """Measure several plans, one after the other, skipping those that an interrupted earlier run has measured.
 
     Parameters
     ----------
     plans
         What to measure.
     inputs
-        For each plan the files that it reads.
+        For each plan, the files that it reads.
     cluster
-        Where to measure, a plan at a time for each worker; None for this process.
+        Cluster on which to measure, one plan at a time per worker; None for this process.
 
     Yields
     ------
     list[Report]
-        The reports, in the order of the plans; they are kept until the `with` block ends.
+        The reports, in the order of the plans; they are stored until the `with` block ends.
 
     Raises
     ------
     InputError
-        Where an asset cannot be used.
+        If an asset cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     TaskError, ClusterError
-        Where a plan cannot be measured on the cluster for another reason, or the cluster is lost for good.
+        If a plan cannot be measured on the cluster for another reason, or the cluster is lost for good.
     """
     keys = [digest(_told(plan), file_states(files)) for plan, files in zip(plans, inputs, strict=True)]
 
@@ -144,13 +144,13 @@ def run_benches(
 
 
 def _told(plan: Plan) -> tuple[object, ...]:
-    """Return values that tell by their `repr` what a plan measures: of the path, its file."""
+    """Return values whose `repr` identifies what a plan measures; for the path, that is its file."""
     told = (getattr(plan, member.name) for member in fields(plan) if member.name not in ("path", "pictured"))
     return (*map(str, told), plan.pictured is not None)
 
 
 def bench_alone(plan: Plan) -> Report:
-    """Measure a plan in a worker process, which says nothing of its progress; see `run_bench`."""
+    """Measure a plan in a worker process, without reporting progress; see `run_bench`."""
     with quiet():
         return run_bench(plan)
 
@@ -171,9 +171,9 @@ def run_bench(plan: Plan) -> Report:
     Raises
     ------
     InputError
-        Where the scene or an asset cannot be used.
+        If the scene or an asset cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     kernels.load()
     scene = plan.file.open()

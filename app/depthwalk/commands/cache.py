@@ -1,4 +1,4 @@
-"""Declare `depthwalk cache`, which shows or clears what is kept because it takes long to make."""
+"""Declare `depthwalk cache`, which shows or clears stored results that take long to compute."""
 
 import contextlib
 from datetime import datetime
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Action(StrEnum):
-    """Name what can be done with the cache."""
+    """Name the actions on the cache."""
 
     INFO = "info"
     CLEAR = "clear"
@@ -26,7 +26,7 @@ class Action(StrEnum):
 @guarded
 def main(
     action: Annotated[
-        Action, typer.Argument(metavar="ACTION", help="Say what it holds (info), or remove all of it (clear).")
+        Action, typer.Argument(metavar="ACTION", help="Show what it holds (info), or remove all of it (clear).")
     ] = Action.INFO,
     cache_limit: CacheLimit = None,
     verbose: Verbose = False,
@@ -34,7 +34,7 @@ def main(
 ) -> None:
     """Show what the cache of depth images holds, or clear it.
 
-    Everything in it is made again when it is needed. With --cache-limit, `info` removes at once what is too much.
+    Its contents are recreated when they are needed. With --cache-limit, `info` removes what exceeds the limit.
     """
     if action is Action.CLEAR:
         _clear()
@@ -43,7 +43,7 @@ def main(
 
 
 def _show(trim: bool) -> None:
-    """Print a line for each kind of file, and one for the limit. trim: whether to remove first what is beyond it."""
+    """Print a line for each kind of file, and one for the limit. trim: whether to remove the excess first."""
     from depthwalk.cache import cache_folder, make_room
 
     if trim and cache_folder().is_dir():
@@ -60,7 +60,7 @@ def _show(trim: bool) -> None:
 
 
 def _clear() -> None:
-    """Remove all files, and what killed processes left, and say how much that was."""
+    """Remove all files, including those left by killed processes, and print how much that was."""
     from depthwalk.cache import cache_folder
     from depthwalk.files import remove_leftovers
 
@@ -74,7 +74,7 @@ def _clear() -> None:
 
 
 def _kinds() -> "dict[str, list[CachedFile]]":
-    """Return the files of the cache by what they hold."""
+    """Return the files of the cache by their kind."""
     from depthwalk.bake.cache import BAKED
     from depthwalk.bake.capture_file import CAPTURES
     from depthwalk.bake.level_file import LEVELS
@@ -84,5 +84,5 @@ def _kinds() -> "dict[str, list[CachedFile]]":
     from depthwalk.cook.cooked_file import COOKED
 
     kinds = {cache.content: cached_files(cache.suffix) for cache in (BAKED, LEVELS, CLUSTERS, CAPTURES, MEASURED)}
-    others = {file.path for files in kinds.values() for file in files}  # whose names end as those of cooked ones do
+    others = {file.path for files in kinds.values() for file in files}  # their names end like those of cooked ones
     return kinds | {COOKED.content: [file for file in cached_files(COOKED.suffix) if file.path not in others]}

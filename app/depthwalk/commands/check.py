@@ -1,4 +1,4 @@
-"""Declare `depthwalk check`, which tells what is wrong with scene files, path files and the files that scenes name."""
+"""Declare `depthwalk check`, which reports mistakes in scene files, path files and the files that scenes name."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,7 @@
-"""Declare the program `depthwalk` with the list of its commands, each imported only when it is asked for.
+"""Declare the program `depthwalk` with the list of its commands, each imported only when it is used.
 
-So `depthwalk --help` waits for no library of numbers or graphics, and `depthwalk check` imports nothing that only
-another command needs. A command that imports much does so once its options were parsed.
+So `depthwalk --help` waits for no numerical or graphics library, and `depthwalk check` imports nothing that only other
+commands need. A command with many imports does them after its options have been parsed.
 """
 
 import gc
@@ -16,7 +16,7 @@ import typer
 from depthwalk.commands.program import HELP_OPTIONS, OneLineGroup, UsageError, as_program
 from depthwalk.errors import printable
 
-# By name of the module that has the command as `main`; the text is the first line of its docstring.
+# By the module whose `main` is the command; the text is the first line of its docstring.
 SUMMARIES = {
     "demo": "Walk through the garden, or another scene that ships with the program.",
     "view": "Open a window to walk through a scene.",
@@ -33,10 +33,10 @@ SUMMARIES = {
 }
 
 
-# What libraries read when they are imported, unless the user has set it.
+# Environment variables that libraries read when they are imported, unless the user has set them.
 _ENVIRONMENT = {
-    "OPENBLAS_THREAD_TIMEOUT": "4",  # 2^4 cycles, not 2^26 on another core, in which a thread of NumPy's waits for work
-    "PYDANTIC_DISABLE_PLUGINS": "__all__",  # no search of every installed package for what might watch our models
+    "OPENBLAS_THREAD_TIMEOUT": "4",  # NumPy's threads wait 2^4 cycles for work, not 2^26 in which they occupy a core
+    "PYDANTIC_DISABLE_PLUGINS": "__all__",  # do not search every installed package for plugins
 }
 
 
@@ -63,7 +63,7 @@ class _Commands(OneLineGroup):
         self.commands: Any = _LazyCommands()
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command that `args` begins with; where that is a file, say how to open it."""
+        """Find the command that `args` begins with; if that is a file, explain how to open it."""
         try:
             return super().resolve_command(ctx, args)
         except UsageError:

@@ -1,4 +1,4 @@
-"""Show how far the tasks of a cluster are: how many are done, how fast, how long the rest will take."""
+"""Show the progress of a cluster's tasks: how many are done, how fast, and how long the rest will take."""
 
 import logging
 import sys
@@ -17,19 +17,19 @@ from depthwalk.commands.progress import live_options, log, show_progress
 if TYPE_CHECKING:
     from rich.table import Table
 
-_PLAIN_SECONDS = 10.0  # between lines where stderr is no terminal
+_PLAIN_SECONDS = 10.0  # between lines if stderr is not a terminal
 _RATE_SECONDS = 60.0  # over which the rate is measured
 
 
 class Rate:
-    """Measure how many things a second get done of late, and how long the rest will take."""
+    """Measure how many things per second have been done recently, and estimate how long the rest will take."""
 
     def __init__(self, now: float) -> None:
-        """Begin to measure. now: seconds of a clock."""
+        """Begin measuring. now: seconds of a clock."""
         self._marks: deque[tuple[float, int]] = deque([(now, 0)])
 
     def mark(self, now: float, done: int) -> None:
-        """Note that `done` things are done at the time `now`; at most twice a second, so that few marks are kept."""
+        """Record that `done` things are done at time `now`; at most twice a second, so that few marks are kept."""
         if now - self._marks[-1][0] < 0.5 and len(self._marks) > 1:
             return
         self._marks.append((now, done))
@@ -43,7 +43,7 @@ class Rate:
         return (done - before) / (now - since) if now > since else 0.0
 
     def seconds_left(self, left: int) -> float | None:
-        """Return how long `left` things will take, seconds; None where nothing tells."""
+        """Return how long `left` things will take, seconds; None if it cannot be estimated."""
         return left / self.per_second if self.per_second else None
 
 
@@ -54,11 +54,11 @@ class Display:
     Attributes
     ----------
     progress
-        What `run_tasks` counts.
+        The counts of `run_tasks`.
     show
-        To be called often: shows how far the tasks are, and ends a command that was interrupted.
+        To be called often: shows the progress, and ends an interrupted command.
     done
-        To be called with how many things are made.
+        To be called with the number of things made.
     """
 
     progress: Progress
@@ -76,21 +76,21 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def cluster_progress(what: str, total: int, cluster: Cluster) -> Iterator[Display]:
-    """Show a table on stderr, or now and then a line, as long as the `with` block lasts.
+    """Show a table on stderr, or else a line from time to time, during the `with` block.
 
     Parameters
     ----------
     what
         What the tasks make, such as "meshes".
     total
-        How many there are to make.
+        How many are to be made.
     cluster
-        Where they are done.
+        The cluster that does them.
 
     Yields
     ------
     Display
-        What counts the tasks and shows them.
+        Counts the tasks and shows them.
     """
     progress, ended, rate = Progress(), 0, Rate(time.monotonic())
 
@@ -121,7 +121,7 @@ def cluster_progress(what: str, total: int, cluster: Cluster) -> Iterator[Displa
 
 
 class _Lines:
-    """Write a line about all tasks now and then."""
+    """Write a line about all tasks from time to time."""
 
     def __init__(self, cells: Callable[[], dict[str, str]]) -> None:
         self._cells, self._last = cells, time.monotonic()

@@ -44,14 +44,14 @@ def render_on_cluster(
     Returns
     -------
     bool
-        Whether all frames are there; those that are not have been named on stderr.
+        Whether all frames exist; missing ones have been reported on stderr.
 
     Raises
     ------
     InputError
-        Where the frames cannot be drawn so.
+        If the frames cannot be drawn this way.
     ClusterError
-        Where the cluster cannot be had or is lost for good.
+        If the cluster cannot be reached or is lost for good.
     """
     if not output.is_series:
         raise InputError(f"{output.name}: --cluster needs a file for each frame; put {{frame:4}} into the name")
@@ -66,7 +66,7 @@ def render_on_cluster(
     )
     job = replace(job, key=job.keys(loaded).scene)
     missing: list[int] = []
-    if where.url is None:  # else all of its workers would bake the same at once
+    if where.url is None:  # otherwise all of its workers would bake the same at once
         with asset_progress() as report:
             SceneLibrary(loaded.assets, report, processes=None).bake_missing(range(len(loaded.assets)))
     with open_cluster(where) as cluster, cluster_progress("frames", len(frames), cluster) as display:
@@ -84,7 +84,7 @@ def render_on_cluster(
 
 
 def spans(numbers: Sequence[int]) -> str:
-    """Return numbers as --frames takes them, with commas between: 3-7,12-12."""
+    """Return numbers in the notation of --frames, separated by commas: 3-7,12-12."""
     texts: list[str] = []
     ordered = sorted(numbers)
     first = 0

@@ -64,8 +64,8 @@ def main(
     method: Annotated[
         Method | None,
         typer.Option(
-            help="How surfaces are sampled: by rays, or by six views warped on the GPU; paper: by six views, with "
-            "nothing that the paper does not have.",
+            help="How surfaces are sampled: by ray casting, or from six views warped on the GPU; paper: six views, "
+            "without anything that the paper does not have.",
             show_default="raycast, or as the scene says",
         ),
     ] = None,

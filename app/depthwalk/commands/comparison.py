@@ -47,7 +47,7 @@ SMALLEST = 16  # pixels, each side of a picture
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Say what to compare.
+    """Describe what to compare.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Plan:
     size
         (width, height) of the pictures, pixels.
     wanted
-        The PSNR, dB, for which to recommend parameters; None recommends none.
+        PSNR, dB, for which to recommend parameters; None recommends none.
     pictures
         Whether to keep pictures of the worst views, for an HTML page.
     """
@@ -71,7 +71,7 @@ class Plan:
 
 
 Compared = tuple[ModelReport, list[WorstView], str]
-"""The report on a mesh, its worst views, with pictures where they are wanted, and the name of the GL driver."""
+"""The report on a mesh, its worst views, with pictures if requested, and the name of the GL driver."""
 
 
 class _Overridable(Params):
@@ -100,17 +100,17 @@ def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
 
 
 def check_plan(plan: Plan) -> None:
-    """Check that a plan can be measured, before the first mesh is, which takes a while.
+    """Check that a plan can be measured, before the first mesh, which takes a while.
 
     Parameters
     ----------
     plan
-        The plan; every file that it names is looked for.
+        The plan; every file that it names is checked to exist.
 
     Raises
     ------
     InputError
-        Where the pictures are too small, the PSNR is not above 0 and at most 100 dB, or a file is missing.
+        If the pictures are too small, the PSNR is not above 0 and at most 100 dB, or a file is missing.
     """
     if min(plan.size) < SMALLEST:
         width, height = plan.size
@@ -127,29 +127,29 @@ def check_plan(plan: Plan) -> None:
 def run_compare(
     plan: Plan, cluster: ClusterAddress | None = None
 ) -> Iterator[tuple[CompareReport, list[list[WorstView]]]]:
-    """Bake and measure each mesh of a plan, but for those that an earlier run has measured that was ended.
+    """Bake and measure each mesh of a plan, skipping those that an interrupted earlier run has measured.
 
     Parameters
     ----------
     plan
         The meshes, and how to bake and render them.
     cluster
-        Where to do so, a mesh at a time for each worker; None for this process.
+        Cluster on which to do so, one mesh at a time per worker; None for this process.
 
     Yields
     ------
     tuple[CompareReport, list[list[WorstView]]]
-        The report, and for each mesh its worst views; these are empty unless `plan.pictures` is set. What is measured
-        is kept until the `with` block ends.
+        The report, and for each mesh its worst views; these are empty unless `plan.pictures` is set. The measurements
+        are stored until the `with` block ends.
 
     Raises
     ------
     InputError
-        Where a mesh cannot be baked, or shows nothing.
+        If a mesh cannot be baked, or shows nothing.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     TaskError, ClusterError
-        Where a mesh cannot be compared on the cluster for another reason, or the cluster is lost for good.
+        If a mesh cannot be compared on the cluster for another reason, or the cluster is lost for good.
     """
     with measured(_measurements(plan), cluster) as found:
         report = CompareReport(
@@ -163,7 +163,7 @@ def run_compare(
 
 
 def _measurements(plan: Plan) -> Measurements[Compared]:
-    """Return how each mesh of a plan is compared, here and by workers, whose folders are others."""
+    """Return how each mesh of a plan is compared, here and by workers, whose folders differ."""
     subjects = [replace(subject, spec=absolute(subject.spec)) for subject in plan.subjects]
     rest = replace(plan, subjects=())
 
@@ -195,7 +195,7 @@ def _measurements(plan: Plan) -> Measurements[Compared]:
 
 
 def compare_alone(subject: Subject, plan: Plan) -> Compared:
-    """Compare a mesh in a worker process, which says nothing of its progress.
+    """Compare a mesh in a worker process, without reporting progress.
 
     Parameters
     ----------
@@ -207,14 +207,14 @@ def compare_alone(subject: Subject, plan: Plan) -> Compared:
     Returns
     -------
     Compared
-        What was found.
+        The result.
 
     Raises
     ------
     InputError
-        Where the mesh cannot be baked, or shows nothing.
+        If the mesh cannot be baked, or shows nothing.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     with quiet(), ThreadPoolExecutor(1, "flip") as pool:  # other workers have the other cores
         return _compare(subject, plan, pool)
@@ -223,7 +223,7 @@ def compare_alone(subject: Subject, plan: Plan) -> Compared:
 def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> None:
     """Print a line of image quality for each file that `depthwalk bake` has just written.
 
-    Meshes whose bake failed are skipped. Where there is no OpenGL, a warning takes the place of the lines.
+    Meshes whose bake failed are skipped. Without OpenGL, a warning is printed instead of the lines.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path
     for spec, file in zip(specs, files, strict=True):
         try:
             if read_header(file)["depthwalk.key"] != mesh_key(spec, params):
-                continue  # an older file: this bake failed, and said so
+                continue  # an older file: this bake failed, which was reported
             quality = measure(read_mesh(spec), read_baked(file), RenderSettings(), VERIFY_SIZE, VERIFY)
         except InputError:
             continue
@@ -267,7 +267,7 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> Compared:
     with PairRenderer(mesh, baked, plan.settings, plan.size) as renderer:
         with frame_progress(spec.name, len(SPHERE) + len(CLOSE_BY)) as advance:
             views = measure_views(renderer, height, SPHERE, pool, advance)
-            gpu_bytes = renderer.gpu_bytes  # close by there may be more
+            gpu_bytes = renderer.gpu_bytes  # in close views there may be more
             close = measure_views(renderer, height, CLOSE_BY, pool, advance)
         if not views:
             raise InputError(f"{spec.mesh}: shows no pixel in any view")

@@ -1,4 +1,4 @@
-"""Declare `depthwalk demo`, which opens a window on a scene that ships or, without a display, renders its tour."""
+"""Declare `depthwalk demo`, which opens a window on a shipped scene or, without a display, renders its tour."""
 
 import sys
 from contextlib import ExitStack, closing
@@ -35,7 +35,7 @@ STILLS = 6  # pictures of the tour besides its video
 
 
 class DemoScene(StrEnum):
-    """Name a scene that ships with the program, and the tour through it."""
+    """Name a shipped scene and the tour through it."""
 
     GARDEN = "garden"
     NIGHT = "night"
@@ -57,8 +57,8 @@ def main(
 ) -> None:
     """Walk through the garden, or another scene that ships with the program.
 
-    H shows the keys, P plays the tour. Without a display, the tour is rendered to files in ./depthwalk-demo, of which
-    --frames limits the number.
+    H shows the keys, P plays the tour. Without a display, the tour is rendered to files in ./depthwalk-demo; --frames
+    limits their number.
     """
     size = parse_resolution(resolution)
     with ExitStack() as closed_at_end:
@@ -94,7 +94,7 @@ def render_tour(
     Parameters
     ----------
     name
-        What the files are called.
+        Name of the files.
     scene
         The scene to show.
     library
@@ -106,14 +106,14 @@ def render_tour(
     size
         (width, height) of the pictures, pixels.
     chosen
-        How to draw every object; None leaves it to the scene.
+        How to draw every object; None follows the scene.
 
     Raises
     ------
     InputError
-        Where the folder cannot be made.
+        If the folder cannot be created.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     from depthwalk.bench.measure import sample_path
     from depthwalk.commands.frame_drawing import draw_frames, open_headless, path_cameras

@@ -1,4 +1,4 @@
-"""Run the parts of `depthwalk quality`: anti-aliasing, depth of field, shadows and edges, a scene at a time."""
+"""Run the parts of `depthwalk quality`: anti-aliasing, depth of field, shadows and edges, one scene at a time."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -33,8 +33,8 @@ PARTS: dict[str, Examine] = {
     "shadows": shadows.examine,
     "edges": edges.examine,
 }
-SOLIDS = "edges of solids"  # what the part "edges" measures besides, of no scene
-_ONCE: dict[str, Callable[[MeshAsset], object]] = {  # an asset that several scenes have is examined once
+SOLIDS = "edges of solids"  # what the part "edges" measures in addition, without a scene
+_ONCE: dict[str, Callable[[MeshAsset], object]] = {  # an asset shared by several scenes is examined once
     "shadows": lambda asset: (asset.mesh, str(asset.dpci)),
     "edges": lambda asset: asset.mesh,
 }
@@ -45,7 +45,7 @@ Found = tuple[list[Row], str]
 
 @dataclass(frozen=True, kw_only=True)
 class Piece:
-    """Say what one task examines.
+    """Describe what one task examines.
 
     Attributes
     ----------
@@ -63,22 +63,22 @@ class Piece:
 
 
 def shipped_scenes() -> list[Path]:
-    """Return the files of the scenes that `depthwalk quality` examines where none is named."""
+    """Return the files of the scenes that `depthwalk quality` examines by default."""
     return [scene_root() / name for name in SHIPPED]
 
 
 def parse_parts(text: str | None) -> list[str]:
-    """Return the parts of the examination that the option --only names.
+    """Return the parts of the examination in the option --only.
 
     Parameters
     ----------
     text
-        Names with commas between; None, where the option is not given, stands for all parts.
+        Names separated by commas; None, if the option is not given, means all parts.
 
     Returns
     -------
     list[str]
-        Keys of `PARTS`, each once and in their order there.
+        Keys of `PARTS`, without duplicates and in their order there.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def parse_parts(text: str | None) -> list[str]:
 
 
 def check_size(size: tuple[int, int]) -> None:
-    """Raise InputError where pictures of `size`, (width, height) in pixels, are too small or too large to measure."""
+    """Raise InputError if pictures of `size`, (width, height) in pixels, are too small or too large to measure."""
     if not SMALLEST <= min(size) <= max(size) <= LARGEST:
         width, height = size
         raise InputError(f"--resolution {width},{height}: each side must be {SMALLEST} to {LARGEST} pixels")
@@ -107,32 +107,32 @@ def run_quality(
     size: tuple[int, int],
     cluster: ClusterAddress | None = None,
 ) -> Iterator[Overview]:
-    """Examine scenes, one part after the other, but for what an earlier run has examined that was ended.
+    """Examine scenes, one part after the other, skipping what an interrupted earlier run has examined.
 
     Parameters
     ----------
     files, scenes
-        The scenes to draw, and from which files they were read.
+        The scenes to draw, and the files from which they were read.
     parts
         Names of the parts of the examination, keys of `PARTS`.
     size
         (width, height) of the pictures, pixels.
     cluster
-        Where to do so, a part of one scene at a time for each worker; None for this process.
+        Cluster on which to do so, a part of one scene at a time per worker; None for this process.
 
     Yields
     ------
     Overview
-        The measured values of each part, which are kept until the `with` block ends.
+        The measured values of each part, which are stored until the `with` block ends.
 
     Raises
     ------
     InputError
-        Where an asset cannot be used.
+        If an asset cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     TaskError, ClusterError
-        Where a scene cannot be examined on the cluster for another reason, or the cluster is lost for good.
+        If a scene cannot be examined on the cluster for another reason, or the cluster is lost for good.
     """
     pieces = [piece for part in parts for piece in _pieces(part, files, scenes)]
     states = {file: file_states(input_files(scene, None)) for file, scene in zip(files, scenes, strict=True)}
@@ -145,7 +145,7 @@ def run_quality(
 
 
 def _pieces(part: str, files: Sequence[SceneFile], scenes: Sequence[Scene]) -> Iterator[Piece]:
-    """Yield what a part examines, a scene at a time; each asset once, where scenes share it and it is drawn alone."""
+    """Yield what a part examines, one scene at a time; an asset shared by scenes only once, if it is drawn alone."""
     if part == "edges":
         yield Piece(part=SOLIDS)
     seen: set[object] = set()
@@ -166,7 +166,7 @@ def _fresh(assets: Sequence[Asset], name: Callable[[MeshAsset], object], seen: s
 def _measurements(
     pieces: Sequence[Piece], states: Mapping[SceneFile, object], size: tuple[int, int]
 ) -> Measurements[Found]:
-    """Return how pieces are examined, here and by workers. states: what tells whether the files have changed."""
+    """Return how pieces are examined, here and by workers. states: values that change with the files."""
 
     @contextmanager
     def here() -> Iterator[Callable[[int], Found]]:
@@ -191,7 +191,7 @@ def _measurements(
 
 
 def examine_alone(piece: Piece, size: tuple[int, int]) -> Found:
-    """Examine a part of a scene in a worker process, which says nothing of its progress.
+    """Examine a part of a scene in a worker process, without reporting progress.
 
     Parameters
     ----------
@@ -203,14 +203,14 @@ def examine_alone(piece: Piece, size: tuple[int, int]) -> Found:
     Returns
     -------
     Found
-        What was measured, by which driver.
+        The measurements, and the name of the driver.
 
     Raises
     ------
     InputError
-        Where an asset cannot be used.
+        If an asset cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     with quiet():
         return _examine(piece, size, lambda name, stage: None)
@@ -222,7 +222,7 @@ def _examine(piece: Piece, size: tuple[int, int], report: Report) -> Found:
     device.context.release()
     if piece.scene is None:
         return list(edges.examine_solids(size, report)), driver
-    scene = piece.scene.open()  # anew: every part may change the settings
+    scene = piece.scene.open()  # opened again, since every part may change the settings
     if piece.assets is not None:
         scene = replace(scene, assets=tuple(scene.assets[number] for number in piece.assets))
     return list(PARTS[piece.part]([scene], size, report)), driver

@@ -1,4 +1,4 @@
-"""Draw the frames of a camera path on a cluster, a chunk of them at a time."""
+"""Draw the frames of a camera path on a cluster, one chunk of them at a time."""
 
 import hashlib
 import logging
@@ -30,19 +30,19 @@ from depthwalk.scene.scene import Scene
 
 log = logging.getLogger("depthwalk")
 
-_CHUNK = 16  # frames: the cluster's milliseconds for a task are then one hundredth of what frames of 20 ms take
+_CHUNK = 16  # frames: the cluster's overhead of milliseconds per task is then a hundredth of the time for 20 ms frames
 
 
 @dataclass(frozen=True, kw_only=True)
 class RenderJob:
-    """Say what to draw, in names that mean the same on every worker.
+    """Describe what to draw, by names that mean the same on every worker.
 
     Attributes
     ----------
     scene, path
         The scene file and the camera path's file, absolute.
     asset_roots
-        Folders in which the scene's files may lie, absolute.
+        Folders, besides the scene's own, in which to look for its files, absolute.
     settings
         The --set options.
     size
@@ -50,9 +50,9 @@ class RenderJob:
     representation
         How to draw every object.
     output
-        Where the frames go, a series of files.
+        Where the frames are written, a series of files.
     key
-        What `RenderJob.keys` must find in the files: a worker that sees other files draws nothing.
+        The result that `RenderJob.keys` must give: a worker that sees other files draws nothing.
     """
 
     scene: Path
@@ -65,14 +65,14 @@ class RenderJob:
     key: str = ""
 
     def load(self) -> tuple[Scene, CameraPath, FrameKeys]:
-        """Read scene and path; return them, and what names the frames. Raises InputError for what cannot be used."""
+        """Read scene and path; return them with the keys of the frames. Raises InputError for invalid files."""
         scene = open_scene(self.scene, self.asset_roots, self.settings)
-        if self.output.suffix != ".exr":  # its distances are those in the middles of pixels
+        if self.output.suffix != ".exr":  # its distances belong to the centres of pixels
             smooth(scene, self.size)
         return scene, load_path(self.path), self.keys(scene)
 
     def keys(self, scene: Scene) -> FrameKeys:
-        """Return what names the frames of this job, of which `scene` is the scene."""
+        """Return the keys of the frames of this job, whose scene is `scene`."""
         output = self.output
         return frame_keys(scene, self.settings, self.size, str(self.representation), output.transparent, output.suffix)
 
@@ -80,33 +80,33 @@ class RenderJob:
 def draw_on(
     cluster: Cluster, job: RenderJob, frames: Sequence[int], progress: Progress, heed: Callable[[], None]
 ) -> Iterator[tuple[Sequence[int], TaskError | None]]:
-    """Draw frames on a cluster, and yield the numbers of those of each chunk as it ends.
+    """Draw frames on a cluster, and yield the frame numbers of each chunk as it ends.
 
-    Every frame is drawn from scratch, so that it does not depend on the worker or on the chunk. Frames that are there
-    already, by their keys, are left.
+    Every frame is drawn from scratch, so that it does not depend on the worker or on the chunk. Existing frames with
+    the right key are skipped.
 
     Parameters
     ----------
     cluster
-        Where the frames are drawn; its workers see the same files by the same names.
+        The cluster that draws the frames; its workers see the same files under the same names.
     job
         What to draw.
     frames
         The numbers of the frames.
     progress, heed
-        As for `run_tasks`.
+        As in `run_tasks`.
 
     Yields
     ------
     tuple
-        The frames of a chunk; and why they could not all be drawn, or None.
+        The frames of a chunk; and the reason if not all could be drawn, else None.
 
     Raises
     ------
     InputError
-        Where a worker cannot use the scene: then none can.
+        If a worker cannot use the scene: then none can.
     ClusterError
-        Where the cluster is lost for good.
+        If the cluster is lost for good.
     """
     size = max(1, min(_CHUNK, len(frames) // (4 * max(cluster.workers(), 1))))
     chunks = [frames[first : first + size] for first in range(0, len(frames), size)]
@@ -123,7 +123,7 @@ def _name(job: RenderJob, chunk: Sequence[int]) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class _Drawer:
-    """What a worker keeps from chunk to chunk."""
+    """Hold what a worker keeps from chunk to chunk."""
 
     headless: HeadlessRenderer
     path: CameraPath
@@ -131,26 +131,26 @@ class _Drawer:
 
 
 def draw_chunk(job: RenderJob, frames: Sequence[int]) -> int:
-    """Draw frames in a worker, which keeps the renderer and its one GL context for the next chunk of the same job.
+    """Draw frames in a worker, which keeps the renderer and its single GL context for the next chunk of the same job.
 
     Parameters
     ----------
     job
         What to draw.
     frames
-        The numbers of the frames; those that are there already are left.
+        The numbers of the frames; existing ones are skipped.
 
     Returns
     -------
     int
-        How many frames were drawn.
+        Number of frames drawn.
 
     Raises
     ------
     InputError
-        Where the scene cannot be used, or is not the one that the caller read.
+        If the scene cannot be used, or is not the one that the caller read.
     GpuError
-        Where no OpenGL 3.3 context can be created, or the GPU fails again and again.
+        If no OpenGL 3.3 context can be created, or the GPU fails repeatedly.
     """
     drawer: _Drawer = worker.keep(job, lambda stack: _open(job, stack))
     drawn = 0
@@ -166,7 +166,7 @@ def draw_chunk(job: RenderJob, frames: Sequence[int]) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class _Inputs:
-    """What is read for a job before anything is drawn."""
+    """Hold what is read for a job before anything is drawn."""
 
     scene: Scene
     path: CameraPath
@@ -187,7 +187,7 @@ def _open(job: RenderJob, stack: ExitStack) -> _Drawer:
 
 
 def _read(job: RenderJob) -> _Inputs:
-    """Read scene and path. Raises InputError where they are not those that the caller of `draw_on` has read."""
+    """Read scene and path. Raises InputError if they are not those that the caller of `draw_on` has read."""
     scene, path, keys = job.load()
     if keys.scene != job.key:
         raise InputError(
@@ -197,9 +197,9 @@ def _read(job: RenderJob) -> _Inputs:
 
 
 def read_ahead(job: RenderJob) -> object:
-    """Return what a worker needs that replaces one of the same job, as `zygote.ask` wants it: nothing is baked.
+    """Return what a worker that replaces one of the same job needs, in the form for `zygote.ask`; bake nothing.
 
-    Raises InputError where the worker would.
+    Raises InputError if the worker would.
     """
     with without_garbage():
         inputs = _read(job)

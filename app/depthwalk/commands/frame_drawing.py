@@ -1,4 +1,4 @@
-"""Draw the frames of a scene without a window, and hand each to where it is written."""
+"""Draw the frames of a scene without a window, and pass each on to be written."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -22,8 +22,8 @@ from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 from depthwalk.video import video
 
-MOST_SUPERSAMPLED = 4096 * 2304  # pixels of pictures that are supersampled by default
-_ATTEMPTS = 3  # to draw a frame, where the GPU fails
+MOST_SUPERSAMPLED = 4096 * 2304  # pixels up to which pictures are supersampled by default
+_ATTEMPTS = 3  # to draw a frame, if the GPU fails
 WriteFrame = Callable[[Any, int], None]  # stores a frame, a Picture or LinearImage, by its index
 
 
@@ -33,7 +33,7 @@ def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
 
 
 def parse_frames(text: str | None, path: CameraPath) -> range:
-    """Read which frames of a path to draw.
+    """Parse which frames of a path to draw.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def parse_frames(text: str | None, path: CameraPath) -> range:
     Raises
     ------
     InputError
-        Where the text is neither, or the path does not have the frames A to B.
+        If the text is neither, or the path does not have the frames A to B.
     """
     count = len(path.frames())
     if text is None:
@@ -67,10 +67,10 @@ def parse_frames(text: str | None, path: CameraPath) -> range:
 
 
 def smooth(scene: Scene, size: tuple[int, int]) -> None:
-    """Anti-alias pictures of a scene that says nothing of `render.aa`: nobody waits for a frame as in a window.
+    """Anti-alias pictures of a scene that does not set `render.aa`, since time matters less than in a window.
 
-    They are supersampled; larger ones than 4K, for whose samples memory may not suffice, are smoothed by SMAA. The
-    `preset: paper` is left as it was published, and so are pictures that are blended of many frames.
+    They are supersampled; those larger than 4K, whose samples may not fit into memory, use SMAA. `preset: paper` stays
+    as published, and so do pictures that are blended from many frames.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def smooth(scene: Scene, size: tuple[int, int]) -> None:
 def open_headless(
     scene: Scene, size: tuple[int, int], representation: Representation | None, library: SceneLibrary | None = None
 ) -> Iterator[HeadlessRenderer]:
-    """Make a renderer without a window, with the assets of a scene loaded, while stderr shows the progress.
+    """Create a renderer without a window, with the assets of a scene loaded, while stderr shows the progress.
 
     Parameters
     ----------
@@ -98,9 +98,9 @@ def open_headless(
     size
         (width, height) of the pictures, pixels.
     representation
-        How to draw every object; None leaves it to the scene.
+        How to draw every object; None follows the scene.
     library
-        The assets, of which some may have been read; None reads them all.
+        The assets, some of which may have been read; None reads them all.
 
     Yields
     ------
@@ -110,9 +110,9 @@ def open_headless(
     Raises
     ------
     InputError
-        Where an asset cannot be used.
+        If an asset cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     threads = ThreadPoolExecutor(1, "read-ahead")
     try:
@@ -124,7 +124,7 @@ def open_headless(
         with headless:
             yield headless
     finally:
-        threads.shutdown(wait=False, cancel_futures=True)  # nobody needs the rest
+        threads.shutdown(wait=False, cancel_futures=True)  # the rest is not needed
 
 
 def draw_frames(
@@ -145,22 +145,22 @@ def draw_frames(
     cameras
         The camera of each frame.
     output
-        Where the frames go, as `check_output` has accepted it.
+        Where the frames are written, as accepted by `check_output`.
     fps
         Frames per second of a video; pictures ignore it.
     keys
-        What names each frame, to be stored in its picture; none where nothing does.
+        The key of each frame, to be stored in its picture; empty for none.
     first
         The number of the first frame.
     resume
-        Whether to leave pictures that hold their keys already.
+        Whether to skip pictures that already hold their keys.
 
     Raises
     ------
     OSError
-        Where a file cannot be written, or the video encoder fails.
+        If a file cannot be written, or the video encoder fails.
     GpuError
-        Where the GPU fails again and again.
+        If the GPU fails repeatedly.
     """
     size = headless.size
     with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps, keys, first) as write_frame:
@@ -171,9 +171,9 @@ def draw_frames(
 
 
 def draw_frame(headless: HeadlessRenderer, view: View, output: Output, frame: int) -> Picture | LinearImage:
-    """Return the picture of a frame as `output` wants it; where the GPU fails, once more with everything made anew.
+    """Return the picture of a frame as `output` needs it; if the GPU fails, recreate everything on it and try again.
 
-    A picture does not depend on earlier ones, so that it is the same. Raises GpuError after _ATTEMPTS failures.
+    A picture does not depend on earlier ones, so the result is the same. Raises GpuError after _ATTEMPTS failures.
     """
     linear, failure = output.suffix == ".exr", ""
     for _ in range(_ATTEMPTS):
@@ -192,7 +192,7 @@ def draw_frame(headless: HeadlessRenderer, view: View, output: Output, frame: in
 
 @contextmanager
 def _writer(output: Output, size: tuple[int, int], fps: float, keys: Sequence[str], first: int) -> Iterator[WriteFrame]:
-    """Yield what stores the frames, to be called for each in their order, with its index."""
+    """Yield a function that stores the frames, to be called for each in order, with its index."""
     if output.suffix == ".mp4":
         with video(output.file(0), size, fps) as encoder:
             yield lambda picture, number: encoder.send(picture)

@@ -1,4 +1,4 @@
-"""Name frames by all that they are drawn from, so that frames of an earlier run are found again."""
+"""Compute keys of frames from everything that they are drawn from, so that an earlier run's frames can be reused."""
 
 import hashlib
 import json
@@ -22,7 +22,7 @@ class FrameKeys:
     Attributes
     ----------
     scene
-        A hash of all that the frames have in common, see `frame_keys`.
+        A hash of everything that the frames have in common, see `frame_keys`.
     """
 
     scene: str
@@ -34,20 +34,20 @@ class FrameKeys:
 
 
 def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKeys:
-    """Return what names the frames of a scene.
+    """Return the key generator for the frames of a scene.
 
-    The keys depend on the bytes of every file that the scene is made of, not on the files' names; on the version of
-    this program; and on the options. They do not depend on the driver: pictures that several kinds of GPU draw differ
-    by a rounding here and there.
+    The keys depend on the bytes of every file that the scene uses, not on the files' names; on the version of this
+    program; and on the options. They do not depend on the driver: pictures from different kinds of GPU differ only by
+    occasional rounding.
 
     Parameters
     ----------
     scene
-        The scene; its render settings are as the frames are drawn.
+        The scene, with the render settings with which the frames are drawn.
     settings
         The --set options.
     *look
-        What else decides how a frame looks, of types whose `repr` says all.
+        Anything else that affects the picture, of types whose `repr` is complete.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKey
     Raises
     ------
     InputError
-        Where a file of the scene cannot be read.
+        If a file of the scene cannot be read.
     """
     text = json.dumps(
         {
@@ -70,13 +70,13 @@ def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKey
         sort_keys=True,
     )
     digest = hashlib.sha256(text.encode())
-    for member in fields(scene.instances):  # of `places` items only the arrays are left
+    for member in fields(scene.instances):  # of `places` items only the arrays remain
         digest.update(getattr(scene.instances, member.name).tobytes())
     return FrameKeys(digest.hexdigest())
 
 
 def _contents(scene: Scene) -> list[Path]:
-    """Return the files that decide how a scene looks; depth images beside a mesh follow from the mesh."""
+    """Return the files that determine a scene's appearance; depth images beside a mesh follow from the mesh."""
     derived = {sidecar(asset.mesh) for asset in scene.assets if isinstance(asset, MeshAsset)}
     derived |= {sidecar(asset.depth) for asset in scene.assets if isinstance(asset, DepthImageAsset)}
     return [file for file in input_files(scene, None) if file not in derived]

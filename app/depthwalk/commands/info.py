@@ -1,4 +1,4 @@
-"""Declare `depthwalk info`, which prints versions and limits of this installation, or what a file holds.
+"""Declare `depthwalk info`, which prints versions and limits of this installation, or describes a file.
 
 Readers are imported by the rows that need them, so that a mesh is described without the graphics libraries.
 """
@@ -40,7 +40,7 @@ def main(
     quiet: Quiet = False,
 ) -> None:
     """Show versions, the OpenGL renderer and limits, or what a file holds."""
-    rows = list(describe_file(file) if file else installation())  # all of them first: an error prints no half table
+    rows = list(describe_file(file) if file else installation())  # all first, so that an error prints no half table
     print("\n".join(printable(f"{name:<24} {value}") for name, value in rows))
 
 
@@ -64,12 +64,12 @@ def installation() -> Iterator[Row]:
 
 
 def describe_file(path: Path) -> Iterator[Row]:
-    """Describe what a scene, camera path, baked file or mesh holds.
+    """Describe the contents of a scene, camera path, baked file or mesh.
 
     Parameters
     ----------
     path
-        The file, whose suffix says what it is.
+        The file, whose suffix determines its kind.
 
     Yields
     ------
@@ -79,7 +79,7 @@ def describe_file(path: Path) -> Iterator[Row]:
     Raises
     ------
     InputError
-        Where the file cannot be read.
+        If the file cannot be read.
     """
     yield "file", str(path)
     match path.suffix.lower():
@@ -144,7 +144,7 @@ def _scene_rows(path: Path) -> Iterator[Row]:
 
 
 def _full_triangles(asset: "Asset") -> int:
-    """Return how many triangles the mesh of an asset has; 0 where it was made of none, or its file does not say it."""
+    """Return the number of triangles of an asset's mesh; 0 if it was not made from one, or its file does not say."""
     from depthwalk.bake.header import inspect_header
     from depthwalk.cook.cooked_file import read_cooked
     from depthwalk.ingest.formats import is_cooked_file
@@ -210,19 +210,19 @@ def _cooked_rows(path: Path) -> Iterator[Row]:
 
 
 def _left_out_row(left_out: float | None) -> Iterator[Row]:
-    """Yield what part of the visible surface no image holds, where the file says it."""
+    """Yield the part of the visible surface that no image holds, if the file records it."""
     if left_out is not None:
         yield "left out", f"{100 * left_out:.2f} % of the visible surface"
 
 
 def _made_of_row(triangles: int | None) -> Iterator[Row]:
-    """Yield how many triangles the mesh had, where the file says it."""
+    """Yield the number of triangles of the mesh, if the file records it."""
     if triangles is not None:
         yield "made of", f"{triangles:,} triangles"
 
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
-    """Yield what one object of a baked file holds; `prefix` begins the names of its images there."""
+    """Yield rows about one object of a baked file; `prefix` begins the names of its images there."""
     from depthwalk.geometry.quaternions import rotate
 
     cylinder, axis = baked.cylinder, rotate(np.array(baked.rotation), np.array([0.0, 1.0, 0.0]))

@@ -1,4 +1,4 @@
-"""Measure many things one after the other, or on a cluster, and go on where an earlier run of the command was ended."""
+"""Measure many things one after the other, or on a cluster, and continue an interrupted run of the same command."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -17,30 +17,30 @@ from depthwalk.errors import InputError
 
 T = TypeVar("T")
 
-# Results are written so that what is read again is equal, numbers that are not finite included.
+# Results are written so that reading them back gives equal values, including numbers that are not finite.
 _JSON = ConfigDict(ser_json_inf_nan="constants", ser_json_bytes="base64", val_json_bytes="base64")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measurements(Generic[T]):
-    """Say what to measure.
+    """Describe what to measure.
 
     Attributes
     ----------
     what
         What the things are, such as "meshes".
     names
-        What messages call each thing.
+        Names of the things in messages.
     tasks
         How a worker measures each. The keys must change with the files that are read.
     here
-        Provides, for a `with` block, a function that measures a thing of a given number in this process.
+        Provides, for a `with` block, a function that measures the thing of a given number in this process.
     named
-        Returns a worker's result with the names that the user gave, where workers know others; it gets the number.
+        Returns a worker's result with the names that the user gave, if workers know others; it is given the number.
     kind
         The type of the results, which pydantic can write and read.
     journal
-        Where the results are kept until all are there.
+        Stores the results until all are there.
     """
 
     what: str
@@ -54,26 +54,26 @@ class Measurements(Generic[T]):
 
 @contextmanager
 def measured(things: Measurements[T], cluster: ClusterAddress | None) -> Iterator[list[T]]:
-    """Measure what an earlier run, which was ended, has not measured; keep the results until a report is written.
+    """Measure what an interrupted earlier run has not measured; store the results until a report is written.
 
     Parameters
     ----------
     things
         What to measure.
     cluster
-        Where to do so, a thing at a time for each worker; None for this process, one after the other.
+        Cluster on which to measure, one thing at a time per worker; None for this process, one after the other.
 
     Yields
     ------
     list
-        What was found, in the order of the things. When the block ends without an error, the journal is removed.
+        The results, in the order of the things. When the block ends without an error, the journal is removed.
 
     Raises
     ------
     InputError, GpuError
-        Where a thing cannot be measured.
+        If a thing cannot be measured.
     TaskError, ClusterError
-        Where it cannot be measured on the cluster for another reason, or the cluster is lost for good.
+        If it cannot be measured on the cluster for another reason, or the cluster is lost for good.
     """
     results: TypeAdapter[tuple[T]] = TypeAdapter(tuple[things.kind], config=_JSON)  # type: ignore[name-defined]
     found = _known(things, results)
@@ -89,13 +89,13 @@ def measured(things: Measurements[T], cluster: ClusterAddress | None) -> Iterato
 
 
 def _known(things: Measurements[T], results: "TypeAdapter[tuple[T]]") -> dict[int, T]:
-    """Return what an earlier run has found, by the number of the thing."""
+    """Return the results of an earlier run, by the number of the thing."""
     entries, found = things.journal.read(), {}
     for number, task in enumerate(things.tasks):
         if task.key in entries:
             try:
                 (found[number],) = results.validate_json(entries[task.key])
-            except ValidationError as error:  # its checksum is right: another program wrote it
+            except ValidationError as error:  # its checksum is right, so another version wrote it
                 log.warning("%s: %s: measured again: %s", things.journal.path, things.names[number], error.errors()[0])
     return found
 

@@ -31,14 +31,14 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class CameraOptions:
-    """Hold the changes to a camera that the --camera options ask for; None leaves a value as it is.
+    """Hold the changes to a camera in the --camera options; None leaves a value unchanged.
 
     Attributes
     ----------
     position, target
-        Where the camera stands, and a point that it looks at, metres, world.
+        Position of the camera, and a point that it looks at, metres, world.
     angle
-        Vertical angle of view, radians.
+        Vertical field of view, radians.
     """
 
     position: Point | None = None
@@ -46,7 +46,7 @@ class CameraOptions:
     angle: float | None = None
 
     def apply(self, camera: "Camera") -> "Camera":
-        """Return `camera` with these changes. Raises InputError where it would stand at its own target."""
+        """Return `camera` with these changes. Raises InputError if its target would be its position."""
         position, target = self.position or camera.position, self.target or camera.target
         if self.given and position == target:
             raise InputError("--camera-target: must be elsewhere than the camera's position")
@@ -59,16 +59,16 @@ class CameraOptions:
 
 
 def parse_camera(position: str | None, target: str | None, angle: float | None) -> CameraOptions:
-    """Read the --camera options.
+    """Parse the --camera options.
 
     Parameters
     ----------
     position
-        The text "x,y,z", metres, world; None where the option is not given.
+        The text "x,y,z", metres, world; None if the option is not given.
     target
-        The text "x,y,z", metres, world; None where the option is not given.
+        The text "x,y,z", metres, world; None if the option is not given.
     angle
-        Vertical angle of view, degrees; None where the option is not given.
+        Vertical field of view, degrees; None if the option is not given.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def parse_camera(position: str | None, target: str | None, angle: float | None) 
     Raises
     ------
     InputError
-        Where a text cannot be read or a value is out of range.
+        If a text cannot be parsed or a value is out of range.
     """
     if angle is not None and not MIN_FOV <= angle <= MAX_FOV:
         raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_FOV:g} to {MAX_FOV:g} degrees")
@@ -90,7 +90,7 @@ def parse_camera(position: str | None, target: str | None, angle: float | None) 
 
 
 def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
-    """Raise InputError where both a camera `path` and one of the options in `camera` say where the camera is."""
+    """Raise InputError if both a camera `path` and one of the options in `camera` place the camera."""
     if path is not None and camera.given:
         raise InputError("--path: already says where the camera is; leave out the --camera options")
 
@@ -98,7 +98,7 @@ def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
 def parse_resolution(text: str) -> tuple[int, int]:
     """Return width and height, pixels, from a `text` such as "640,480" or "640x480".
 
-    Raises InputError where the text is none of these, or asks for too many pixels.
+    Raises InputError if the text is neither, or asks for too many pixels.
     """
     parts = text.replace("x", ",").split(",")
     if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
@@ -112,15 +112,15 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 
 def parse_layers(text: str | None) -> int | Literal["auto"] | None:
-    """Return how many surfaces are sampled along each ray, from the `text` of --layers; None where it is not given.
+    """Return how many surfaces to sample along each ray, from the `text` of --layers; None if it is not given.
 
-    "auto" stands for as many as a viewer can see. Raises InputError for values out of range.
+    "auto" means as many as can be seen. Raises InputError for values out of range.
     """
     return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
 
 
 def parse_parts(text: str | None) -> int | Literal["auto"] | None:
-    """Return among how many cylinders a mesh is divided at most, from the `text` of --parts; None where none is given.
+    """Return the most parts into which to divide a mesh, from the `text` of --parts; None if it is not given.
 
     "auto" leaves the number to the shape of the mesh. Raises InputError for values out of range.
     """
@@ -128,12 +128,12 @@ def parse_parts(text: str | None) -> int | Literal["auto"] | None:
 
 
 def parse_axis(text: str | None) -> "BakeAxis | None":
-    """Return the axis of an object's cylinder, asset frame, from the `text` of --axis; None where it is not given.
+    """Return the axis of an object's cylinder, asset frame, from the `text` of --axis; None if it is not given.
 
     It is a letter, a direction of any length, or "auto". Raises InputError for other texts.
     """
     if text is None or text in ("auto", "x", "y", "z"):
-        return text  # type: ignore[return-value]  # a text is not narrowed to its literals
+        return text  # type: ignore[return-value]  # mypy does not narrow a string to its literals
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
@@ -144,9 +144,9 @@ def parse_axis(text: str | None) -> "BakeAxis | None":
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
-    """Return the --set options `settings` as `load_scene` takes them: YAML texts by dotted key; none for None.
+    """Return the --set options in the form for `load_scene`: YAML texts by dotted key; empty for None.
 
-    Raises InputError where an option is not of the form KEY=VALUE.
+    Raises InputError if an option is not of the form KEY=VALUE.
     """
     overrides = {}
     for text in settings or ():
@@ -158,16 +158,16 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
 
 
 def refuse_reuse(settings: Sequence[str] | None) -> None:
-    """Raise InputError where the options --set, `settings`, set `reuse_error`; None stands for no options.
+    """Raise InputError if the --set options `settings` set `reuse_error`; None stands for no options.
 
-    A command that refuses this draws every picture from scratch, so that none depends on the pictures before it.
+    Commands that call this draw every picture from scratch, so that none depends on the pictures before it.
     """
     if any("reuse_error" in text for text in settings or ()):
         raise InputError("--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames")
 
 
 def representation(name: RepresentationName) -> "Representation | None":
-    """Return the representation called `name`; None, for `scene`, leaves the choice to the scene file."""
+    """Return the representation `name`; None, for `scene`, leaves the choice to the scene file."""
     from depthwalk.scene.arrays import Representation
 
     return None if name is RepresentationName.SCENE else Representation[name.name]
@@ -181,7 +181,7 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
     path
         The scene file, or a mesh.
     asset_roots
-        Folders besides the scene's own in which its files may lie; None for none.
+        Folders, besides the scene's own, in which to look for its files; None for none.
     settings
         The --set options; None for none.
 
@@ -193,7 +193,7 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
     Raises
     ------
     InputError
-        Where the scene or an option cannot be used.
+        If the scene or an option cannot be used.
     """
     from depthwalk.scene.loader import load_scene
 
@@ -220,7 +220,7 @@ def still_representation(
 
 def _auto_or_up_to(most: int, option: str, text: str | None) -> int | Literal["auto"] | None:
     if text is None or text == "auto":
-        return text  # type: ignore[return-value]  # a text is not narrowed to its literals
+        return text  # type: ignore[return-value]  # mypy does not narrow a string to its literals
     if not (text.isascii() and text.isdigit() and len(text) <= 2 and 1 <= int(text) <= most):
         raise InputError(f"{option} {text}: must be auto or a whole number from 1 to {most}")
     return int(text)

@@ -17,7 +17,7 @@ from depthwalk.resources import given_or_shipped, shipped_places
 
 
 class Method(StrEnum):
-    """Name the ways in which a mesh is sampled by depth images, which the option --method chooses from."""
+    """Name the ways to sample a mesh, for the option --method."""
 
     RAYCAST = "raycast"
     SIX_VIEW = "six-view"
@@ -25,7 +25,7 @@ class Method(StrEnum):
 
 
 class CoordinatesName(StrEnum):
-    """Name when texels get texture coordinates, which the option --coordinates chooses from."""
+    """Name when texels get texture coordinates, for the option --coordinates."""
 
     AUTO = "auto"
     NEVER = "never"
@@ -42,7 +42,7 @@ class RepresentationName(StrEnum):
     """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
 
     `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes,
-    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes of which each patch has levels of its own.
+    `mesh-lod` meshes with levels of detail, and `mesh-clusters` meshes whose patches have levels of their own.
     `octahedral` and `billboard` draw pictures of meshes. `auto` chooses between
     `mesh` and `dpci` for each object. The others draw reliefs as height fields.
     """
@@ -65,20 +65,20 @@ class RepresentationName(StrEnum):
 
 
 def named_file(path: Path | None) -> Path | None:
-    """Return the file that the user names, one that ships too; None where none is named. Raises as `_found`."""
+    """Return the file that the user names, which may be a shipped one; None if none is named. Raises like `_found`."""
     return None if path is None else _found(path)
 
 
 def named_files(paths: list[Path]) -> list[Path]:
-    """Return the files that the user names, some of which may ship. Raises as `_found`."""
+    """Return the files that the user names, some of which may be shipped ones. Raises like `_found`."""
     return [_found(path) for path in paths]
 
 
 def _found(path: Path) -> Path:
-    """Return the file at `path`, or the one of this name that ships; `path` where there is neither.
+    """Return the file at `path`, or the shipped one of this name; `path` if neither exists.
 
-    Raises InputError where neither is there and only one that ships is spelt much like it; of other missing files, who
-    reads the file says what is wrong.
+    Raises InputError if neither exists and only a shipped one is spelt much like it. Other missing files are reported
+    by their readers.
     """
     found = given_or_shipped(path)
     if not os.path.exists(found) and not suggest_file(found):
@@ -90,7 +90,7 @@ def _found(path: Path) -> Path:
 def own_file(path: Path, option: str) -> Path:
     """Return the file that the user names, beside which the command will write.
 
-    Raises InputError where it is found only among those that ship; `option` is what names another place.
+    Raises InputError if only a shipped file has this name; `option` is the option that names another place.
     """
     if (found := given_or_shipped(path)) != path:
         raise InputError(f"{path}: ships with the program; {option} says where to write")
@@ -111,7 +111,7 @@ CameraTarget = Annotated[
     str | None, typer.Option("--camera-target", metavar="X,Y,Z", help="Point that the camera looks at, metres.")
 ]
 CameraAngle = Annotated[
-    float | None, typer.Option("--camera-view-angle", metavar="DEG", help="Vertical angle of view, degrees.")
+    float | None, typer.Option("--camera-view-angle", metavar="DEG", help="Vertical field of view, degrees.")
 ]
 RepresentationOption = Annotated[
     RepresentationName,
@@ -135,7 +135,7 @@ NoBackground = Annotated[bool, typer.Option("--no-background", help="Leave the b
 AssetRoots = Annotated[
     list[Path] | None,
     typer.Option(
-        "--asset-root", metavar="DIR", help="Folder, besides the scene's, in which its files may lie; repeatable."
+        "--asset-root", metavar="DIR", help="Folder, besides the scene's, in which to look for its files; repeatable."
     ),
 ]
 Settings = Annotated[

@@ -1,4 +1,4 @@
-"""Say where frames are written: to picture files, to a video or to stdout; check it, and write pictures there."""
+"""Describe where frames are written: to picture files, a video or stdout; check this, and write pictures there."""
 
 import re
 import sys
@@ -20,7 +20,7 @@ _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
 @dataclass(frozen=True)
 class Output:
-    """Say where frames are written.
+    """Describe where frames are written.
 
     Attributes
     ----------
@@ -40,12 +40,12 @@ class Output:
 
     @property
     def suffix(self) -> str:
-        """Return the suffix that names the format, in lower case."""
+        """Return the suffix that determines the format, in lower case."""
         return ".png" if self.to_stdout else Path(self.name).suffix.lower()
 
     @property
     def is_series(self) -> bool:
-        """Return whether each frame has a file of its own."""
+        """Return whether each frame has its own file."""
         return _FRAME.search(self.name) is not None
 
     @property
@@ -58,7 +58,7 @@ class Output:
         return _FRAME.sub(lambda match: str(frame).zfill(int(match[1] or 0)), self.name)
 
     def file(self, frame: int) -> Path:
-        """Return the file of frame number `frame`, where it is one of this machine."""
+        """Return the file of frame number `frame`, which must be on this machine."""
         return Path(self.target(frame))
 
 
@@ -68,18 +68,18 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
     Parameters
     ----------
     output
-        Where the frames go.
+        Where the frames are written.
     frames
         The numbers of the frames.
     has_path
         Whether a camera path was given, which a video needs.
     inputs
-        Files that must stay as they are.
+        Files that must not be changed.
 
     Raises
     ------
     InputError
-        Where the output does not suit the frames, cannot be written, or would overwrite an input.
+        If the output does not suit the frames, cannot be written, or would overwrite an input.
     """
     name = output.name
     if not name:
@@ -116,26 +116,26 @@ def _check_files(output: Output, frames: Sequence[int], inputs: Sequence[Path]) 
 
 
 def has_frame(output: Output, frame: int, key: str) -> bool:
-    """Return whether the picture of a frame is there: its file is, which is never half written, and holds its key.
+    """Return whether the picture of a frame exists: its file, which is never half written, holds the frame's key.
 
     Parameters
     ----------
     output
-        Where the frames go.
+        Where the frames are written.
     frame
         The number of the frame.
     key
-        What names the frame, 64 hex digits.
+        The key of the frame, 64 hex digits.
 
     Returns
     -------
     bool
-        True where there is nothing to draw.
+        True if there is nothing to draw.
 
     Raises
     ------
     OSError
-        Where a file exists but cannot be read.
+        If a file exists but cannot be read.
     """
     if output.is_remote:
         return stored_key(read_head(output.target(frame), KEY_BYTES)) == key
@@ -154,16 +154,16 @@ def write_still(picture: Picture | LinearImage, output: Output, frame: int, key:
     picture
         The picture, as `draw_frame` returns it.
     output
-        Where the frames go.
+        Where the frames are written.
     frame
         The number of the frame.
     key
-        What names the frame, to be stored in the file; "" for nothing.
+        The key of the frame, to be stored in the file; "" for none.
 
     Raises
     ------
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     if isinstance(picture, LinearImage):
         _write_linear(picture, output, frame, key)
@@ -181,7 +181,7 @@ def _write_linear(picture: LinearImage, output: Output, frame: int, key: str) ->
     if not output.is_remote:
         write_exr(output.file(frame), picture, key)
         return
-    with temporary_folder() as folder:  # OpenEXR writes files only
+    with temporary_folder() as folder:  # OpenEXR writes only to files
         file = Path(folder) / "frame.exr"
         write_exr(file, picture, key)
         write_url(output.target(frame), file.read_bytes())

@@ -1,4 +1,4 @@
-"""Give every command the same manners: exit codes, one-line error messages, logging on stderr, clean interruption.
+"""Give every command the same behaviour: exit codes, one-line errors, logging on stderr, clean interruption.
 
 Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong input, 130 Ctrl-C, 143 SIGTERM.
 """
@@ -32,7 +32,7 @@ HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 Command = TypeVar("Command", bound=Callable[..., None])
 
-# What other programs call an option, and what it may be called here; told where the command has it.
+# Names of options in other programs, and their names here; suggested if the command has the latter.
 _SIZE = "--resolution", "--dpci-resolution"
 _ELSEWHERE = {
     "--size": _SIZE, "--width": _SIZE, "--height": _SIZE, "--fov": ("--camera-view-angle",),
@@ -44,13 +44,13 @@ UsageError: Any = typer.BadParameter.__base__  # of the click that this typer br
 
 
 class _OneLineErrors:
-    """Mix-in: tell a mistake in the options in one line, with exit code 2, as `guarded` tells wrong input."""
+    """Mix-in: report a mistake in the options in one line, with exit code 2, as `guarded` reports wrong input."""
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
         """Run the command line; see `click.Command.main`."""
         try:
             code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # of the class it is mixed into
-        except InputError as error:  # of what the arguments name
+        except InputError as error:  # about a file that the arguments name
             if not standalone_mode:
                 raise
             print(error, file=sys.stderr)
@@ -72,24 +72,24 @@ class _OneLineErrors:
 
 
 def _name_as_here(error: Any) -> None:
-    """Let the error of an unknown option name the one that other programs call so, where the command has that one."""
+    """Complete the error about an unknown option by its name here, if it is known from other programs."""
     if error.ctx and (meant := _ELSEWHERE.get(getattr(error, "option_name", ""))):
         own = [name for param in error.ctx.command.params for name in param.opts]
         error.possibilities = [name for name in meant if name in own] or error.possibilities
 
 
 class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
-    """Group commands, and tell a mistake in their options in one line."""
+    """Group commands, and report a mistake in their options in one line."""
 
 
 class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
-    """Run a command, and tell a mistake in its options in one line.
+    """Run a command, and report a mistake in its options in one line.
 
     Its help calls arguments by their names: `SCENE`, where typer would write `{SCENE}` and `SCENE <path>`.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
-        """Read the arguments; a mistake in them is told with the name of this command, not of the whole program."""
+        """Parse the arguments; report mistakes under the name of this command instead of the whole program's."""
         try:
             return super().parse_args(ctx, args)
         except UsageError as error:
@@ -115,7 +115,7 @@ class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
 
 
 def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:
-    """Return a program of one command, called `name`; None takes the name of the function `main`.
+    """Return a program of one command, called `name`; None uses the name of the function `main`.
 
     The program calls `main`, whose annotations declare the arguments and options.
     """
@@ -127,10 +127,10 @@ def as_program(main: Callable[..., None], name: str | None = None) -> typer.Type
 def guarded(command: Command) -> Command:
     """Wrap the function `command` so that it ends with the exit codes that this module documents.
 
-    An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only
-    after --verbose. SIGTERM unwinds the command as Ctrl-C does, so that half-written files vanish; see
-    `end_if_interrupted` for what a command that runs long does besides. The command's options `verbose` and `quiet` set
-    up logging, and `cache_limit` bounds the cache.
+    An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only with
+    --verbose. SIGTERM unwinds the command like Ctrl-C, so that half-written files are removed; long-running commands
+    also call `end_if_interrupted`. The command's options `verbose` and `quiet` set up logging, and `cache_limit` bounds
+    the cache.
     """
 
     @functools.wraps(command)
@@ -146,7 +146,7 @@ def guarded(command: Command) -> Command:
             _limit_cache(options.get("cache_limit"))
             with _unwound_by_signals():
                 command(*args, **options)
-            sys.stdout.flush()  # a reader that went away is noticed here, not at exit
+            sys.stdout.flush()  # a closed pipe is noticed here, not at exit
         except (typer.Exit, typer.BadParameter):
             raise
         except InputError as error:
@@ -160,13 +160,13 @@ def guarded(command: Command) -> Command:
         except Exception as error:
             _fail(error, verbose)
 
-    return run  # type: ignore[return-value]  # `wraps` keeps the signature, which the checker cannot know
+    return run  # type: ignore[return-value]  # `wraps` keeps the signature, which mypy cannot know
 
 
 def _limit_cache(size: str | None) -> None:
-    """Let the cache hold as much as the option --cache-limit says, in this process and those that it starts.
+    """Apply the option --cache-limit to this process and those that it starts.
 
-    Raises InputError where the option or, without it, the environment variable is no size.
+    Raises InputError if the option or, without it, the environment variable is not a size.
     """
     if size is not None:
         parse_size(size, "--cache-limit")
@@ -176,11 +176,11 @@ def _limit_cache(size: str | None) -> None:
 
 @contextmanager
 def without_garbage() -> Iterator[None]:
-    """Look for no garbage in a `with` block that imports libraries and reads a scene.
+    """Disable garbage collection in a `with` block that imports libraries and reads a scene.
 
-    What that makes lives as long as the program. To search it again and again while it grows takes a tenth of the time;
-    afterwards it is never searched. The command ends behind the block where it was interrupted within: libraries drop
-    what a signal raises while they are imported, and a window would open all the same.
+    These objects live as long as the program. Searching them repeatedly while they grow takes a tenth of the time;
+    afterwards they are never searched. An interrupt within the block takes effect at its end: libraries swallow
+    exceptions that a signal raises during their import, and a window would open all the same.
     """
     gc.disable()
     try:
@@ -192,9 +192,9 @@ def without_garbage() -> Iterator[None]:
 
 
 def _open_closed_streams() -> None:
-    """Replace closed standard streams (`>&-`) by ones that drop what is written.
+    """Replace closed standard streams (`>&-`) by ones that discard their output.
 
-    Otherwise the next file that is opened would take the stream's number, and receive the output.
+    Otherwise the next opened file would get the stream's number, and receive the output.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -202,7 +202,7 @@ def _open_closed_streams() -> None:
 
 
 def _escape_what_streams_lack() -> None:
-    r"""Have standard streams write `\xd7` for a `×` that their encoding lacks, as of Windows' files or LC_ALL=C.
+    r"""Have standard streams write `\xd7` for a `×` missing from their encoding, as in Windows' files or LC_ALL=C.
 
     By default Python fails there, with half of a table written.
     """
@@ -211,15 +211,15 @@ def _escape_what_streams_lack() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-_asked_to_end: list[int] = []  # signals that have asked the running command to end, the first one first
+_asked_to_end: list[int] = []  # signals that have asked the running command to end, in order
 
 
 def end_if_interrupted() -> None:
-    """End the command where Ctrl-C or SIGTERM has asked for it, but went unnoticed; otherwise do nothing.
+    """End the command if Ctrl-C or SIGTERM has asked for it, but went unnoticed; otherwise do nothing.
 
     A signal raises an exception wherever the program is at that moment. Python drops exceptions that are raised in
-    `__del__`, in callbacks of weak references, and in calls from C; libraries catch more than they should. Commands
-    that run long call this between two steps, so that they end one step later at worst.
+    `__del__`, in callbacks of weak references, and in calls from C; libraries catch more than they should. Long-running
+    commands call this between steps, so that they end one step later at worst.
 
     Raises
     ------
@@ -242,9 +242,9 @@ def _raise_for(number: int) -> NoReturn:
 def _unwound_by_signals() -> Iterator[None]:
     """Let SIGTERM raise SystemExit within the block, so that `finally` clauses run; by default Python just ends.
 
-    Ctrl-C raises KeyboardInterrupt as ever, where it is not ignored. Both are remembered for `end_if_interrupted`.
+    Ctrl-C raises KeyboardInterrupt as usual, unless it is ignored. Both are remembered for `end_if_interrupted`.
     """
-    if threading.current_thread() is not threading.main_thread():  # only that one may set handlers
+    if threading.current_thread() is not threading.main_thread():  # only the main thread may set handlers
         yield
         return
     _asked_to_end.clear()
@@ -254,7 +254,7 @@ def _unwound_by_signals() -> Iterator[None]:
     try:
         yield
     except Exception:
-        end_if_interrupted()  # what trimesh, say, makes an error of its own of while it is imported
+        end_if_interrupted()  # for example if trimesh, during its import, turned the exception into another
         raise
     finally:
         for number, handler in before.items():
@@ -270,7 +270,7 @@ def _end_by_signal(number: int, frame: FrameType | None) -> NoReturn:
 
 
 class _PlainFormatter(logging.Formatter):
-    """Format records without what names of files could do to a terminal, see `printable`."""
+    """Format records without characters from file names that could control a terminal, see `printable`."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the text of `record`."""
@@ -281,14 +281,14 @@ class _PlainFormatter(logging.Formatter):
 
 
 class _OnceFilter(logging.Filter):
-    """Let each warning pass once: a mesh's files are looked for when it is hashed and again when it is read."""
+    """Let each warning pass once: a mesh's files are looked up when it is hashed and again when it is read."""
 
     def __init__(self) -> None:
         super().__init__()
         self._seen: set[str] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return whether `record` is to be printed."""
+        """Return whether to print `record`."""
         message = record.getMessage()
         is_new = record.levelno != logging.WARNING or message not in self._seen
         self._seen.add(message)

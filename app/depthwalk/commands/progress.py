@@ -1,7 +1,7 @@
 """Show on stderr what a command is waiting for: the asset being loaded, the frames done so far.
 
-Live displays appear only on a terminal. Elsewhere what takes long is told of in a line now and then, and with
---verbose in a line for every stage.
+Live displays appear only on a terminal. Elsewhere long stages are reported in a line from time to time, and with
+--verbose every stage in its own line.
 """
 
 import itertools
@@ -17,14 +17,14 @@ from depthwalk.commands.program import end_if_interrupted
 
 log = logging.getLogger("depthwalk")
 
-PLAIN_SECONDS = 5.0  # between lines about what is waited for, where stderr is no terminal
+PLAIN_SECONDS = 5.0  # between progress lines if stderr is not a terminal
 
 Report = Callable[[str, str], None]  # called with the name of an asset and the stage of its loading
 
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Log errors only as long as the `with` block lasts: a task in a worker process, whose output nobody reads."""
+    """Log only errors during the `with` block: in a worker process, whose output is not read."""
     before = log.level
     log.setLevel(logging.ERROR)
     try:
@@ -34,7 +34,7 @@ def quiet() -> Iterator[None]:
 
 
 def show_progress() -> bool:
-    """Return whether to show live progress: stderr is a terminal that moves its cursor, and --quiet was not given."""
+    """Return whether to show live progress: stderr is a terminal that can move its cursor, and --quiet is not given."""
     can_move = sys.stderr.isatty() and os.environ.get("TERM", "") not in ("dumb", "unknown")  # as `rich` sees it
     return can_move and log.getEffectiveLevel() < logging.ERROR
 
@@ -43,14 +43,14 @@ def live_options() -> dict[str, Any]:
     """Return the keyword arguments of every live display of `rich`: it is on stderr, and vanishes when it ends."""
     from rich.console import Console
 
-    # Results on stdout are printed above the display only where both are on one terminal.
+    # Results on stdout are printed above the display only if both are on one terminal.
     return {"console": Console(stderr=True), "transient": True, "redirect_stdout": sys.stdout.isatty()}
 
 
 class _PlainReport:
-    """Report stages as lines where stderr is no terminal: with --verbose all, else one now and then.
+    """Report stages as lines if stderr is not a terminal: all with --verbose, otherwise one from time to time.
 
-    So whoever waits for a pipe learns what for. With --quiet nothing is said.
+    So users of a pipe learn what they are waiting for. With --quiet nothing is printed.
     """
 
     def __init__(self) -> None:
@@ -72,7 +72,7 @@ class _PlainReport:
 
 @contextmanager
 def asset_progress() -> Iterator[Report]:
-    """Show which asset is being read or baked, as long as the `with` block lasts.
+    """Show which asset is being read or baked during the `with` block.
 
     Yields
     ------
@@ -91,19 +91,19 @@ def asset_progress() -> Iterator[Report]:
 
 @contextmanager
 def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show a progress bar, as long as the `with` block lasts; without a terminal a line now and then.
+    """Show a progress bar during the `with` block; without a terminal, a line from time to time.
 
     Parameters
     ----------
     label
         The text before the bar.
     total
-        Number of frames; of a single one nothing is shown.
+        Number of frames; nothing is shown for a single one.
 
     Yields
     ------
     Callable[[], None]
-        A function to call after each frame. It also ends a command that was interrupted, see `end_if_interrupted`.
+        A function to call after each frame. It also ends an interrupted command, see `end_if_interrupted`.
     """
     if total < 2:
         yield end_if_interrupted

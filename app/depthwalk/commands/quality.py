@@ -28,7 +28,7 @@ def main(
     only: Annotated[
         str | None,
         typer.Option(
-            metavar="PART,...", help="What to measure, of antialiasing, dof, shadows and edges.", show_default="all"
+            metavar="PART,...", help="What to measure: antialiasing, dof, shadows, edges.", show_default="all"
         ),
     ] = None,
     json: JsonReport = None,

@@ -59,7 +59,7 @@ def main(
     ] = None,
     resume: Annotated[
         bool,
-        typer.Option("--resume", help="Leave frames that were drawn of the same before; always with --cluster."),
+        typer.Option("--resume", help="Skip frames that an earlier run has drawn alike; always on with --cluster."),
     ] = False,
     cluster: ClusterOption = None,
     resolution: Resolution = DEFAULT_RESOLUTION,
@@ -95,7 +95,7 @@ def main(
         walk = load_path(path) if path else None
         numbers = parse_frames(frames, walk) if walk else range(1)
     output = Output(out, no_background)
-    if output.suffix != ".exr":  # its distances are those in the middles of pixels
+    if output.suffix != ".exr":  # its distances belong to the centres of pixels
         smooth(loaded, size)
     check_output(output, numbers, walk is not None, input_files(loaded, path))
     if resume and not output.is_series:

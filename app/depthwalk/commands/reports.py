@@ -1,4 +1,4 @@
-"""Write the reports of a command without overwriting any file that it reads."""
+"""Write the reports of a command without overwriting any of its input files."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset,
 
 
 def own_file(asset: Asset) -> Path:
-    """Return the file that `asset` is named after: of its depth images where these are a file, else of its mesh."""
+    """Return the file after which `asset` is named: that of its depth images if it has one, otherwise its mesh."""
     match asset:
         case BakedAsset():
             return asset.baked
@@ -22,7 +22,7 @@ def own_file(asset: Asset) -> Path:
 
 
 def asset_files(asset: Asset) -> list[Path]:
-    """Return the files of an asset: its own, those that its mesh names, and the place of its depth images.
+    """Return the files of an asset: its own, those that its mesh names, and the location of its depth images.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def asset_files(asset: Asset) -> list[Path]:
     Raises
     ------
     InputError
-        Where a mesh cannot be searched for the names of its files.
+        If the names of its files cannot be read from a mesh.
     """
     file = own_file(asset)
     match asset:
@@ -53,7 +53,7 @@ def asset_files(asset: Asset) -> list[Path]:
 
 
 def input_files(scene: Scene, path: Path | None) -> list[Path]:
-    """Return every file that a scene is made of, so that no output overwrites one.
+    """Return every file that a scene uses, so that no output overwrites one.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def input_files(scene: Scene, path: Path | None) -> list[Path]:
     Raises
     ------
     InputError
-        Where a mesh cannot be searched for the names of its files.
+        If the names of its files cannot be read from a mesh.
     """
     ground = scene.environment.ground
     files = [scene.path, path, ground.texture if ground else None]
@@ -84,16 +84,16 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
     Parameters
     ----------
     reports
-        Files to write; None for reports that nobody asked for.
+        Files to write; None for reports that were not requested.
     inputs
-        Files that must stay as they are.
+        Files that must not be changed.
     use
         What the command does with the inputs, for the message, such as "measured".
 
     Raises
     ------
     InputError
-        Where a report cannot be written, or would overwrite an input or another report.
+        If a report cannot be written, or would overwrite an input or another report.
     """
     taken = {file.resolve() for file in inputs}
     for report in reports:
@@ -105,9 +105,9 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
 
 
 def write_report(file: Path | None, text: str) -> None:
-    """Write `text` to `file`, encoded as UTF-8; None stands for a report that nobody asked for.
+    """Write `text` to `file`, encoded as UTF-8; None stands for a report that was not requested.
 
-    Raises OSError where the file cannot be written.
+    Raises OSError if the file cannot be written.
     """
     if file is not None:
         write_bytes(file, text.encode())

@@ -1,4 +1,4 @@
-"""Read every file that a scene names, and tell what is wrong with it, for `depthwalk check`."""
+"""Read every file that a scene names, and report what is wrong with it, for `depthwalk check`."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -22,19 +22,19 @@ def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, 
     path
         A scene file, a path file or a mesh.
     asset_roots
-        Folders besides the scene's in which its files may lie.
+        Folders, besides the scene's own, in which to look for its files.
     overrides
         Values that replace those of the scene file, YAML texts by dotted key.
 
     Returns
     -------
     str
-        A line that says what the file holds.
+        A line that describes the file's contents.
 
     Raises
     ------
     InputError
-        Where something is wrong, with a line per mistake.
+        If something is wrong, with a line per mistake.
     """
     if not is_model_file(path) and is_path_file(path):
         walk = load_path(path)
@@ -49,7 +49,7 @@ def _counted(number: int, noun: str) -> str:
 
 
 def check_assets(scene: Scene) -> None:
-    """Read every file that a scene names, one after the other, and keep none of them in memory.
+    """Read every file that a scene names, one after the other, without keeping any in memory.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def check_assets(scene: Scene) -> None:
 
 
 def _readers(scene: Scene) -> Iterator[Callable[[], object]]:
-    """Yield a function per file of the scene, which reads it as drawing would."""
+    """Yield a function per file of the scene that reads it as drawing would."""
     for asset in scene.assets:
         if isinstance(asset, DepthImageAsset):
             yield partial(_read_depth_image, asset)
@@ -123,4 +123,4 @@ def _read_depth_image(asset: DepthImageAsset) -> None:
         return
     image = read_range_image(asset)
     with complaints_about(asset.depth):
-        range_mesh(image, cut=asset.method == "cut")  # an image may be readable and hold no surface
+        range_mesh(image, cut=asset.method == "cut")  # an image may be readable but hold no surface

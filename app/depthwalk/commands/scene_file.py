@@ -1,4 +1,4 @@
-"""Name a scene with its options, so that a worker of a cluster can open it, too."""
+"""Identify a scene and its options so that a worker of a cluster can open it, too."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,14 +9,14 @@ from depthwalk.scene.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class SceneFile:
-    """Say which scene to open, in names that mean the same on every worker.
+    """Describe which scene to open, by names that mean the same on every worker.
 
     Attributes
     ----------
     path
         The file.
     asset_roots
-        Folders in which the scene's files may lie.
+        Folders, besides the scene's own, in which to look for its files.
     settings
         The --set options.
     """
@@ -31,5 +31,5 @@ class SceneFile:
         return replace(self, path=self.path.absolute(), asset_roots=roots)
 
     def open(self) -> Scene:
-        """Read the scene. Raises InputError where it cannot be used."""
+        """Read the scene. Raises InputError if it cannot be used."""
         return open_scene(self.path, self.asset_roots, self.settings)

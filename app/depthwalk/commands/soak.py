@@ -1,6 +1,6 @@
-"""Walk through a scene at random for a long time, to see whether memory or GL objects leak.
+"""Walk through a scene at random for a long time, to test whether memory or GL objects leak.
 
-`python -m depthwalk.commands.soak SCENE` exits with code 1 where they do.
+`python -m depthwalk.commands.soak SCENE` exits with code 1 if they do.
 """
 
 import os
@@ -32,10 +32,10 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
-# Allowed growth over the second half of a walk: what is first seen late brings GL objects, with a program and a vertex
-# array for each pass that draws it, and the allocator keeps some memory.
+# Allowed growth over the second half of a walk. An asset first seen late adds GL objects, a program and a vertex array
+# for each pass that draws it, and the allocator keeps some memory.
 MAX_NEW_OBJECTS, MAX_GROWTH = 16, 4 << 20  # count, bytes
-_SAMPLES = 1000  # measurements per walk, at most
+_SAMPLES = 1000  # most measurements per walk
 _STEP = 0.05  # metres: walking pace at 30 frames per second
 _TURN = 0.02  # radians, standard deviation of the change of heading per frame
 _JUMP = 1 / 500  # probability per frame of a jump to another place
@@ -45,7 +45,7 @@ _STATM = Path("/proc/self/statm")
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """Hold what was measured over the second half of a walk, at n of its frames.
+    """Hold the measurements over the second half of a walk, at n of its frames.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Growth:
 
     @property
     def bytes_per_frame(self) -> float:
-        """Return the slope of the straight line that fits the memory best, bytes per frame."""
+        """Return the slope of the straight line that best fits the memory, bytes per frame."""
         return float(np.polyfit(self.frame, self.memory, 1)[0])
 
     @property
@@ -74,7 +74,7 @@ class Growth:
 
 
 def random_walk(bounds: Bounds, frames: int, seed: int = 0) -> Iterator[Camera]:
-    """Yield the cameras of a walk among objects at eye height, with a jump to another place now and then.
+    """Yield the cameras of a walk among objects at eye height, with a jump to another place from time to time.
 
     Parameters
     ----------

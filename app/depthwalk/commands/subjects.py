@@ -1,4 +1,4 @@
-"""Find what `depthwalk compare` is to measure: meshes, and the mesh assets of scenes with their parameters."""
+"""Find what `depthwalk compare` should measure: meshes, and the mesh assets of scenes with their parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class Subject:
     Attributes
     ----------
     name
-        What the report calls the mesh.
+        Name of the mesh in the report.
     spec
         The mesh and how it is read.
     params
@@ -47,7 +47,7 @@ class Choices:
     resolution, layers, method, parts, axis, coordinates
         Parameters of every bake, as in `ModelParams`; they replace those of a scene.
     texture, up, height
-        How meshes are read that no scene describes: the file of their texture, the axis that points upward, and the
+        How to read meshes that no scene describes: the file of their texture, the axis that points upward, and the
         height to which they are scaled, metres.
     """
 
@@ -70,7 +70,7 @@ def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices
     files
         Meshes and scene files.
     roots
-        Folders in which the files, and those that they name, are looked for as well.
+        Folders in which the files, and those that they name, are looked up as well.
     choices
         The options of the command line.
 
@@ -82,7 +82,7 @@ def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices
     Raises
     ------
     InputError
-        Where a scene or an option cannot be used.
+        If a scene or an option cannot be used.
     """
     for root in roots:
         if not root.is_dir():
@@ -114,7 +114,7 @@ def _of_scene(scene: Path, roots: Sequence[Path], choices: Choices) -> list[Subj
 
 
 def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
-    """Return the parameters of a scene, replaced by the choices that are made."""
+    """Return the parameters in a scene, with those replaced that are set in `choices`."""
     method = choices.method or dpci.method
     layers = choices.layers or (dpci.layers if method == "raycast" else 1)
     try:
@@ -126,11 +126,11 @@ def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
             axis=choices.axis or dpci.axis,
             coordinates=choices.coordinates or dpci.coordinates,
         )
-    except InputError as error:  # the scene was checked before: it is the options that do not fit
+    except InputError as error:  # the scene was checked before, so the options do not fit
         raise InputError(f"--{error}") from None
 
 
 def _find(path: Path, roots: Sequence[Path]) -> Path:
-    """Return `path`, or the file of that name below the first asset root that has one, or the one that ships."""
+    """Return `path`, or the file of that name below the first asset root that has one, or the shipped one."""
     candidates = [path] if path.is_absolute() else [path, *(root / path for root in roots)]
     return next((candidate for candidate in candidates if candidate.is_file()), None) or given_or_shipped(path)

@@ -1,4 +1,4 @@
-"""Declare `depthwalk tables`, which measures the tables of the papers again, on this machine."""
+"""Declare `depthwalk tables`, which reproduces the tables of the papers on this machine."""
 
 from collections.abc import Callable
 from functools import partial
@@ -25,7 +25,7 @@ def main(
     ] = None,
     most_triangles: Annotated[
         int,
-        typer.Option(metavar="N", min=1000, max=20_000_000, help="Triangles to which the table `triangles` goes."),
+        typer.Option(metavar="N", min=1000, max=20_000_000, help="Most triangles in the table `triangles`."),
     ] = 1_100_000,
     json: JsonReport = None,
     markdown: Annotated[
@@ -55,7 +55,7 @@ def main(
 
 
 def parse_names(texts: list[str] | None) -> list[str]:
-    """Return the tables that the options `--only` name, each once; all where there is none.
+    """Return the tables in the options `--only`, without duplicates; all if there is none.
 
     Raises InputError for a table that does not exist.
     """
@@ -67,7 +67,7 @@ def parse_names(texts: list[str] | None) -> list[str]:
 
 
 def _measures(most_triangles: int) -> "dict[str, Callable[[Report], Table]]":
-    """Return what measures each table."""
+    """Return the function that measures each table."""
     from depthwalk.bench.tables import curves, edges, focus, heads, planar
 
     return {

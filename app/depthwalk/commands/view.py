@@ -90,7 +90,7 @@ def main(
 
 
 def shipped_file(*name: str) -> Path:
-    """Return a file in the folder of the scenes that ship with the program.
+    """Return a file in the folder of the shipped scenes.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def shipped_file(*name: str) -> Path:
     Raises
     ------
     InputError
-        Where the installation lacks the file.
+        If the installation lacks the file.
     """
     file = scene_root().joinpath(*name)
     if not file.is_file():

@@ -1,12 +1,12 @@
-"""Do ahead what every task would begin with, in the process that the workers of a cluster are forked from.
+"""Do in advance what every task would begin with, in the process from which the workers of a cluster are forked.
 
-Nobody else imports this module: `multiprocessing` takes names of modules for that process and calls nothing, so that
-the import does the work. It imports what tasks need, and reads a scene and a path that ship with the program, by which
-the models of files get their validators, and curves their library. No GL context is made: none survives a fork. What
-else workers of one job have in common they tell it later, see `cluster.zygote`.
+No code imports this module: `multiprocessing` is given module names to preload in that process and calls nothing, so
+the import does the work. It imports what tasks need, and reads a shipped scene and path, which builds the validators of
+the file models and loads the library for curves. No GL context is created, since none survives a fork. Further data
+that workers of one job share is provided later, see `cluster.zygote`.
 
-Python's collector of garbage is off meanwhile, and never searches what was made: else each worker would search all of
-it during its first task, and copy the memory that it shares with the others, in which the collector marks what it saw.
+Python's garbage collector is off meanwhile, and never searches these objects. Otherwise each worker would search all of
+them during its first task, and copy the memory that it shares with the others, in which the collector marks objects.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ def _rehearse() -> None:
 
 with without_garbage():
     for _name in PRELOADED:
-        with contextlib.suppress(ImportError):  # told of by the task that needs it
+        with contextlib.suppress(ImportError):  # reported by the task that needs it
             import_module(_name)
     with contextlib.suppress(Exception):  # likewise
         _rehearse()

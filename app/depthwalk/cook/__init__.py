@@ -1,1 +1,1 @@
-"""Cook depth images: turn them into the arrays that the GPU reads; no GL and no viewer. `cook.cook` is the outline."""
+"""Cook depth images to the arrays that the GPU reads, without GL or a viewer. Start reading at `cook.cook`."""

@@ -1,7 +1,7 @@
-"""Rearrange arrays so that a general compressor finds more in them; nothing is lost.
+"""Rearrange arrays so that a general-purpose compressor shrinks them more; this is lossless.
 
-Neighbouring vertices, indices and texels differ by little. Differences instead of values, and equal bytes of all values
-one after the other, make compressed files of cooked objects a quarter smaller. Both directions take milliseconds.
+Neighbouring vertices, indices and texels differ by little. Storing differences instead of values, and equal bytes of
+all values together, makes compressed files of cooked objects a quarter smaller. Both directions take milliseconds.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 def pack_words(values: NDArray[np.uint16]) -> NDArray[np.uint8]:
-    """Store columns of 16-bit numbers as differences from row to row, with low bytes and high bytes apart.
+    """Store columns of 16-bit numbers as differences from row to row, with low and high bytes separated.
 
     Small differences of either sign become small numbers (zigzag coding), so that most high bytes are 0.
 
@@ -40,7 +40,7 @@ def unpack_words(packed: NDArray[np.uint8]) -> NDArray[np.uint16]:
     Returns
     -------
     numpy.ndarray
-        (n, k) uint16, what `pack_words` was given.
+        (n, k) uint16, the array that `pack_words` was given.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def unpack_words(packed: NDArray[np.uint8]) -> NDArray[np.uint16]:
         raise ValueError(f"packed words of type {packed.dtype} and shape {packed.shape}")
     low, high = packed[::2].astype(np.uint16), packed[1::2].astype(np.uint16)
     folded = low | high << 8
-    step = (folded >> 1) ^ (0 - (folded & 1))  # in 16 bits, where 0 − 1 is all ones
+    step = (folded >> 1) ^ (0 - (folded & 1))  # in 16 bits, where 0 − 1 has all bits set
     return np.ascontiguousarray(np.add.accumulate(step, axis=1, dtype=np.uint16).T)
 
 

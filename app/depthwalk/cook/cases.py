@@ -1,31 +1,31 @@
-"""Find out which triangles of an object a viewer may see: the paper's three cases, made of 26 pieces.
+"""Find the triangles of an object that a viewer may see: the paper's three cases, refined to 26 pieces.
 
 Liu et al. 2007, §3.3 and figure 11, draw an object in one of three cases: a viewer within the cylinder's height needs
-the image of its side alone, one above also that of the top cap, one below also that of the bottom cap. There the case
-follows from the viewer's height, and that loses surfaces: from beside one sees steps below eye height, and only the top
-cap samples these. Here the case follows from what the caps hold: a cap is left out where all of its triangles turn
-their backs to the viewer. Pass 1 culls back faces, so leaving such triangles out changes no picture, only its cost.
+only the image of its side, one above also that of the top cap, one below also that of the bottom cap. In the paper the
+viewer's height determines the case, and that loses surfaces: from the side one sees steps below eye height, which only
+the top cap samples. Here the contents of the caps determine it: a cap is skipped if all of its triangles are
+back-facing. Pass 1 culls back faces, so skipping such triangles changes no picture, only its cost.
 
-Testing every triangle would cost as much as drawing it. The triangles of a level are therefore sorted into *pieces* by
-their normals, so that one test serves a piece: its normals lie in a cone with four edges, and a viewer behind the
-planes perpendicular to those edges, placed where they hold all of the piece, sees the backs of all its triangles.
+Testing every triangle would cost as much as drawing it. The triangles of a level are therefore sorted by their normals
+into *pieces* that are tested as a whole. The normals of a piece lie in a cone with four edges. Planes perpendicular to
+these edges are placed so that they hold all of the piece; a viewer behind all of them sees only back faces.
 
-There are 26 pieces, because a cone serves only if it is narrow, and normals point everywhere:
+There are 26 pieces, because a cone is useful only if it is narrow, and normals point everywhere:
 
-- The top's and the bottom's piece hold what is level, within half a degree: floors, steps, tabletops. These are the
-  paper's two cap images, and what makes a view one of its cases: a viewer below the highest step sees no floor.
-- All else is the side's, on whatever image it is sampled. As one piece its normals would point all around, and it
-  would always be seen. It is divided by 8 directions around the axis and 3 slopes (facing up, upright, facing down),
-  every 45°.
+- The top and the bottom piece hold everything level to within half a degree: floors, steps, tabletops. These are the
+  paper's two cap images, which distinguish its cases: a viewer below the highest step sees no floor.
+- Everything else belongs to the side, whichever image samples it. The normals of a single piece would point all around,
+  so it would always be visible. The side is therefore divided into 8 directions around the axis and 3 slopes (facing
+  up, upright, facing down), every 45°.
 
-So there are 8 · 3 + 2 = 26 cones, like the 26 neighbours of a cube. Narrower cones leave out more, but pieces are runs
-of an index list, and each run costs a draw call. Measured on the finest levels of five models (statue, urn, head_venus,
+So there are 8 · 3 + 2 = 26 cones, like the 26 neighbours of a cube. Narrower cones skip more, but pieces are runs of an
+index list, and each run costs a draw call. Measured on the finest levels of five models (statue, urn, head_venus,
 fountain, rock_boulder), for 400 viewers each, 3 to 12 radii away and up to twice as high as the object:
 
     directions around the axis        2      4      8     16
     pieces                            8     14     26     50
     share of triangles drawn       99 %   90 %   81 %   76 %
-    runs that they are drawn in     1.0    1.7    3.6    7.8
+    runs that are drawn             1.0    1.7    3.6    7.8
 """
 
 from enum import IntEnum
@@ -37,15 +37,16 @@ from numpy.typing import NDArray
 from depthwalk.types import Array, Ints, Rows
 
 _LEVEL = np.radians(0.5)  # slope up to which triangles count as level
-_STEEP = np.radians(45.0)  # slope from which on a piece of the side is steep
+_STEEP = np.radians(45.0)  # slope above which a piece of the side counts as steep
 _DIRECTIONS = 8  # of the side's pieces, around the axis
 _SLOPES = 3  # of the side's pieces in each direction: facing up, steep, facing down
 
 TOP_PIECE = 0
 BOTTOM_PIECE = 1 + _DIRECTIONS * _SLOPES
-PIECES = BOTTOM_PIECE + 1  # that make up the whole object
-# Index ranges that follow the pieces: what the side image samples, but other faces better. The paper's cases draw these
-# where they leave the other face out. There the box faces' own triangles and the side's own are pieces of the side.
+PIECES = BOTTOM_PIECE + 1  # together they are the whole object
+# Index ranges after the pieces: triangles on the side image that other faces sample better. The paper's cases draw
+# these where they skip the other face. For these cases, the own triangles of box faces and side are two of the side's
+# pieces.
 SIDE_OF_TOP, SIDE_OF_BOX_FACES, SIDE_OF_BOTTOM = range(PIECES, PIECES + 3)
 RANGES = PIECES + 3
 PAPER_BOX_FACES, PAPER_SIDE = 1, 2
@@ -54,8 +55,8 @@ ALL_PIECES = (1 << PIECES) - 1
 SIDE_PIECES = ALL_PIECES & ~(1 << TOP_PIECE | 1 << BOTTOM_PIECE)
 CAPS = np.array([TOP_PIECE, BOTTOM_PIECE])
 _PIECE_NUMBERS = np.arange(PIECES)
-# How far a viewer may be in front of a plane, by its distance, and still be taken to be behind it: tiles round
-# positions of vertices, so that triangles seen from the edge may turn.
+# How far in front of a plane, relative to the distance, a viewer may be and still count as behind it: tiles round
+# vertex positions, so that triangles seen edge-on may turn.
 HORIZON_SLACK = 1e-3
 
 
@@ -69,11 +70,11 @@ class Case(IntEnum):
 
 
 def _bits(*ranges: int) -> int:
-    """Return a bit mask of index ranges."""
+    """Return the bit mask of some index ranges."""
     return sum(1 << number for number in ranges)
 
 
-# What the paper draws in each case, as bit masks of index ranges.
+# The index ranges that the paper draws in each case, as bit masks.
 PAPER_PIECES = np.array(
     [
         _bits(PAPER_SIDE, SIDE_OF_TOP, SIDE_OF_BOX_FACES, SIDE_OF_BOTTOM),
@@ -92,8 +93,9 @@ def _unit(azimuth: float, slope: float) -> tuple[float, float, float]:
 def _cone_edges() -> Array:
     """Return unit edges (PIECES, 4, 3) of cones that hold the normals of each piece.
 
-    A cone's sides are planes through the origin, parallels of latitude are not: between its edges a side bulges toward
-    the pole. Where that would cut off normals, at ends nearer to the equator, edges lie as much closer to it.
+    A cone's sides are planes through the origin and so great circles, which bulge toward the pole between two edges;
+    parallels of latitude do not. Where that would cut off normals, at ends nearer to the equator, the edges are moved
+    closer to the equator by as much.
     """
     half = np.pi / _DIRECTIONS
     lower = np.pi / 2 - np.arctan(np.tan(np.pi / 2 - _STEEP) * np.cos(half))
@@ -114,7 +116,7 @@ CONE_EDGES = _cone_edges()
 
 
 def piece_numbers(corners: Array) -> Ints:
-    """Return in which piece each triangle lies, which its normal alone decides.
+    """Return the piece of each triangle, which is determined by its normal.
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ def piece_horizons(corners: Array, piece: Rows) -> Array:
     Returns
     -------
     Array
-        (PIECES, 4) metres: the least `edge · point` over the triangles of a piece; +inf where it has none.
+        (PIECES, 4) metres: the smallest `edge · point` over the triangles of a piece; +inf if it has none.
     """
     horizon = np.full((PIECES, 4), np.inf)
     if (piece[1:] < piece[:-1]).any():
@@ -162,24 +164,24 @@ def piece_horizons(corners: Array, piece: Rows) -> Array:
 
 
 def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_NUMBERS) -> Ints:
-    """Return which pieces of an object viewers may see.
+    """Return the pieces of an object that viewers may see.
 
-    A normal n of a piece is a sum of its cone's edges e with weights that are not negative. Where e·(C − p) ≤ 0 for all
-    four edges and every point p of the piece, n·(C − p) ≤ 0 follows: its triangles turn their backs to C.
+    A normal n of a piece is a sum of its cone's edges e with non-negative weights. If e·(C − p) ≤ 0 for all four edges
+    and every point p of the piece, it follows that n·(C − p) ≤ 0: its triangles are back-facing for a viewer at C.
 
     Parameters
     ----------
     horizon
-        (n, p, 4) metres, of p pieces for each of n viewers, see `piece_horizons`; −inf: always seen.
+        (n, p, 4) metres, of p pieces for each of n viewers, see `piece_horizons`; −inf: always visible.
     viewer
         (n, 3) positions C of the viewers, object frame, metres.
     among
-        (p,) numbers of the pieces that are asked for.
+        (p,) numbers of the pieces to test.
 
     Returns
     -------
     Ints
-        (n,) bit masks: bit k is set where piece k may be seen.
+        (n,) bit masks: bit k is set if piece k may be visible.
     """
     ahead = (viewer @ CONE_EDGES[among].reshape(-1, 3).T).reshape(-1, len(among), 4)
     ahead += HORIZON_SLACK * np.linalg.norm(viewer, axis=1)[:, None, None]
@@ -187,26 +189,26 @@ def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_
 
 
 def drawn_cases(pieces: Rows) -> Rows:
-    """Return the `Case` (n,) that the bit masks `pieces` (n,) draw: the side, with the caps whose bits are set."""
+    """Return the `Case` (n,) that the bit masks `pieces` (n,) draw: the side, and the caps whose bits are set."""
     return (pieces >> TOP_PIECE & 1) * Case.SIDE_AND_TOP + (pieces >> BOTTOM_PIECE & 1) * Case.SIDE_AND_BOTTOM
 
 
 def piece_runs(first: Rows, count: Rows, pieces: int = ALL_PIECES) -> tuple[tuple[int, int], ...]:
-    """Return which runs of an index array draw the chosen pieces of a level.
+    """Return the runs of an index array that draw the selected pieces of a level.
 
     Parameters
     ----------
     first
         (RANGES,) first index of each of the level's ranges: one per piece, then those of the paper's cases.
     count
-        (RANGES,) number of indices of each range.
+        (RANGES,) number of indices in each range.
     pieces
-        Bit mask of ranges: bit k chooses range k.
+        Bit mask of ranges: bit k selects range k.
 
     Returns
     -------
     tuple
-        A pair for each run, its first index and its number of indices. Ranges that follow one another become one run.
+        First index and number of indices of each run. Adjacent ranges are merged into one run.
     """
     wanted = np.flatnonzero((pieces >> np.arange(RANGES) & 1 > 0) & (count > 0))
     if not len(wanted):

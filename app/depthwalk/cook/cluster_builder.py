@@ -1,10 +1,10 @@
-"""Divide a mesh into a hierarchy of clusters, from which each view takes those that are just fine enough.
+"""Divide a mesh into a hierarchy of clusters, from which each view selects those that are just fine enough.
 
-Clusters of neighbouring triangles are put into groups; a group is simplified to half of its triangles, with its border
-left as it is, and divided into clusters again; these are put into other groups, and so on, until one cluster is left
+Neighbouring clusters of triangles are put into groups; each group is simplified to half of its triangles, with its
+border unchanged, and divided into clusters again; these are grouped differently, and so on, until one cluster is left
 (Ponchio and Cignoni 2005, "Batched Multi Triangulation"; Karis, Stubbe and Wihlidal 2021, "A Deep Dive into Nanite").
-Clusters before and after the simplification of a group have the same border, so that either may be drawn beside any
-neighbour without cracks, as long as all clusters of a group are exchanged together.
+The clusters before and after the simplification of a group have the same border. Either may therefore be drawn beside
+any neighbour without cracks, as long as all clusters of a group are exchanged together.
 """
 
 import copy
@@ -27,11 +27,11 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.solid import is_solid
 from depthwalk.types import Array, Ints, Mask
 
-_GROUP = 32  # clusters of a group, at most
-_FEWEST = 16  # triangles: a single cluster of no more is not simplified
-_NORMAL_PLACE = 0.02  # part of the mesh's size that counts as far apart as normals which differ by 1
-_PROGRESS = 0.85  # of the triangles of a group: where more are left, its clusters are grouped differently next time
-_STALLED = 2  # levels in which no group could be simplified: there will be no others
+_GROUP = 32  # most clusters of a group
+_FEWEST = 16  # triangles up to which a single cluster is not simplified
+_NORMAL_PLACE = 0.02  # distance, relative to the mesh's size, that a difference of 1 between normals counts as
+_PROGRESS = 0.85  # part of a group's triangles: if more are left, its clusters are grouped differently next time
+_STALLED = 2  # levels in a row without a simplified group, after which building ends
 
 
 def build_clusters(mesh: Mesh) -> MeshClusters:
@@ -57,8 +57,8 @@ def build_clusters(mesh: Mesh) -> MeshClusters:
 class _Clusters(StructOfArrays):
     """Hold n clusters.
 
-    number: (n,) among all; count: (n,) triangles of each; part, made_by, centre, radius, axis, sine: as in
-    `MeshClusters`, but in the builder's frame; error, lod_centre, lod_radius: those of the groups that made them, and
+    number: (n,) among all clusters; count: (n,) triangles of each; part, made_by, centre, radius, axis, sine: as in
+    `MeshClusters`, but in the builder's frame; error, lod_centre, lod_radius: those of the groups that made them, or
     for the mesh itself 0 and the bounding spheres.
     """
 
@@ -80,7 +80,7 @@ class _Clusters(StructOfArrays):
 
 @dataclass(kw_only=True)
 class _Groups(StructOfArrays):
-    """Hold g groups: how far they are from the mesh once they are simplified, and their spheres."""
+    """Hold g groups: their distance from the mesh once they are simplified, and their spheres."""
 
     error: Array
     centre: Array
@@ -91,17 +91,17 @@ class _Groups(StructOfArrays):
 
 
 class _Builder:
-    """Build the clusters of a mesh level by level, in a frame in which it is as large as 1."""
+    """Build the clusters of a mesh level by level, in a frame in which the mesh has size 1."""
 
     def __init__(self, mesh: Mesh, proper: Mask) -> None:
-        """Take the triangles of `mesh` that are `proper`, which have three different corners."""
+        """Take the triangles of `mesh` that are `proper`: their three corners differ."""
         low, high = (bound.astype(np.float64) for bound in mesh.bounds)
         self._low, self._size = low, max(float((high - low).max()), 1e-30)
         place, first = row_ids(mesh.positions + np.float32(0))  # −0 becomes 0
         point = (mesh.positions[first].astype(np.float64) - low) / self._size
         part = np.repeat(np.arange(len(mesh.parts)), [part.face_count for part in mesh.parts])
         faces, part = mesh.faces[proper].astype(np.int64), part[proper]
-        # A vertex for each part that uses it, so that borders between materials are kept as seams are.
+        # One vertex for each part that uses it, so that borders between materials are preserved like seams.
         corner_ids, corners = row_ids(np.stack([faces.ravel(), np.repeat(part, 3)], -1))
         source = faces.ravel()[corners]
         self._leaves = corner_ids.reshape(-1, 3)
@@ -133,7 +133,7 @@ class _Builder:
         return self._result()
 
     def _next_level(self, pool: _Clusters, triangles: Ints, probes: Probes) -> tuple[_Clusters, Ints]:
-        """Simplify clusters, with their `triangles`, in groups; return the clusters and triangles that are left."""
+        """Simplify clusters, with their `triangles`, in groups; return the remaining clusters and triangles."""
         member = self._neighbours(pool)
         group = np.repeat(member, pool.count)
         before = np.bincount(group)
@@ -162,7 +162,7 @@ class _Builder:
         return _Clusters.joined([kept, new]), np.concatenate([triangles[group < 0], coarse])
 
     def _neighbours(self, pool: _Clusters) -> Ints:
-        """Put neighbouring clusters into groups, other ones than before; return the group of each."""
+        """Put neighbouring clusters into groups, different ones than before; return the group of each."""
         count = len(pool)
         turn, _ = np.linalg.qr(self._random.normal(size=(3, 3)))
         places = np.hstack([pool.centre @ turn, _NORMAL_PLACE * pool.axis])
@@ -172,7 +172,7 @@ class _Builder:
         return group
 
     def _divided(self, triangles: Ints, group: Ints, groups: "_Groups | None") -> tuple[_Clusters, Ints]:
-        """Divide simplified groups, or the mesh itself, into new clusters; return them, and their triangles in order.
+        """Divide simplified groups, or the mesh itself, into new clusters; return them with their sorted triangles.
 
         triangles: (t, 3); group: (t,) rows of `groups`.
         """
@@ -202,7 +202,7 @@ class _Builder:
             radius=sphere[1],
             axis=cone[0],
             sine=cone[1],
-            error=np.zeros(len(count)),  # of a group it is measured later
+            error=np.zeros(len(count)),  # errors of groups are measured later
             lod_centre=sphere[0] if groups is None else groups.centre[made_by],
             lod_radius=sphere[1] if groups is None else groups.radius[made_by],
         )
@@ -211,15 +211,15 @@ class _Builder:
         return clusters, triangles[rows]
 
     def _simplified(self, triangles: Ints, group: Ints, before: Ints) -> tuple[Ints, Ints]:
-        """Return the triangles (n, 3) of groups that could be simplified, made of new vertices where these moved.
+        """Return the triangles (n, 3) of groups that could be simplified, with new vertices where these moved.
 
-        triangles: (t, 3); group: (t,) theirs; before: (g,) how many each group has. Returned with the groups (n,).
+        triangles: (t, 3); group: (t,) of each; before: (g,) triangles of each group. Returned with the groups (n,).
         """
         places, vertices = copy.deepcopy(self._places), copy.deepcopy(self._vertices)
         coarse, of, moved = collapse_groups(places, vertices, triangles, group, before // 2)
         good = (np.bincount(of, minlength=len(before)) <= _PROGRESS * before)[of]
         coarse, of = coarse[good], of[good]
-        # What moved becomes new vertices at new places: finer clusters use the old ones.
+        # Vertices that moved are added as new ones, since finer clusters still use the old ones.
         used = np.unique(coarse)
         used = used[moved[vertices.place[used]]]
         at = np.unique(vertices.place[used])
@@ -237,7 +237,7 @@ class _Builder:
         return self._places.point[self._vertices.place[triangles]]
 
     def _result(self) -> MeshClusters:
-        """Return all that was built, in the frame and the vertices of the mesh."""
+        """Return the finished clusters, in the frame and with the vertices of the mesh."""
         clusters, groups = _Clusters.joined(self._clusters), _Groups.joined([_no_groups(), *self._groups])
         group = np.full(len(clusters), -1)
         for number, of in self._members:
@@ -273,7 +273,7 @@ class _Builder:
             "uv": uv.astype(np.float32),
         }
         for name, values in looks.items():
-            values[:own] = getattr(mesh, name)[self._source]  # not rounded on the way
+            values[:own] = getattr(mesh, name)[self._source]  # exact copies, not rounded on the way
         return looks
 
 
@@ -307,7 +307,7 @@ def _no_groups() -> _Groups:
 
 
 def _enclosing(clusters: _Clusters, group: Ints) -> _Groups:
-    """Return groups with the spheres around those of their clusters, whose `group` (n,) is given, and their errors."""
+    """Return groups with bounding spheres and errors of their clusters, given the `group` (n,) of each cluster."""
     order = np.argsort(group, kind="stable")
     first = np.flatnonzero(np.diff(group[order], prepend=-1))
     centre, radius = clusters.lod_centre[order], clusters.lod_radius[order, None]

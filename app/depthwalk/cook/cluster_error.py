@@ -1,4 +1,4 @@
-"""Measure how far simplified groups of triangles are from the mesh that they were made of."""
+"""Measure how far simplified groups of triangles are from the mesh that they were made from."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -8,16 +8,16 @@ from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask
 
 _FEWEST = 8192  # probes of a mesh
-_PER_GROUP = 64  # probes of a group, where that makes more of them
-_NEAREST = 4  # points on the simplified triangles, of whose triangles the nearest counts
-_EXACT = 16  # probes at a time that are measured exactly
+_PER_GROUP = 64  # probes of a group, if this makes more than _FEWEST
+_NEAREST = 4  # points on the simplified triangles; the nearest of their triangles counts
+_EXACT = 16  # probes at a time whose distance is measured exactly
 _BATCH = 1 << 15  # probes at a time
 
 
 class Probes:
-    """Follow points of a mesh through the clusters that stand for the surface on which they lie.
+    """Follow points of a mesh through the clusters that replace the surface on which they lie.
 
-    Half of the points are vertices, which is where simplification moves the surface most, the others are spread evenly.
+    Half of the points are vertices, where simplification moves the surface most; the others are spread evenly.
 
     Attributes
     ----------
@@ -30,13 +30,13 @@ class Probes:
         Parameters
         ----------
         point
-            (p, 3) places of vertices; the mesh is about as large as 1.
+            (p, 3) positions of vertices; the mesh has a size of about 1.
         triangles
             (t, 3) rows of `point`.
         cluster
             (t,) the cluster of each triangle.
         groups
-            About how many groups the clusters will be put into.
+            Approximate number of groups into which the clusters will be put.
         """
         random = np.random.default_rng(0)
         count = max(_FEWEST, _PER_GROUP * groups) // 2
@@ -50,21 +50,21 @@ class Probes:
         self._random = random
 
     def measure(self, group_of_cluster: Ints, groups: int, corners: Array, group: Ints, cluster: Ints) -> Array:
-        """Find the greatest distance of points from the simplified triangles of their groups, and follow them there.
+        """Find the largest distance of points from the simplified triangles of their groups, and move them there.
 
-        Distances to the triangles of the nearest of many points on them are upper bounds; where these are greatest,
-        all triangles of the group are looked at.
+        Distances to the triangles of the nearest of many points on them are upper bounds. Where these are largest, all
+        triangles of the group are tested.
 
         Parameters
         ----------
         group_of_cluster
-            (c,) the group of each cluster before the simplification; −1 for clusters that stay as they are.
+            (c,) the group of each cluster before the simplification; −1 for clusters that stay unchanged.
         groups
-            How many groups there are.
+            Number of groups.
         corners
             (t, 3, 3) the simplified triangles.
         group, cluster
-            (t,) group of each of them, and the cluster that it is in now.
+            (t,) the group of each simplified triangle, and the cluster that it is in now.
 
         Returns
         -------
@@ -78,7 +78,7 @@ class Probes:
         rows = rows[np.argsort(of[rows], kind="stable")]
         if not (len(rows) and len(corners)):
             return error
-        apart = 10.0  # between groups, along a fourth axis: many times the mesh's size
+        apart = 10.0  # distance between groups along a fourth axis: many times the mesh's size
         spread, triangle = spread_points(corners, 2 * len(rows), self._random)
         triangle = np.concatenate([np.arange(len(corners)), triangle])
         tree = cKDTree(np.column_stack([np.concatenate([corners.mean(1), spread]), apart * group[triangle]]))
@@ -101,7 +101,7 @@ class Probes:
         return np.sqrt(error)
 
     def _thin_out(self, groups: int) -> None:
-        """Drop some of the points where there are more than so many groups need."""
+        """Drop some of the points if there are more than this many groups need."""
         count = max(_FEWEST, _PER_GROUP * groups)
         if len(self._point) > count:
             kept = np.sort(self._random.choice(len(self._point), count, replace=False))
@@ -109,7 +109,7 @@ class Probes:
 
 
 def _greatest_distance(point: Array, bound: Array, corners: Array) -> float:
-    """Return the greatest of the squared distances of points (n, 3), at most `bound` (n,), from triangles (t, 3, 3)."""
+    """Return the largest squared distance of points (n, 3), bounded by `bound` (n,), from triangles (t, 3, 3)."""
     order, greatest = np.argsort(-bound), 0.0
     for batch in batches(len(order), _EXACT):
         rows = order[batch]
@@ -145,7 +145,7 @@ def squared_distances(point: Array, corners: Array) -> Array:
 
 
 def _from_edge(start: Array, end: Array, point: Array) -> Array:
-    """Return squared distances of points (…, 3) from edges with ends (…, 3)."""
+    """Return squared distances of points (…, 3) from edges with end points (…, 3)."""
     along, to = end - start, point - start
     length = _dot(along, along)
     share = np.clip(_dot(to, along) / np.where(length > 0, length, 1), 0, 1)

@@ -1,4 +1,4 @@
-"""Keep the clusters of meshes in the user's cache folder, found by their key, as NumPy archives."""
+"""Store the clusters of meshes in the user's cache folder as NumPy archives, found by their key."""
 
 from dataclasses import fields
 
@@ -9,7 +9,7 @@ from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.ingest.mesh import Mesh
 
 _NAMES = tuple(field.name for field in fields(MeshClusters))
-# Their length, by what they describe, their further axes and their type.
+# What determines an array's length, its further axes and its type.
 _SHAPES: dict[str, tuple[str, tuple[int, ...], str]] = {
     "positions": ("v", (3,), "f"),
     "normals": ("v", (3,), "f"),
@@ -32,12 +32,12 @@ _SHAPES: dict[str, tuple[str, tuple[int, ...], str]] = {
 
 
 def _arrays(clusters: MeshClusters) -> Arrays:
-    """Return what a file holds of clusters."""
+    """Return the arrays that a file holds of clusters."""
     return {name: np.asarray(getattr(clusters, name)) for name in _NAMES}
 
 
 def _parse(stored: Arrays, mesh: Mesh) -> MeshClusters:
-    """Return the clusters of `mesh` in a file. Raises ValueError or KeyError where they cannot be drawn."""
+    """Return the clusters of `mesh` from a file. Raises ValueError or KeyError if they cannot be drawn."""
     lengths = {
         "v": len(np.atleast_1d(stored["positions"])),
         "t": len(np.atleast_1d(stored["faces"])),
@@ -54,7 +54,7 @@ def _parse(stored: Arrays, mesh: Mesh) -> MeshClusters:
 
 
 def _check_numbers(stored: Arrays, parts: int) -> None:
-    """Raise ValueError where something refers to what does not exist."""
+    """Raise ValueError if a number refers to something that does not exist."""
     groups = len(stored["error"])
     for name, least, limit in (
         ("faces", 0, len(stored["positions"])),
@@ -79,4 +79,4 @@ def _check_numbers(stored: Arrays, parts: int) -> None:
 
 
 CLUSTERS = ArrayCache(suffix=".clusters.npz", content="mesh clusters", arrays=_arrays, parse=_parse)
-"""By their mesh."""
+"""Mesh clusters, by their mesh."""

@@ -1,6 +1,6 @@
-"""Choose which edges a round of simplification collapses, and where to: the cheapest that do not touch each other.
+"""Choose the edges that a round of simplification collapses, and their targets: the cheapest that do not touch.
 
-What a collapse costs is the quadric error (Garland and Heckbert 1997), with a little for turned normals and lost seams.
+A collapse costs its quadric error (Garland and Heckbert 1997), plus a little for turned normals and lost seams.
 """
 
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.types import Array, Ints, Mask
 
-_TURNS = 4  # in which collapses of a round are chosen
-_ELIGIBLE = 0.5  # times the collapses that a group still needs: its cheapest ones, of which a round takes some
-_FEWEST_ELIGIBLE = 8  # edges of a group that may collapse in a round
-_NORMAL = 0.001  # part of the mesh's size that counts as far apart as normals which differ by 1
+_TURNS = 4  # in which the collapses of a round are chosen
+_ELIGIBLE = 0.5  # part of the collapses that a group still needs: a round takes some of this many cheapest ones
+_FEWEST_ELIGIBLE = 8  # least number of a group's edges that may collapse in a round
+_NORMAL = 0.001  # distance, relative to the mesh's size, that a difference of 1 between normals counts as
 _SEAM = 0.01  # the same for the loss of a seam
-_SHORT = 1e-4  # part of an edge's squared length that counts as an error: where all is flat, short ones go first
-_STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
+_SHORT = 1e-4  # part of an edge's squared length that is added to its cost: in flat areas, short edges go first
+_STIFFNESS = 1e-3  # of a surface's weight: pulls a vertex to its edge's midpoint where planes leave it free
 _NEVER = np.iinfo(np.int64).max
 
 
@@ -27,8 +27,8 @@ _NEVER = np.iinfo(np.int64).max
 class Collapses(StructOfArrays):
     """Hold n collapses of edges: `start` (n,) vanishes, and `end` (n,) moves to `target` (n, 3).
 
-    free: (n,) whether `end` may move at all; loose: (n,) whether a seam is lost, so that looks are those of the
-    vertices at `end` that differ least; key: (n,) see `DirectedEdges`; cost: (n,).
+    free: (n,) whether `end` may move at all; loose: (n,) whether a seam is lost, so that each vertex merges with the
+    vertex at `end` whose appearance differs least; key: (n,) see `DirectedEdges`; cost: (n,).
     """
 
     start: Ints
@@ -41,15 +41,15 @@ class Collapses(StructOfArrays):
 
 
 def able_edges(edges: DirectedEdges, locked: Mask, banned: Ints) -> Ints:
-    """Return the edges (n,) whose start may move to their end. banned: keys of those that have failed, rising."""
-    # What lies on an open edge moves along open edges only.
+    """Return the edges (n,) whose start may move to their end. banned: keys of those that have failed, ascending."""
+    # Vertices on an open edge move along open edges only.
     able = ~locked[edges.start] & ((edges.count != 2) | ~special_places(edges)[edges.start])
     rows = np.flatnonzero(able)
     return rows[~contains(banned, edges.key[rows])] if len(banned) else rows
 
 
 def seams_at(vertices: Vertices, edges: DirectedEdges, triangles: Ints) -> tuple[Mask, Mask]:
-    """Return at which edges (e,) a seam would be lost, and at which vertices at the two ends correspond one to one."""
+    """Return at which edges (e,) a seam would be lost, and at which the vertices of both ends correspond one to one."""
     used = np.zeros(len(vertices.place), bool)
     used[triangles] = True
     count = np.bincount(vertices.place[used], minlength=len(edges.first) - 1)
@@ -91,9 +91,9 @@ def best_collapses(
 
 
 def cheapest(collapses: Collapses, corners: Ints, group: Ints, missing: Ints) -> Collapses:
-    """Return the cheapest collapse of each place, and only the cheapest of each group.
+    """Return the cheapest collapse at each place, limited to the cheapest of each group.
 
-    corners: (t, 3) places of the triangles; group: (t,) theirs; missing: (g,) how many collapses each group needs.
+    corners: (t, 3) places of the triangles; group: (t,) of each; missing: (g,) collapses that each group needs.
     """
     start, cost = collapses.start, collapses.cost
     if not len(start):
@@ -111,10 +111,10 @@ def cheapest(collapses: Collapses, corners: Ints, group: Ints, missing: Ints) ->
 
 
 def independent(edges: DirectedEdges, collapses: Collapses, priority: Array) -> Ints:
-    """Return some of the n collapses, as rows, whose ends and all their neighbours no other one has.
+    """Return rows of collapses that do not share any end or any neighbour of an end.
 
-    Those that come first of all around are taken, then those that come first of what is left, and so on (Luby 1986).
-    priority: (n,) the least come first.
+    Those first in priority within their surroundings are taken, then those first among the rest, and so on (Luby 1986).
+    priority: (n,) the lowest come first.
     """
     own = np.empty(len(priority), np.int64)
     own[np.argsort(priority)] = np.arange(len(priority))
@@ -132,9 +132,9 @@ def independent(edges: DirectedEdges, collapses: Collapses, priority: Array) -> 
 
 
 def _least_around(edges: DirectedEdges, places: Ints, numbers: Ints, at: Ints | None = None) -> Ints:
-    """Return the least of the `numbers` (n,), which belong to `places` (n,), of those at most two edges away.
+    """Return the least of the `numbers` (n,), which belong to `places` (n,), within two edges' distance.
 
-    at: places (m,) around which it is found; None: the same.
+    at: places (m,) for which to find it; None: the same places.
     """
     least = np.full(len(edges.first) - 1, _NEVER)
     np.minimum.at(least, places, numbers)

@@ -1,8 +1,8 @@
-"""Store the colours of a virtual texture in few bytes: by principal components.
+"""Store the colours of a virtual texture in few bytes by principal component analysis.
 
-The first principal component of an object's colours is mostly how light they are. It is stored in every texel; what it
-misses, in two numbers (tints) that 2 × 2 texels share. Where that would show, texels have two components each and share
-the third; where that would show as well, colours are stored as they are.
+The first principal component of an object's colours is mostly their brightness. It is stored in every texel; the rest
+is stored in two numbers (tints) per 2 × 2 texels. Where that would show, texels have two components each and share
+the third; where that would show as well, colours are stored unchanged.
 """
 
 from typing import NamedTuple
@@ -10,17 +10,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-_SMALL = 1 << 18  # texels for which saving bytes is not worth a lookup
-_OWN = 1, 2  # how many components of its own a texel may have, the first that shows no difference
-_RMS_ERROR, _MAX_ERROR = 0.6, 24.0  # of 255: what sharing tints between 2 × 2 texels may change
+_SMALL = 1 << 18  # texels up to which saving bytes is not worth a lookup
+_OWN = 1, 2  # numbers of components per texel to try; the first that shows no difference is used
+_RMS_ERROR, _MAX_ERROR = 0.6, 24.0  # of 255: allowed errors from sharing tints between 2 × 2 texels
 
 
 class ColourComponents(NamedTuple):
     """Hold colours as components of a palette.
 
-    The colour of a texel is palette[0] + Σ c[i] · palette[i + 1], where c is its components followed by its tints.
-    Where k is 0 it is palette[0] alone; where k is 4 the components are the colour itself. Filtering components gives
-    the same as filtering colours.
+    The colour of a texel is palette[0] + Σ c[i] · palette[i + 1], where c is its components followed by its tints. If k
+    is 0, it is palette[0] alone; if k is 4, the components are the colour itself. Filtering components gives the same
+    result as filtering colours.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class ColourComponents(NamedTuple):
 
 
 def few_components(colours: NDArray[np.uint16], used: NDArray[np.bool_]) -> ColourComponents:
-    """Store colours in as few components as show no difference.
+    """Store colours in as few components as possible without visible difference.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def few_components(colours: NDArray[np.uint16], used: NDArray[np.bool_]) -> Colo
     axes = np.linalg.eigh(np.cov(shown, rowvar=False))[1].T[:0:-1].astype(np.float32)  # three, the principal one first
     along = np.zeros((*used.shape, 3), np.float32)
     along[used] = (shown - mean) @ axes.T
-    fourth = np.square(shown - mean - along[used] @ axes).sum(1)  # what lies along the fourth axis
+    fourth = np.square(shown - mean - along[used] @ axes).sum(1)  # the part along the fourth axis
     for own in _OWN:
         shared = along[..., own:]
         tints = shared.reshape(used.shape[0] // 2, 2, used.shape[1] // 2, 2, 3 - own).mean((1, 3))
@@ -84,12 +84,12 @@ def _components(
 ) -> ColourComponents:
     """Return components of 8 bits.
 
-    along: (H, W, 3), along the axes; own: how many of them every texel stores; tints: (H / 2, W / 2, 3 − own), along
-    the others; used: (H, W) bool; mean (4,) and axes (3, 4), of the colours.
+    along: (H, W, 3), coordinates along the axes; own: how many of them every texel stores; tints: (H / 2, W / 2,
+    3 − own), coordinates along the others; used: (H, W) bool; mean (4,) and axes (3, 4), of the colours.
     """
     low, size, palette = along[used].min(0), np.ptp(along[used], 0).clip(1e-6), np.zeros((4, 4), np.float32)
     parts, rest = (along[..., :own] - low[:own]) / size[:own], (tints - low[own:]) / size[own:]
-    # Signed, so that llvmpipe does not blend them in 8 bits, which costs FLIP .001.
+    # Signed, because llvmpipe blends unsigned ones in 8 bits, which costs FLIP .001.
     components = np.round((2 * parts - 1) * 127).clip(-127, 127).astype(np.int8)
     size[:own] /= 2
     low[:own] += size[:own]

@@ -1,7 +1,7 @@
-"""Cook baked objects: derive from their depth images the arrays that the GPU reads.
+"""Cook baked objects: turn their depth images into the arrays that the GPU reads.
 
-A baked object is depth images; a GPU draws triangles and looks up textures. Cooking goes from the one to the other,
-once per asset, in seconds; `cooked_file` keeps the result. Its steps, in the order of `cook_object`:
+A baked object consists of depth images; a GPU draws triangles and looks up textures. Cooking converts one to the other,
+once per asset, in seconds; `cooked_file` stores the result. Its steps, in the order of `cook_object`:
 
 1. *Depth images → geometry levels.* `grid_lods` connects neighbouring samples to triangles, face by face
    (`face_grids`), at steps of 1, 2, 4 … texels, fewer where the surface is smooth (`rtin`). For larger images, and for
@@ -9,13 +9,13 @@ once per asset, in seconds; `cooked_file` keeps the result. Its steps, in the or
    and `edge_collapse` (`quadrics`), with its `sharp_features` restored, and dilated if it is foliage
    (`foliage_dilation`).
 2. *View selection.* Each simplified triangle is assigned the depth image that shows it best (`view_selection`);
-   triangles of grids stay with the image that they are made of.
+   triangles of grids stay with the image that they are made from.
 3. *Pieces.* The triangles of a level are sorted by the directions from which they can be seen (`cases`), and written
    as vertex and index arrays (`lod_geometry`, `indexed_lods`, `index_chunks`).
-4. *Virtual texture.* The texels that those triangles look up (`used_texels`), but for the finest of what hardly anybody
-   sees (`interior_visibility`), are encoded (`texel_encoding`) and packed into one small texture (`virtual_texture`,
-   `mask_packing`), in mip tiers, their colours in as few components as they need (`colour_pca`).
-5. *Cooked object.* What drawing asks for before the arrays are loaded goes beside them: an outline, bounds, errors.
+4. *Virtual texture.* The texels that those triangles look up (`used_texels`), except the finest of surfaces that can
+   hardly be seen (`interior_visibility`), are encoded (`texel_encoding`) and packed into one small texture
+   (`virtual_texture`, `mask_packing`), in mip tiers, with as few colour components as possible (`colour_pca`).
+5. *Cooked object.* What drawing needs before the arrays are loaded is stored beside them: an outline, bounds, errors.
 """
 
 from collections.abc import Callable
@@ -34,20 +34,20 @@ from depthwalk.geometry.support_function import support_values
 from depthwalk.parallel import Map, begin, thread_map
 from depthwalk.types import Array, Ints
 
-# Part of the names of cached files: raise it with every change of what `cook_object` yields. A test compares the code
-# that cooks with what it was when the number was given.
+# Part of the names of cached files: raise it with every change of the output of `cook_object`. A test compares the
+# cooking code with its state when the number was last set.
 COOK_VERSION = 4
 
-# Up to this many texels across, simplifying an image takes longer than a visitor of the garden should wait, and saves
-# few triangles.
+# Up to this many texels across, simplifying an image takes longer than a visitor of the garden should have to wait, and
+# saves few triangles.
 GRID_TEXELS = 128
-# Grids of more triangles per texel are those of foliage, all boundary strips. Simplified they have a quarter of that,
-# and keep leaves that grids of step 2 and 4 lose.
+# Grids with more triangles per texel show foliage and consist almost wholly of boundary strips. Simplified, they have a
+# quarter of that, and keep leaves that grids of step 2 and 4 lose.
 _FOLIAGE_DENSITY = 10
 
 
 class CookOptions(NamedTuple):
-    """Select what is built of an object.
+    """Select what is built for an object.
 
     Attributes
     ----------
@@ -62,30 +62,30 @@ class CookOptions(NamedTuple):
 
     @property
     def needs_coarse_grids(self) -> bool:
-        """Return whether grids of all steps are drawn of images larger than `GRID_TEXELS` too."""
+        """Return whether grids of all steps are drawn even of images larger than `GRID_TEXELS`."""
         return self.stepped or self.paper_cases
 
 
 @dataclass(frozen=True, kw_only=True)
 class CookedObject:
-    """Hold a cooked object: what drawing must know at once, and how to load the rest.
+    """Hold a cooked object: what drawing needs at once, and how to load the rest.
 
     Attributes
     ----------
     outline
-        The baked object, its images with their sizes but without pixels.
+        The baked object without pixels: its images have only their sizes.
     footprint
-        (DIRECTIONS,) metres: how far the object reaches from its axis, see `geometry.support_function`.
+        (DIRECTIONS,) metres: how far the object extends from its axis, see `geometry.support_function`.
     first, count
         (levels, RANGES), first index and number of indices of each piece and further range, see `LodGeometry`.
     horizon
-        (levels, PIECES, 4) metres, from where each piece may be seen, see `piece_horizons`.
+        (levels, PIECES, 4) metres, the viewpoints from which each piece may be seen, see `piece_horizons`.
     error
         (levels,) metres, geometric error of each level, the finest first.
     bytes
         Bytes of GPU memory that the object takes.
     load
-        Returns geometry and texture. Raises OSError where the file that holds them is missing or damaged.
+        Returns geometry and texture. Raises OSError if the file that holds them is missing or damaged.
     """
 
     outline: BakedObject
@@ -98,13 +98,13 @@ class CookedObject:
     load: Callable[[], tuple[LodGeometry, VirtualTexture]]
 
 
-MOST_PREFETCHED = 128e6  # bytes of geometry and textures that are read before they are asked for
+MOST_PREFETCHED = 128e6  # bytes of geometry and textures that are read in advance
 
 
 class HeldArrays:
-    """Load geometry and texture of an object before they are asked for; it takes the place of `CookedObject.load`.
+    """Load geometry and texture of an object in advance; used in place of `CookedObject.load`.
 
-    The first call hands over what was loaded, which is then forgotten; later calls load again.
+    The first call hands over what was loaded and forgets it; later calls load again.
     """
 
     def __init__(self, load: Callable[[], tuple[LodGeometry, VirtualTexture]]) -> None:
@@ -114,28 +114,28 @@ class HeldArrays:
 
     @property
     def is_held(self) -> bool:
-        """Return whether what was loaded is still in memory, so that the next call returns at once."""
+        """Return whether the loaded arrays are still in memory, so that the next call returns at once."""
         return self._arrays is not None
 
     def drop(self) -> None:
-        """Free the memory of what was loaded and not yet handed over."""
+        """Free the loaded arrays if they have not been handed over yet."""
         self._arrays = None
 
     def __call__(self) -> tuple[LodGeometry, VirtualTexture]:
-        """Return geometry and texture of the object, loaded anew where they are no longer in memory."""
+        """Return geometry and texture of the object, loaded again if they are no longer in memory."""
         arrays, self._arrays = self._arrays, None
         return self._load() if arrays is None else arrays
 
 
 class PrefetchedArrays:
-    """Have a thread load geometry and texture of an object before they are asked for; a `CookedObject.load`.
+    """Load geometry and texture of an object in advance in a thread; used in place of `CookedObject.load`.
 
-    The first call hands over what was loaded, or raises what loading raised. Where the thread has not come to it, and
+    The first call returns what the thread loaded, or raises its exception. If the thread has not started on it yet, and
     in later calls, the caller loads.
     """
 
     def __init__(self, load: Callable[[], tuple[LodGeometry, VirtualTexture]], threads: Executor) -> None:
-        """Have one of `threads` call `load`."""
+        """Submit `load` to one of `threads`."""
         self._load = load
         self._ahead: Future[tuple[LodGeometry, VirtualTexture]] | None = threads.submit(load)
 
@@ -146,14 +146,14 @@ class PrefetchedArrays:
 
 
 class Prefetcher:
-    """Have a thread load the arrays of objects in the order in which these are found: a first picture needs most."""
+    """Load the arrays of objects in a thread, in the order in which they are found: a first picture needs most."""
 
     def __init__(self, threads: Executor, most: float = MOST_PREFETCHED) -> None:
-        """Read with `threads`, but only so many bytes in all: `most`."""
+        """Read with `threads`, at most `most` bytes in all."""
         self._threads, self._left = threads, most
 
     def read(self, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-        """Return `objects`, whose arrays are being read unless they are too many."""
+        """Return `objects`, whose arrays are being read unless the limit is exceeded."""
         self._left -= sum(cooked.bytes for cooked in objects)
         if self._left < 0:
             return objects
@@ -173,7 +173,7 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
     Returns
     -------
     CookedObject
-        The object, whose geometry and texture are in memory.
+        The object, with geometry and texture in memory.
     """
     with thread_map() as parallel:
         mip_tiers = begin(lambda: build_mip_tiers(baked), parallel)  # where one step of geometry waits for another
@@ -193,8 +193,8 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
 
 
 def _build_geometry(baked: BakedObject, options: CookOptions, parallel: Map) -> LodGeometry:
-    """Return grids where they are asked for, or the images are small and not of foliage; else simplified levels."""
-    from depthwalk.cook.grid_lods import build_grid_lods  # here: whoever draws what others have cooked needs neither
+    """Return grids if they are asked for, or if images are small and not of foliage; otherwise simplified levels."""
+    from depthwalk.cook.grid_lods import build_grid_lods  # here, since drawing already cooked objects needs neither
     from depthwalk.cook.simplified_lods import build_simplified_lods
 
     height, width = baked.images[0].depth.shape
@@ -210,7 +210,7 @@ def _bare(image: DepthImage) -> DepthImage:
 
 
 def bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
-    """Return an image without any sample, of `shape` (H, W) texels, on layer `layer` of `face`; it takes no memory."""
+    """Return an image without samples, of `shape` (H, W) texels, on layer `layer` of `face`; it takes no memory."""
     empty = np.broadcast_to(np.float32(np.inf), shape)
     none = np.broadcast_to(np.float32(0), (*shape, 4))
     return DepthImage(

@@ -1,6 +1,6 @@
-"""Check what a file says that a cooked object is, before shaders read it: they would follow any row number.
+"""Check the arrays of a cooked object from a file before shaders read them and follow any row number in them.
 
-A GPU that reads beyond its buffers may end the program, or show memory of others.
+A GPU that reads beyond its buffers may end the program, or reveal other programs' memory.
 """
 
 from typing import Any
@@ -18,7 +18,7 @@ _LARGEST_SIDE = 1 << 15  # texels: shifts in the table have 16 bits
 
 
 def check_geometry(geometry: LodGeometry) -> None:
-    """Raise ValueError where arrays of `geometry` do not fit each other, or hold numbers out of their range."""
+    """Raise ValueError if arrays of `geometry` are inconsistent or hold numbers out of range."""
     count, levels = len(np.atleast_1d(geometry.vertices)), len(np.atleast_1d(geometry.first))
     _fits("vertices", geometry.vertices, (None, 4), np.uint16)
     _fits("texels", geometry.texels, (count, 2), np.int16)
@@ -41,7 +41,7 @@ def check_geometry(geometry: LodGeometry) -> None:
 
 
 def check_texture(texture: VirtualTexture) -> None:
-    """Raise ValueError where arrays of `texture` do not fit each other, or hold numbers out of their range."""
+    """Raise ValueError if arrays of `texture` are inconsistent or hold numbers out of range."""
     _fits("normals", texture.normals, (None, None, 4), np.uint8)
     height, width = texture.normals.shape[:2]
     _holds("normals", 0 < max(height, width) <= _LARGEST_SIDE and not (height % SUB_TILE or width % SUB_TILE))

@@ -1,7 +1,7 @@
-"""Keep cooked assets: in the user's cache folder, or as files of their own, `NAME.dpci.npz`, that scenes name.
+"""Store cooked assets: in the user's cache folder, or as separate files, `NAME.dpci.npz`, that scenes refer to.
 
-Cooking takes seconds; reading the file, a fraction of one. So an asset can leave the GPU's memory and return while
-somebody walks, and a scene can ship without meshes. A file holds all objects of one model: their headers, which drawing
+Cooking takes seconds; reading the file, a fraction of a second. So an asset can leave the GPU's memory and return
+during a walk, and a scene can ship without meshes. A file holds all objects of one model: their headers, which drawing
 needs at once, and columns of arrays, which are read for one object at a time.
 """
 
@@ -27,16 +27,16 @@ from depthwalk.errors import InputError
 
 COOKED = Cache(suffix=".npz", content="cooked depth images")
 
-# Of the arrays and what they mean to the shaders. Files of their own stay readable when COOK_VERSION is raised because
-# cooking got better, or faster; raise this where they would be drawn wrongly.
+# Version of the arrays and of what they mean to the shaders. Raise it if older files would be drawn wrongly. Separate
+# files stay readable when COOK_VERSION is raised because cooking became better or faster.
 _LAYOUT = 2
-_PAIRED_LAYOUT = 3  # of files with an object whose texels have two components of colours, which others draw wrongly
+_PAIRED_LAYOUT = 3  # of files with an object whose texels have two colour components; older readers draw these wrongly
 
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
-_OF_TEXTURED = "coordinates", "texture", "colour_level"  # fields that are stored of objects with coordinates only
-_PICTURES = "normals", "texture"  # columns that are packed as pictures; colours are smaller as they are
+_OF_TEXTURED = "coordinates", "texture", "colour_level"  # fields that are stored only for objects with coordinates
+_PICTURES = "normals", "texture"  # columns that are packed as pictures; colours are smaller unpacked
 
-_NUMBERS = "first_rows", "last_mip_tier", "colour_level"  # fields of `VirtualTexture` that are no arrays
+_NUMBERS = "first_rows", "last_mip_tier", "colour_level"  # fields of `VirtualTexture` that are not arrays
 
 _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that are needed before an object is drawn
 
@@ -44,44 +44,44 @@ _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that ar
 def find_cooked(key: str, options: CookOptions) -> tuple[CookedObject, ...] | None:
     """Find the cooked objects of a model in the cache.
 
-    Only what drawing must know at once is read; each object's `load` reads and checks geometry and textures.
+    Reads only what drawing needs at once; each object's `load` reads and checks geometry and textures.
 
     Parameters
     ----------
     key
         Key of the baked model.
     options
-        What was built of it.
+        The options that it was cooked with.
 
     Returns
     -------
     tuple | None
-        The objects in the model's order; None where the cache has none, or a damaged file.
+        The objects in the model's order; None if the cache has none, or a damaged file.
     """
     return COOKED.find(_name(key, options), _objects)
 
 
 def keep_cooked(key: str, options: CookOptions, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-    """Keep the cooked objects of a model in the cache folder.
+    """Store the cooked objects of a model in the cache folder.
 
     Parameters
     ----------
     key
         Key of the baked model.
     options
-        What was built of it.
+        The options that they were cooked with.
     objects
         The objects, in the model's order.
 
     Returns
     -------
     tuple
-        The same objects, which load geometry and textures from the file from now on.
+        The same objects, which from now on load geometry and textures from the file.
 
     Raises
     ------
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     arrays = _arrays(objects)
     path = COOKED.keep(_name(key, options), lambda path: write_arrays(path, arrays))
@@ -89,14 +89,14 @@ def keep_cooked(key: str, options: CookOptions, objects: tuple[CookedObject, ...
 
 
 def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...], left_out: float | None = None) -> None:
-    """Write cooked objects to a file of their own, compressed, whole or not at all.
+    """Write cooked objects to a separate file, compressed and atomically.
 
     Parameters
     ----------
     path
-        The file, whose name ends in `COOKED_SUFFIX`.
+        The file, whose name must end in `COOKED_SUFFIX`.
     key
-        The key of the depth images that the objects were cooked of.
+        The key of the depth images that the objects were cooked from.
     objects
         All objects of a model, cooked with the default `CookOptions`.
     left_out
@@ -105,7 +105,7 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...], left_o
     Raises
     ------
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     paired = any(cooked.load()[1].colours.shape[2] == 2 for cooked in objects)
     version = _PAIRED_LAYOUT if paired else _LAYOUT
@@ -115,9 +115,9 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...], left_o
 
 
 def cooked_key(path: Path) -> str | None:
-    """Return the key of the depth images that were cooked to the file `path`.
+    """Return the key of the depth images from which the file `path` was cooked.
 
-    Returns None for files that `write_cooked` did not write, and for those that another COOK_VERSION wrote.
+    Returns None for files not written by `write_cooked`, and for files of another COOK_VERSION.
     """
     try:
         made_of = _made_of(path)
@@ -128,9 +128,9 @@ def cooked_key(path: Path) -> str | None:
 
 
 def cooked_left_out(path: Path) -> float | None:
-    """Return `BakedModel.left_out` of the depth images that were cooked to the file `path`, None where it is unknown.
+    """Return `BakedModel.left_out` of the depth images from which the file `path` was cooked; None if it is unknown.
 
-    Raises InputError where the file cannot be read or is damaged.
+    Raises InputError if the file cannot be read or is damaged.
     """
     with _complaints(path):
         left_out = _made_of(path).get("left_out")
@@ -145,7 +145,7 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
     Parameters
     ----------
     path
-        The file, which `write_cooked` has written.
+        The file, written by `write_cooked`.
 
     Returns
     -------
@@ -155,7 +155,7 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
     Raises
     ------
     InputError
-        Where the file cannot be read, is damaged, or is of another layout; `load` raises it, too.
+        If the file cannot be read, is damaged, or has another layout; `load` raises it, too.
     """
     with _complaints(path):
         made_of = _made_of(path)
@@ -168,20 +168,20 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
 
 
 def _made_of(path: Path) -> dict[str, Any]:
-    """Return what a file of `write_cooked` says of its origin. Raises OSError or ValueError where it says nothing."""
+    """Return what a file of `write_cooked` records of its origin. Raises OSError or ValueError if nothing."""
     made_of: dict[str, Any] = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
     return made_of
 
 
 def _load_user_file(path: Path, number: int, packed: bool) -> tuple[LodGeometry, VirtualTexture]:
-    """Return geometry and texture of an object of a file that the cache does not own. Raises InputError."""
+    """Return geometry and texture of an object of a file that is not the cache's. Raises InputError."""
     with _complaints(path):
         return _read(path, number, packed)
 
 
 @contextmanager
 def _complaints(path: Path) -> Iterator[None]:
-    """Raise what goes wrong with reading `path` in the `with` block as InputError."""
+    """Turn errors from reading `path` in the `with` block into an InputError."""
     try:
         yield
     except OSError as error:
@@ -199,7 +199,7 @@ def _packed(name: str, values: Any) -> Any:
 
 
 def _unpacked(field: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Return a column of a compressed file. Raises ValueError where it is damaged."""
+    """Return a column of a compressed file. Raises ValueError if it is damaged."""
     if field in _WORDS and values.dtype == np.uint8:
         words = unpack_words(values)
         return words if _WORDS[field] == 2 else words.ravel()
@@ -207,7 +207,7 @@ def _unpacked(field: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _arrays(objects: tuple[CookedObject, ...]) -> dict[str, Any]:
-    """Return what is stored of the objects of a model, by the names of the columns."""
+    """Return the stored arrays of a model's objects, by the names of the columns."""
     arrays: dict[str, Any] = {"objects": json.dumps([_header(cooked) for cooked in objects])}
     for number, cooked in enumerate(objects):
         for part in cooked.load():
@@ -216,13 +216,13 @@ def _arrays(objects: tuple[CookedObject, ...]) -> dict[str, Any]:
 
 
 def _name(key: str, options: CookOptions) -> str:
-    """Return what the file of the model of `key` is called, without its suffix."""
+    """Return the name, without suffix, of the file of the model of `key`."""
     marks = "".join(f"-{name}" for name, chosen in options._asdict().items() if chosen)
     return f"{key}-cook{COOK_VERSION}{marks}"
 
 
 def _objects(path: Path) -> tuple[CookedObject, ...]:
-    """Return the objects in a file. Raises OSError, ValueError, KeyError or TypeError where it is damaged."""
+    """Return the objects in a file. Raises OSError, ValueError, KeyError or TypeError if it is damaged."""
     headers = json.loads(str(read_arrays(path, ["objects"])["objects"]))
     names = [_column(LodGeometry, number, name) for number in range(len(headers)) for name in _SMALL]
     stored = read_arrays(path, names)
@@ -230,7 +230,7 @@ def _objects(path: Path) -> tuple[CookedObject, ...]:
 
 
 def _header(cooked: CookedObject) -> dict[str, Any]:
-    """Return what is stored of an object as JSON; `_from_file` is the inverse."""
+    """Return the part of an object that is stored as JSON; `_from_file` is the inverse."""
     outline, cylinder = cooked.outline, cooked.outline.cylinder
     return {
         "cylinder": [float(getattr(cylinder, field.name)) for field in fields(Cylinder)],
@@ -243,7 +243,7 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
         "footprint": cooked.footprint.tolist(),
         "bytes": cooked.bytes,
         "mesh_triangles": outline.mesh_triangles,
-        **({"has_interior": True} if outline.has_interior else {}),  # other files stay as they were
+        **({"has_interior": True} if outline.has_interior else {}),  # left out otherwise, so other files are unchanged
     }
 
 
@@ -271,7 +271,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
 
 
 def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) -> str:
-    """Return what a field of an object's geometry or texture is called in the file."""
+    """Return the name that a field of an object's geometry or texture has in the file."""
     return f"{number}.{kind.__name__}.{name}"
 
 
@@ -283,12 +283,12 @@ def _values(part: LodGeometry | VirtualTexture) -> dict[str, NDArray[Any]]:
 
 
 def _loader(path: Path, number: int) -> Callable[[], tuple[LodGeometry, VirtualTexture]]:
-    """Return what loads an object from a file. It raises OSError where that has gone or is damaged."""
+    """Return a function that loads an object from a file. It raises OSError if the file is gone or damaged."""
     return partial(COOKED.read, path, partial(_read, number=number))
 
 
 def _read(path: Path, number: int, packed: bool = False) -> tuple[LodGeometry, VirtualTexture]:
-    """Return geometry and texture of an object. Raises OSError, or ValueError where they are damaged.
+    """Return geometry and texture of an object. Raises OSError, or ValueError if they are damaged.
 
     packed: whether columns are stored as `_packed` returns them.
     """

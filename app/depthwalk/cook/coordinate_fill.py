@@ -1,7 +1,8 @@
-"""Continue texture coordinates a few texels beyond the edges of surfaces, as what is drawn there looks them up.
+"""Extrapolate texture coordinates a few texels beyond the edges of surfaces, where drawing looks them up.
 
-Simplified triangles and boundary strips end beside the samples that they are made of, up to a few texels on. Colours
-and normals of the nearest sample do there, since they hardly change; coordinates go on at the rate at which they do.
+Simplified triangles and boundary strips end up to a few texels beside the samples that they are made from. There the
+colours and normals of the nearest sample are good enough, since they hardly change; coordinates continue at the rate at
+which they change.
 """
 
 from typing import TypeVar
@@ -14,11 +15,11 @@ from depthwalk.types import Array, Ints, Mask
 
 T = TypeVar("T", bound=np.generic)
 
-_FARTHEST = 4.0  # texels from a sample, up to which coordinates are continued
+_FARTHEST = 4.0  # texels from a sample, up to which coordinates are extrapolated
 
 
 def filled_coordinates(image: DepthImage) -> NDArray[np.uint16]:
-    """Return the texture coordinates of a depth image, continued into empty texels.
+    """Return the texture coordinates of a depth image, extrapolated into empty texels.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def filled_coordinates(image: DepthImage) -> NDArray[np.uint16]:
     filled = np.where(near[:, None], np.round(continued).astype(np.int64) & COORDINATE_STEPS - 2, 0)
     filled[:, 0] |= near * HAS_COORDINATES
     codes[empty] = filled
-    chart = _of_cells(label(whole, np.ones((3, 3)))[0])  # whole cells that touch each other are of one chart
+    chart = _of_cells(label(whole, np.ones((3, 3)))[0])  # whole cells that touch each other form one chart
     chart[empty] = np.where(near, chart[row, column], 0)
     right, above, across = (np.roll(chart, shift, (0, 1)) for shift in ((0, -1), (-1, 0), (-1, -1)))
     one = (chart > 0) & (right == chart) & (above == chart) & (across == chart)
@@ -58,7 +59,7 @@ def filled_coordinates(image: DepthImage) -> NDArray[np.uint16]:
 
 
 def _of_cells(values: NDArray[T]) -> NDArray[T]:
-    """Return for each texel the greatest of the values (H, W) of the four cells around it.
+    """Return, for each texel, the greatest of the values (H, W) of the four cells around it.
 
     The cell of a texel lies between it and those to its right and above it.
     """
@@ -66,9 +67,9 @@ def _of_cells(values: NDArray[T]) -> NDArray[T]:
 
 
 def _slopes(codes: Ints, whole: Mask, axis: int) -> Array:
-    """Return by how much coordinates (H, W, 2) change from a texel to the next along an axis, at each texel.
+    """Return how much coordinates (H, W, 2) change from texel to texel along an axis, at each texel.
 
-    It is a mean over the cells around it that are `whole` (H, W); 0 where there are none.
+    It is the mean over the surrounding cells that are `whole` (H, W); 0 where there are none.
     """
     known = (whole | np.roll(whole, 1, 1 - axis))[..., None]
     difference = np.roll(codes, -1, axis) - codes + COORDINATE_STEPS // 2

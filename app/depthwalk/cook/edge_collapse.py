@@ -1,8 +1,8 @@
 """Simplify surfaces by edge collapse, in the order of quadric errors (Garland and Heckbert 1997).
 
-The triangles of an object's images overlap, cross and end in fringes, where simplifiers for manifolds stop. This one
-asks nothing of a surface. It works in rounds over arrays: each collapses all edges that are the cheapest at both of
-their ends.
+The triangles of an object's images overlap, cross and end in fringes, at which simplifiers for manifolds stop. This one
+makes no demands on the surface. It works in rounds over arrays: each round collapses all edges that are the cheapest at
+both of their ends.
 """
 
 from dataclasses import dataclass, replace
@@ -25,9 +25,9 @@ from depthwalk.types import Array, Ints, Mask
 
 _MAX_ROUNDS = 60
 _MIN_SHARE = 0.01  # of the vertices: a round that collapses fewer edges is the last
-_STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
-_SHORT = 1e-4  # part of an edge's length that counts as an error: where all is flat, short ones go first
-_LEAST = 1e-200  # metres⁴: costs are never 0, so that chance makes all of them differ
+_STIFFNESS = 1e-3  # of a surface's weight: pulls a vertex to its edge's midpoint where planes leave it free
+_SHORT = 1e-4  # part of an edge's length that counts as an error: in flat areas, short edges go first
+_LEAST = 1e-200  # metres⁴: costs are never 0, so that the random factor makes all of them differ
 _TURN = 0.2  # cosine: triangles that turn further than that have flipped
 _BATCH = 1 << 15  # edges or triangles at a time: with fewer, threads wait for each other more than for memory
 
@@ -36,8 +36,8 @@ _BATCH = 1 << 15  # edges or triangles at a time: with fewer, threads wait for e
 class _Edges(StructOfArrays):
     """Hold m edges that may be collapsed.
 
-    start, end: (m,) vertices; target: (m, 3), where these would come to lie, metres; quadric (m, 10) and weight (m,) of
-    the vertex that they would make; cost: (m,), its squared distances, metres⁴.
+    start, end: (m,) vertices; target: (m, 3), where the merged vertex would be, metres; quadric (m, 10) and weight (m,)
+    of the merged vertex; cost: (m,), its squared distances, metres⁴.
     """
 
     start: Ints
@@ -50,10 +50,10 @@ class _Edges(StructOfArrays):
 
 @dataclass(frozen=True)
 class _Known:
-    """Hold what one round leaves to the next.
+    """Hold what one round passes on to the next.
 
-    new: (n,) bool, vertices that the round made: edges at them have not been looked at; cheap: the edges elsewhere that
-    may be collapsed, in the order of their ends.
+    new: (n,) bool, vertices made by the round, whose edges have not been examined; cheap: the edges elsewhere that may
+    be collapsed, in the order of their ends.
     """
 
     new: Mask
@@ -61,10 +61,10 @@ class _Known:
 
 
 def collapse_edges(surface: ClusteredSurface, tolerance: float, parallel: Map = map) -> ClusteredSurface:
-    """Return a surface with fewer triangles, by collapsing edges while it deviates by about a tolerance at most.
+    """Reduce the triangles of a surface by collapsing edges while it deviates by at most about a tolerance.
 
     An edge may collapse to a vertex while the squared distance of this vertex, integrated over the surface that it
-    stands for, is at most tolerance⁴: an area of tolerance² may be off by the tolerance, a smaller area by more.
+    represents, is at most tolerance⁴: an area of tolerance² may be off by the tolerance, a smaller area by more.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def collapse_edges(surface: ClusteredSurface, tolerance: float, parallel: Map = 
 def _collapse_once(
     surface: ClusteredSurface, known: _Known, tolerance: float, random: np.random.Generator, parallel: Map
 ) -> tuple[ClusteredSurface, _Known]:
-    """Do one round; return the surface that is left, and what is known of it."""
+    """Do one round; return the remaining surface, and what is known of it."""
     cheap, chosen = _cheapest(surface, known, tolerance, random, parallel)
     start, end = chosen.start, chosen.end
     moved, number = surface.point.copy(), np.arange(len(surface.point))
@@ -108,7 +108,7 @@ def _collapse_once(
     quadric[start[kept]], weight[start[kept]] = chosen.quadric.take(kept, 0), chosen.weight[kept]
     new = np.zeros(len(moved), bool)
     new[start[kept]] = True
-    # Only where a vertex is new can a triangle have become another's copy.
+    # Only at a new vertex can a triangle have become a copy of another.
     triangles = number.take(surface.triangles)
     touched = any_corner(new, triangles)
     unchanged = triangles.take(np.flatnonzero(~touched), 0)
@@ -126,9 +126,9 @@ def _collapse_once(
 
 
 def _flipped(surface: ClusteredSurface, moved: Array, changed: Ints, tolerance: float, parallel: Map) -> Mask:
-    """Return the vertices (n,) of triangles that flip where vertices are moved.
+    """Return the vertices (n,) of triangles that flip when vertices are moved.
 
-    moved: (n, 3), where they are then, metres; changed: (m,) the vertices that are moved.
+    moved: (n, 3), their positions afterwards, metres; changed: (m,) the vertices that are moved.
     """
     elsewhere = np.zeros(len(moved), bool)
     elsewhere[changed] = True
@@ -137,7 +137,7 @@ def _flipped(surface: ClusteredSurface, moved: Array, changed: Ints, tolerance: 
     def flipped_of(batch: slice) -> Ints:
         normal, area = normals_and_areas(moved, triangles[batch])
         turned = np.einsum("ij,ij->i", normal, normals_and_areas(surface.point, triangles[batch])[0]) < _TURN
-        # Triangles smaller than the tolerance may turn as they like: folds are full of them.
+        # Triangles smaller than the tolerance may turn freely: folds are full of them.
         return np.asarray(triangles[batch][turned & (area > tolerance**2)])
 
     flipped = np.zeros(len(moved), bool)
@@ -155,7 +155,7 @@ def _cheapest(
         edges = _Edges.joined([edges, known.cheap])
         edges = edges.take(stable_order(edges.start << KEY_BITS | edges.end))
     length = lengths(surface.point.take(edges.start, 0) - surface.point.take(edges.end, 0))
-    # A little by chance, so that edges whose collapse was undone do not come first in every round.
+    # A random factor, so that edges whose collapse was undone do not come first in every round.
     cost = (edges.cost + _SHORT * edges.weight * length**2 + _LEAST) * random.uniform(1, 1.3, len(length))
     least = np.full(len(surface.point), np.inf)
     for end in edges.start, edges.end:
@@ -179,7 +179,7 @@ def _new_edges(triangles: Ints, new: Mask) -> tuple[Ints, Ints]:
 
 
 def _cheap_edges(surface: ClusteredSurface, start: Ints, end: Ints, tolerance: float, parallel: Map) -> _Edges:
-    """Return those of edges with ends (m,) that may be collapsed."""
+    """Return those of the edges with ends (m,) that may be collapsed."""
 
     def cheap(batch: slice) -> _Edges:
         edges = _edges(surface, start[batch], end[batch])
@@ -189,7 +189,7 @@ def _cheap_edges(surface: ClusteredSurface, start: Ints, end: Ints, tolerance: f
 
 
 def _edges(surface: ClusteredSurface, start: Ints, end: Ints) -> _Edges:
-    """Return what collapsing edges with ends (m,) would make."""
+    """Return the results of collapsing edges with ends (m,)."""
     quadric = surface.quadric.take(start, 0)
     quadric += surface.quadric.take(end, 0)
     weight = surface.weight.take(start) + surface.weight.take(end)

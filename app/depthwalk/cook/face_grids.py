@@ -1,7 +1,7 @@
-"""Connect the samples of one face to triangles, at every step: the parts that `grid_lods` joins.
+"""Connect the samples of one face to triangles, at every step; `grid_lods` joins the faces.
 
-Vertices are numbered in blocks, so that those of neighbouring triangles are near each other in memory, and each
-triangle says by its last vertex which image it looks into.
+Vertices are numbered in blocks, so that those of neighbouring triangles are near each other in memory. The last vertex
+of a triangle determines which image it looks into.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ _EASE_TEXELS = 6  # over which a face's own meso-structure fades in from where a
 class Run(IntEnum):
     """Order the triangles in an index list by the faces that sample them best.
 
-    Triangles on the side image that another face samples better are kept apart, so that they can be drawn only where
+    Triangles on the side image that another face samples better are kept separate, so that they can be drawn only where
     that face is not.
     """
 
@@ -39,7 +39,7 @@ class Run(IntEnum):
     BOTTOM = 6
 
 
-_DRAWN = Run.BOX_FACES, Run.TOP, Run.SIDE, Run.BOTTOM  # unless for the paper's cases
+_DRAWN = Run.BOX_FACES, Run.TOP, Run.SIDE, Run.BOTTOM  # except for the paper's cases
 _RUN_OF_OWNER = {  # of a triangle on the side image
     Face.SIDE: Run.SIDE, Face.TOP: Run.SIDE_OF_TOP, Face.BOTTOM: Run.SIDE_OF_BOTTOM
 } | dict.fromkeys(BOX_FACES, Run.SIDE_OF_BOX_FACES)  # fmt: skip
@@ -55,7 +55,7 @@ class FaceGrids:
     vertices
         (v, 4) uint16, encoded position and image of each vertex, as in `LodGeometry.vertices`.
     texels
-        (v, 2) int16, column and row of the sample that each vertex is; −1 where it is none.
+        (v, 2) int16, column and row of the sample of each vertex; −1 where it is not a sample.
     runs
         Triangles (t, 3) uint32, rows of `vertices`, by level and Run.
     """
@@ -75,7 +75,7 @@ def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cas
     face
         One of the object's faces that has images.
     tolerance
-        How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
+        How far samples may be off the triangles of step s, in units of s texels; −inf keeps every cell.
     paper_cases
         Whether to keep triangles that only the paper's cases draw.
 
@@ -88,7 +88,7 @@ def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cas
     present = {image.face for image in baked.images}
     shape = images[0].depth.shape
     borders = {border.level: border for border in baked.boundary_strips if border.face is face}
-    # Meso-structure needs every vertex, however smooth the surface below it is.
+    # Meso-structure needs every vertex, however smooth the surface below is.
     metres = tolerance * square_texel(baked) if baked.meso is None else -np.inf
     grid = FaceGrid.of(baked.cylinder, images[0])
     surfaces = _surfaces(grid, images)
@@ -133,9 +133,9 @@ class _Points:
 
 @dataclass(frozen=True)
 class _Numbers:
-    """Hold how points are numbered: those below `samples` are samples.
+    """Hold the numbering of points: those below `samples` are samples.
 
-    Other corners of a triangle are shifted by `border_shift` of its level.
+    Other corners of a triangle are shifted by the `border_shift` of its level.
     """
 
     samples: int
@@ -149,7 +149,7 @@ def _face_points(
     surfaces: list[Surface],
     borders: dict[int, BoundaryStrip],
 ) -> tuple[_Points, _Numbers]:
-    """Return all points of one face, and how triangles number them; borders: by level."""
+    """Return all points of one face, and their numbering in triangles; borders: by level."""
     samples = sum(image.depth.size for image in images)
     face_number = grid.face << FACE_SHIFT
     position = [surface.point for surface in surfaces]
@@ -178,10 +178,10 @@ def _face_points(
 
 
 def _ease(image: DepthImage, point: NDArray[np.float32]) -> Ints:
-    """Return how much of the meso-structure samples (H, W) of a cap or a box face take: 0 to EASE.
+    """Return how much of the meso-structure applies to samples (H, W) of a cap or a box face: 0 to EASE.
 
-    That is their `straight_share`, less near where the surface leaves the image or another face owns it, since that
-    face's images do not have this relief. point: (n, 3) of the samples, metres.
+    That is their `straight_share`, reduced near places where the surface leaves the image or another face owns it,
+    since that face's images do not have this relief. point: (n, 3) of the samples, metres.
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -199,7 +199,7 @@ def _ease(image: DepthImage, point: NDArray[np.float32]) -> Ints:
 
 
 def _surfaces(grid: FaceGrid, images: list[DepthImage]) -> list[Surface]:
-    """Return the samples of each layer; their labels tell owners, and sides of the axis, apart."""
+    """Return the samples of each layer; their labels distinguish owners, and the two sides of the axis."""
     surfaces = []
     for image in images:
         past = (grid.face is Face.SIDE) & (image.depth > grid.cylinder.radius)
@@ -217,7 +217,7 @@ def _face_triangles(
     tolerance: float,
     present: set[Face],
 ) -> tuple[Ints, Ints, Mask]:
-    """Return the surface triangles of step 2^level of one face, boundary strip included.
+    """Return the surface triangles of step 2^level of one face, including its boundary strip.
 
     Only the side keeps what another face owns, for the paper's cases. tolerance: metres; present: the faces that have
     images.
@@ -242,14 +242,14 @@ def _face_triangles(
             kind.append(texels + layers * height * width)
         half, cell = triangle_places(image, level, replaced | whole)
         elsewhere.append(image.cells[level][cell] >> 14 + half & 1 > 0)
-    # Vertices of boundary strips tell by themselves what their triangles are.
+    # Triangles of boundary strips need no mark: their vertices identify them.
     plain += [] if border is None else [border.triangles.astype(np.int64)]
     corners = np.concatenate(plain + edges)
     edge = np.arange(len(corners)) >= sum(map(len, plain))
     face = images[0].face
     owner = np.stack([image.owner for image in images]).ravel()
-    # The first corner always is a sample; boundary vertices go with it. A triangle belongs to another face only with
-    # all its corners, so that neighbours overlap where owners meet.
+    # The first corner is always a sample, and boundary vertices go with it. A triangle belongs to another face only if
+    # all its corners do, so that neighbours overlap where owners meet.
     owners = owner[np.where(corners < samples, corners, corners[:, :1])]
     shared = np.where((owners == owners[:, :1]).all(1), owners[:, 0], face)
     held = np.flatnonzero(edge)[np.concatenate(elsewhere)]
@@ -275,11 +275,11 @@ def _held_by(corners: NDArray[np.float32], present: set[Face]) -> NDArray[np.int
 
 
 def _outward(corners: Ints, depth: NDArray[np.float32], radius: float, face: Face) -> Ints:
-    """Return corners (n, 3), turned so that fronts are counter-clockwise.
+    """Return corners (n, 3), reordered so that fronts are counter-clockwise.
 
-    The last, provoking corner is a vertex of a boundary strip where the triangle has one. depth: of points, metres.
+    The last, provoking corner is a vertex of a boundary strip if the triangle has one. depth: of points, metres.
     """
-    if face is Face.SIDE:  # past the axis θ runs the other way: the winding turns round
+    if face is Face.SIDE:  # past the axis θ runs the other way, which reverses the winding
         past = depth[corners].mean(-1) > radius
         corners[past] = corners[past][:, [1, 0, 2]]
     # Boundary vertices have the highest numbers: turn the triangle until its highest comes last.
@@ -288,13 +288,13 @@ def _outward(corners: Ints, depth: NDArray[np.float32], radius: float, face: Fac
 
 
 def _blockwise(points: Ints, count: int, shape: tuple[int, ...]) -> Ints:
-    """Return points (n,) block by block of the image of `shape`; count: from which on they are marked as EDGE."""
+    """Return points (n,) block by block of the image of `shape`; points from `count` on are marked as EDGE."""
     row, column = np.divmod(points % count % (shape[0] * shape[1]), shape[1])
     return points[np.lexsort((column // _BLOCK, row // _BLOCK))]
 
 
 def _texels(points: Ints, samples: int, shape: tuple[int, ...]) -> NDArray[np.int16]:
-    """Return column and row (n, 2) of points (n,), −1 where they are no samples."""
+    """Return column and row (n, 2) of points (n,), −1 where they are not samples."""
     row, column = np.divmod(points % (shape[0] * shape[1]), shape[1])
     return np.where((points < samples)[:, None], np.stack([column, row], -1), -1).astype(np.int16)
 

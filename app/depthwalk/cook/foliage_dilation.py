@@ -1,7 +1,7 @@
-"""Dilate simplified foliage, or trees and their shadows would become bare with distance.
+"""Dilate simplified foliage; otherwise trees and their shadows would become bare with distance.
 
-Simplification makes leaves shrink or vanish. Those that are left are enlarged in their place, as Cook et al. 2007,
-"Stochastic Simplification of Aggregate Detail", do; by how much, a lattice of voxels tells.
+Simplification makes leaves shrink or vanish. The remaining ones are enlarged in place, as in Cook et al. 2007,
+"Stochastic Simplification of Aggregate Detail"; counting voxels determines by how much.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from depthwalk.geometry.triangles import face_normals, sample_batches
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array
 
-_SAMPLES = 4  # per face of a voxel: of the voxels that are met, nearly all are found
-_OFFSETS = 4  # that are tried, the first included
-_MAX_RATIO = 4.0  # of an offset to the one before it
+_SAMPLES = 4  # per face of a voxel: enough to find nearly all voxels that are touched
+_OFFSETS = 4  # that are tried, including the first
+_MAX_RATIO = 4.0  # of an offset to the one before
 
 
 def count_voxels(corners: Array, voxel_size: float) -> int:
@@ -35,7 +35,7 @@ def count_voxels(corners: Array, voxel_size: float) -> int:
         The number of voxels.
     """
     areas = face_normals(corners)[1]
-    # A bit map is several times as quick as sorting the voxels' numbers. It has a voxel to spare, for rounding.
+    # A bit map is several times as fast as sorting voxel numbers. It has a spare voxel for rounding.
     low = np.floor(corners.min((0, 1)) / voxel_size).astype(np.int64) - 1
     met = np.zeros(np.floor(corners.max((0, 1)) / voxel_size).astype(np.int64) - low + 2, bool)
     _, height, depth = met.shape
@@ -48,15 +48,15 @@ def count_voxels(corners: Array, voxel_size: float) -> int:
 def dilate_foliage(surface: ClusteredSurface, target_voxels: int, voxel_size: float, max_offset: float) -> Array:
     """Dilate simplified foliage until it covers as much as the original.
 
-    Moves every boundary vertex outward by one common distance, so that the surface meets about `target_voxels` voxels.
-    Surfaces that already meet enough are returned unchanged.
+    Moves every boundary vertex outward by one common distance, so that the surface touches about `target_voxels`
+    voxels. Surfaces that already touch enough are returned unchanged.
 
     Parameters
     ----------
     surface
         The simplified foliage.
     target_voxels
-        What `count_voxels` finds of the original.
+        The result of `count_voxels` for the original.
     voxel_size
         Edge of a voxel, metres.
     max_offset

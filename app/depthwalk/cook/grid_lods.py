@@ -1,7 +1,7 @@
 """Build levels of detail as grids of steps 1, 2, 4 … of depth images, as Liu et al. 2007 draw them.
 
-Neighbouring samples are connected to triangles, unless the surface is cut between them; one vertex per texel in use,
-one index list per level. Nothing that is empty or cut is in a list, so it costs nothing.
+Neighbouring samples are connected to triangles unless the surface is cut between them. There is one vertex per texel in
+use, and one index list per level. Empty or cut cells are in no list and so cost nothing.
 """
 
 from itertools import accumulate
@@ -30,9 +30,9 @@ from depthwalk.cook.lod_geometry import LodGeometry, vertex_positions
 from depthwalk.parallel import Map
 from depthwalk.types import Ints
 
-# How far samples may come off the triangles of step s: this part of s texels, which is about one pixel.
+# How far samples may be off the triangles of step s, in units of s texels, which are about one pixel.
 _TOLERANCE = 0.07
-# Texels: about how far samples between those of step 2 are off its triangles; step s has s − 1 times that.
+# Texels: about how far samples between those of step 2 are off its triangles; for step s, multiply by s − 1.
 _STEP_ERROR = 0.25
 _PAPER_RANGES = np.array(  # of `cook.cases`, by Run
     [PAPER_BOX_FACES, TOP_PIECE, SIDE_OF_TOP, SIDE_OF_BOX_FACES, PAPER_SIDE, SIDE_OF_BOTTOM, BOTTOM_PIECE]
@@ -53,12 +53,12 @@ def build_grid_lods(
     baked
         The object; it has `baked.steps` grids per image.
     paper_cases
-        Whether to sort triangles into the index ranges of the paper's cases, with those that only these draw.
+        Whether to sort triangles into the index ranges of the paper's cases, including those that only these draw.
     tolerance
-        How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
+        How far samples may be off the triangles of step s, in units of s texels; −inf keeps every cell.
     in_pieces
-        Whether to sort triangles into the pieces of `cook.cases`, where `paper_cases` is False. Otherwise all are in
-        the first piece, in the order of their faces.
+        Whether to sort triangles into the pieces of `cook.cases`, if `paper_cases` is False. Otherwise all are in the
+        first piece, in the order of their faces.
     parallel
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -73,7 +73,7 @@ def build_grid_lods(
         return build_face_grids(baked, face, tolerance, paper_cases)
 
     faces = list(parallel(face_grids, sorted({image.face for image in baked.images})))
-    before = [0, *accumulate(len(grids.vertices) for grids in faces)]  # each face: vertices of those before it
+    before = [0, *accumulate(len(grids.vertices) for grids in faces)]  # for each face: vertices of those before it
     vertices = np.concatenate([grids.vertices for grids in faces])
     position = vertex_positions(vertices, low, size)
     levels = [

@@ -1,7 +1,7 @@
-"""Simplify many groups of triangles at once, each to a number of triangles of its own, and leave their borders alone.
+"""Simplify many groups of triangles at once, each to its own number of triangles, without changing their borders.
 
-Edge collapse in the order of quadric errors (Garland and Heckbert 1997), in rounds over arrays. Each round collapses
-edges whose neighbourhoods do not touch, so that the tests made before it hold for all of them together.
+Edges collapse in the order of quadric errors (Garland and Heckbert 1997), in rounds over arrays. Each round collapses
+edges whose neighbourhoods do not touch, so that tests made before the round hold for all of them together.
 """
 
 import numpy as np
@@ -13,33 +13,33 @@ from depthwalk.geometry.triangles import face_normals
 from depthwalk.types import Ints, Mask
 
 _MAX_ROUNDS = 60
-_CHANCE = 2.0  # costs come out up to so many times as large in a round
+_CHANCE = 2.0  # largest random factor on costs in a round
 _TURN = 0.25  # cosine: a triangle that turns further than that has flipped
 
 
 def collapse_groups(
     places: Places, vertices: Vertices, triangles: Ints, group: Ints, wanted: Ints
 ) -> tuple[Ints, Ints, Mask]:
-    """Simplify groups of triangles by edge collapse; what several groups share stays where it is.
+    """Simplify groups of triangles by edge collapse; vertices shared by several groups stay in place.
 
-    A collapse keeps the surface's topology (link condition, Dey et al. 1999), its seams and the course of its open
-    edges. So a group may keep more triangles than are wanted.
+    A collapse preserves the surface's topology (link condition, Dey et al. 1999), its seams and the course of its open
+    edges. So a group may keep more triangles than wanted.
 
     Parameters
     ----------
     places, vertices
-        What the mesh consists of; both are overwritten where vertices move.
+        The vertices of the mesh; both are overwritten where vertices move.
     triangles
         (t, 3) rows of `vertices`; the places of each triangle differ.
     group
         (t,) the group that each triangle belongs to, from 0 to g − 1.
     wanted
-        (g,) how many triangles each group is to have.
+        (g,) the number of triangles that each group should have.
 
     Returns
     -------
     tuple
-        Triangles (n, 3) that are left, their groups (n,), and which of the places (p,) have moved.
+        The remaining triangles (n, 3), their groups (n,), and which of the places (p,) have moved.
     """
     random = np.random.default_rng(0)
     locked = _shared(vertices.place[triangles], group, len(places.point))
@@ -61,7 +61,7 @@ def collapse_groups(
         chosen = cheapest(chosen, vertices.place[triangles], group, missing)
         if not len(chosen.start):
             break
-        # A little by chance: where costs rise steadily, hardly any is the least around.
+        # A random factor: where costs rise steadily, hardly any is the least in its surroundings.
         chosen = chosen.take(independent(edges, chosen, chosen.cost * random.uniform(1, _CHANCE, len(chosen.cost))))
         triangles, group, failed = _collapse(places, vertices, edges, triangles, group, chosen)
         moved[chosen.end[chosen.free & ~failed]] = True
@@ -70,9 +70,9 @@ def collapse_groups(
 
 
 def _shared(corners: Ints, group: Ints, count: int) -> Mask:
-    """Return which of `count` places triangles with `corners` (t, 3) of several groups (t,) share."""
+    """Return which of `count` places are shared by triangles with `corners` (t, 3) of several groups (t,)."""
     one = np.zeros(count, group.dtype)
-    one[corners] = group[:, None]  # any of the groups
+    one[corners] = group[:, None]  # any one of the groups
     locked = np.zeros(count, bool)
     locked[corners[one[corners] != group[:, None]]] = True
     return locked
@@ -81,9 +81,9 @@ def _shared(corners: Ints, group: Ints, count: int) -> Mask:
 def _collapse(
     places: Places, vertices: Vertices, edges: DirectedEdges, triangles: Ints, group: Ints, collapses: Collapses
 ) -> tuple[Ints, Ints, Mask]:
-    """Make n collapses where they are allowed.
+    """Do those of n collapses that are allowed.
 
-    Returns the triangles and groups that are left, and which of the collapses (n,) are not allowed.
+    Returns the remaining triangles and groups, and which of the collapses (n,) are not allowed.
     """
     start, end = collapses.start, collapses.end
     number = np.full(len(places.point), -1)
@@ -96,7 +96,7 @@ def _collapse(
     vanish = is_start.any(1) & is_end.any(1)
     failed = _breaks_topology(edges, all_corners, collapses, corners, collapse, vanish, is_start)
 
-    # Each vertex that vanishes must have one that it becomes, on its own side of seams.
+    # Each vertex that vanishes needs one to merge into, on its own side of seams.
     becomes = np.full(len(vertices.place), -1)
     gone, into = own[vanish][is_start[vanish]], own[vanish][is_end[vanish]]
     becomes[gone] = into
@@ -128,10 +128,10 @@ def _collapse(
 
 
 def _match_loosely(vertices: Vertices, becomes: Ints, gone: tuple[Ints, Ints], into: tuple[Ints, Ints]) -> None:
-    """Let vertices that vanish become those of the same part, at the end of their collapses, whose looks differ least.
+    """Merge vertices that vanish into those of the same part, at the collapse's end, whose appearance differs least.
 
-    becomes: (v,) is filled in, −1 where there is none; gone, into: (k,) vertices and the collapses (k,) that they are
-    at the start and at the end of, which may be given several times.
+    becomes: (v,) is filled in, −1 where there is none; gone, into: (k,) vertices and the collapses (k,) at whose start
+    and end they are; pairs may occur several times.
     """
     if not len(gone[0]):
         return
@@ -144,12 +144,12 @@ def _match_loosely(vertices: Vertices, becomes: Ints, gone: tuple[Ints, Ints], i
     alike = vertices.part[one[pair]] == vertices.part[candidate]
     pair, candidate = pair[alike], candidate[alike]
     apart = np.square(vertices.look[one[pair]] - vertices.look[candidate]).sum(1)
-    order = np.argsort(-apart, kind="stable")  # the last one counts
+    order = np.argsort(-apart, kind="stable")  # the last one written counts
     becomes[one[pair[order]]] = candidate[order]
 
 
 def _move(places: Places, vertices: Vertices, collapses: Collapses, gone: Ints, into: Ints) -> None:
-    """Merge places and vertices: the pairs `gone` and `into` (m,), each of which may occur twice, become one."""
+    """Merge places and vertices: the pairs `gone` and `into` (m,), which may occur twice, become one."""
     start, end, free = collapses.start, collapses.end, collapses.free
     along = places.point[start] - places.point[end]
     share = np.einsum("ij,ij->i", collapses.target - places.point[end], along)
@@ -177,17 +177,17 @@ def _breaks_topology(
 ) -> Mask:
     """Return which of n collapses would make surfaces touch themselves.
 
-    triangles: (t, 3) corners of all triangles; around: (k, 3) of those at an end of a collapse; collapse: (k,) which
-    one that is; vanish: (k,) whether it has both ends; is_start: (k, 3) which corners are the start.
+    triangles: (t, 3) corners of all triangles; around: (k, 3) of those at an end of a collapse; collapse: (k,) its
+    number; vanish: (k,) whether the triangle has both ends; is_start: (k, 3) which corners are the start.
     """
     start, end, count = collapses.start, collapses.end, len(edges.first) - 1
-    # Only what forms a triangle with both ends may be a neighbour of both.
+    # Only a vertex that forms a triangle with both ends may be a neighbour of both.
     valence = np.diff(edges.first)[start]
     neighbour = edges.end[np.repeat(edges.first[start], valence) + within_runs(valence)]
     of = np.repeat(np.arange(len(start)), valence)
     common = np.bincount(of[contains(edges.key, end[of] * count + neighbour)], minlength=len(start))
     failed = np.asarray(common != np.bincount(collapse[vanish], minlength=len(start)))
-    # A place with three triangles must not be the tip of a tetrahedron: its base would be there twice.
+    # A place with three triangles must not be the tip of a tetrahedron: its base would then exist twice.
     tip = np.flatnonzero(~vanish & is_start.any(1) & (valence == 3)[collapse])
     if len(tip):
         base = np.where(is_start[tip], end[collapse[tip], None], around[tip])
@@ -196,9 +196,9 @@ def _breaks_topology(
 
 
 def _exist(triangles: Ints, wanted: Ints, count: int) -> Mask:
-    """Return which triangles `wanted` (k, 3) are among `triangles` (t, 3) of `count` places, wound either way.
+    """Return which triangles `wanted` (k, 3) are among `triangles` (t, 3) of `count` places, with either winding.
 
-    Sums of random numbers stand for corners in any order; with 60 bits, chance makes no two equal.
+    Sums of random numbers represent corners in any order; with 60 bits, collisions do not happen in practice.
     """
     mark = np.random.default_rng(0).integers(0, 1 << 60, count)
     candidates = triangles[np.isin(triangles, wanted).all(1)]

@@ -1,6 +1,6 @@
-"""Read index lists of 16 bits: triangles come in chunks, whose indices count from a vertex of their own.
+"""Read 16-bit index lists: triangles come in chunks, whose indices count from a base vertex.
 
-Indices of 16 bits take half the memory of 32, but reach 65536 vertices only; an object may have more.
+16-bit indices take half the memory of 32-bit ones, but reach only 65536 vertices; an object may have more.
 """
 
 import numpy as np
@@ -11,18 +11,18 @@ from depthwalk.types import Ints
 MOST_VERTICES = 1 << 16  # of a chunk
 WHOLE = np.zeros((1, 2), np.int64)  # one chunk, from the first vertex on
 
-Chunks = Ints  # (c, 2), rising: of each chunk the first index, and the vertex from which its indices count
+Chunks = Ints  # (c, 2), ascending: for each chunk the first index, and the vertex from which its indices count
 
 
 def vertex_numbers(indices: NDArray[np.unsignedinteger], chunks: Chunks, first: int, count: int) -> Ints:
-    """Return the vertices that a run of indices refers to.
+    """Return the vertices to which a run of indices refers.
 
     Parameters
     ----------
     indices
         (i,) uint16 or uint32, all indices of an object.
     chunks
-        (c, 2) int64, rising: first index of each chunk, and the vertex from which its indices count.
+        (c, 2) int64, ascending: first index of each chunk, and the vertex from which its indices count.
     first, count
         First index and number of indices of the run, which may span several chunks.
 
@@ -36,12 +36,12 @@ def vertex_numbers(indices: NDArray[np.unsignedinteger], chunks: Chunks, first: 
 
 
 def chunk_runs(chunks: Chunks, first: int, count: int) -> list[tuple[int, int, int]]:
-    """Divide a run of indices where chunks end, since a draw call can draw from one chunk only.
+    """Split a run of indices at the ends of chunks, since a draw call can draw from one chunk only.
 
     Parameters
     ----------
     chunks
-        (c, 2) int64, rising: first index of each chunk, and the vertex from which its indices count.
+        (c, 2) int64, ascending: first index of each chunk, and the vertex from which its indices count.
     first, count
         First index and number of indices of the run.
 

@@ -1,4 +1,4 @@
-"""Turn levels of triangles into vertex and index arrays: pieces, spatial order, shared vertices, chunks."""
+"""Convert levels of triangles to vertex and index arrays: pieces, spatial order, shared vertices, chunks."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,14 +15,14 @@ from depthwalk.geometry.triangles import row_ids
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints
 
-_IMAGES = 1 << 16  # more than the numbers of images with their flags, which fit into 16 bits
+_IMAGES = 1 << 16  # more than any image number with flags, which fits into 16 bits
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Level:
     """Hold what one level adds to `LodGeometry`.
 
-    vertices, indices: arrays of each of its chunks; count: (RANGES,) indices of each range; horizon: (PIECES, 4),
+    vertices, indices: arrays of each of its chunks; count: (RANGES,) indices in each range; horizon: (PIECES, 4),
     metres.
     """
 
@@ -33,17 +33,17 @@ class _Level:
 
 
 def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Array, parallel: Map = map) -> LodGeometry:
-    """Turn levels of triangles into vertex and index arrays.
+    """Convert levels of triangles to vertex and index arrays.
 
     Parameters
     ----------
     grid
-        Other geometry of the same object, whose box the encoded positions refer to.
+        Other geometry of the same object, to whose box the encoded positions refer.
     levels
         (t, 3, 3) triangles of each level, metres, object frame; finest first.
     views
         (all t,) the image that each triangle of all levels looks into, as `select_views` returns it; triangles whose
-        image is `NOWHERE` are left out.
+        image is `NOWHERE` are dropped.
     error
         (levels,) geometric error of each level, metres.
     parallel
@@ -82,7 +82,7 @@ def _indexed(grid: LodGeometry, corners: Array, view: Ints) -> _Level:
     position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * POSITION_STEPS).astype(np.uint16)
     placed = vertex_positions(position.reshape(-1, 3), grid.box_low, grid.box_size).reshape(-1, 3, 3)
     piece = piece_numbers(placed)
-    # Neighbours together: a vertex is shaded once for all its triangles.
+    # In spatial order, so that a vertex is shaded once for all its triangles.
     order = np.lexsort((morton_codes(corners.mean(1)), piece))
     order = order[view[order] != NOWHERE]
     vertices, indices = zip(*_chunks(position[order], view[order], MOST_VERTICES), strict=True)
@@ -99,8 +99,8 @@ def _chunks(
 ) -> Iterator[tuple[NDArray[np.uint16], NDArray[np.uint16]]]:
     """Yield vertices (v, 4) and indices (i,) of each chunk of triangles.
 
-    position: (t, 3, 3), as `LodGeometry.vertices` has them; view: (t,), the images that they look into, with flags;
-    size: triangles of a chunk, at most; chunks that would have too many vertices are halved.
+    position: (t, 3, 3), as in `LodGeometry.vertices`; view: (t,), the images that they look into, with flags; size:
+    most triangles of a chunk. Chunks that would have too many vertices are halved.
     """
     for batch in batches(len(position), size):
         vertices, numbers = _share_vertices(position[batch], view[batch])
@@ -111,19 +111,19 @@ def _chunks(
 
 
 def _share_vertices(position: NDArray[np.uint16], view: Ints) -> tuple[NDArray[np.uint16], Ints]:
-    """Return vertices (v, 4) in the order of their first use, and triangles (t, 3) of their numbers.
+    """Return vertices (v, 4) in the order of their first use, and triangles (t, 3) of vertex numbers.
 
     A vertex carries the image of most of its triangles. Shaders take a triangle's image from its last, provoking
-    vertex, so each triangle is turned until that has its image; where none has, it gets a vertex of its own. Parameters
-    as of `_chunks`.
+    vertex, so each triangle is rotated until that vertex has its image; if none has, the triangle gets an extra vertex.
+    Parameters as in `_chunks`.
     """
     corner, first = row_ids((position.reshape(-1, 3) @ (1 << 32, 1 << 16, 1))[:, None])
     corner, points = corner.reshape(-1, 3), position.reshape(-1, 3)[first]
     pairs, uses = np.unique(corner * _IMAGES + view[:, None], return_counts=True)
     own = np.zeros(len(points), np.int64)
     rising = np.argsort(uses, kind="stable")
-    own[pairs[rising] // _IMAGES] = pairs[rising] % _IMAGES  # the last written stays
-    last = (own[corner] == view[:, None]).argmax(1)  # 0 where none is
+    own[pairs[rising] // _IMAGES] = pairs[rising] % _IMAGES  # the last one written stays
+    last = (own[corner] == view[:, None]).argmax(1)  # 0 if no corner has it
     corner = np.take_along_axis(corner, (np.arange(3) + last[:, None] + 1) % 3, axis=1)
     corner_views = own[corner]
     corner_views[:, 2] = view

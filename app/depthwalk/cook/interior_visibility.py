@@ -1,4 +1,4 @@
-"""Find what of an object's depth images hardly anybody outside sees: the inside of a shell, away from its openings."""
+"""Find the parts of an object's depth images that are hardly visible from outside: inside shells, far from openings."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +14,16 @@ from depthwalk.parallel import Map
 from depthwalk.types import Mask
 
 _PROBES = 2, 6  # rows and columns of a tile whose texels cast rays
-_RAYS = 16  # of each of these four texels: with those of its neighbours, up to 576 tell about a tile
-_FEWEST = 128  # that can tell
-_LEVEL = 1  # of detail, whose triangles the rays may meet
-_LEAST = 0.04  # part of the directions above a surface, by the cosine, in which it can be seen
+_RAYS = 16  # from each of these four texels: with those of its neighbours, up to 576 decide about a tile
+_FEWEST = 128  # rays needed to decide
+_LEVEL = 1  # level of detail whose triangles the rays may hit
+_LEAST = 0.04  # cosine-weighted part of the directions above a surface from which it must be visible
 
 
 def hardly_seen(baked: BakedObject, grids: LodGeometry, parallel: Map = map) -> Mask:
     """Return which tiles of an object's images can be seen from outside in hardly any direction.
 
-    Of first layers there are none: what a face sees is seen.
+    Tiles of first layers never are: what a face sees is visible.
 
     Parameters
     ----------
@@ -37,14 +37,14 @@ def hardly_seen(baked: BakedObject, grids: LodGeometry, parallel: Map = map) -> 
     Returns
     -------
     numpy.ndarray
-        (images, rows, columns) bool, True for tiles of 8 × 8 texels that show such surface alone.
+        (images, rows, columns) bool, True for tiles of 8 × 8 texels that show only such surface.
     """
     caster = RayCaster(_mesh(grids), two_sided=True)
     return np.stack(list(parallel(lambda image: _hardly_seen(baked, caster, image), baked.images)))
 
 
 def _mesh(grids: LodGeometry) -> Mesh:
-    """Return the triangles of one level of `grids` as a mesh of positions alone, object frame."""
+    """Return the triangles of one level of `grids` as a mesh with positions only, object frame."""
     used, faces = np.unique(grids.drawn(min(_LEVEL, len(grids.error) - 1)), return_inverse=True)
     none = np.zeros((0, 3), np.float32)
     return Mesh(
@@ -59,7 +59,7 @@ def _mesh(grids: LodGeometry) -> Mesh:
 
 
 def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> NDArray[np.bool_]:
-    """Return the tiles (rows, columns) of one image that are hardly seen."""
+    """Return the tiles (rows, columns) of one image that are hardly visible."""
     from scipy.ndimage import uniform_filter
 
     rows, columns = tile_counts(image.depth.shape)
@@ -73,7 +73,7 @@ def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> ND
     points = FaceGrid.of(baked.cylinder, image).points(image.depth)[row, column]
     start = np.repeat(points, _RAYS, axis=0) + square_texel(baked) * normal
     random = np.random.default_rng(0).normal(size=normal.shape).astype(np.float32)
-    # Nearly by the cosine: of length 1 the random part could cancel the normal.
+    # Almost cosine-weighted: a random part of length 1 could cancel the normal.
     escaped = caster.escapes(start, normal + 0.98 * random / lengths(random)[:, None])
     tile = np.repeat(row // TILE * columns + column // TILE, _RAYS)
     free, cast = (

@@ -1,7 +1,7 @@
 """Define the geometry of an object as shaders read it: vertex and index arrays, in levels of detail.
 
-A vertex is 8 bytes: a position in 16 bits per axis over the box around the object, and the depth image that its
-triangle looks into, with flags.
+A vertex takes 8 bytes: a position with 16 bits per axis within the object's box, and the depth image that its triangle
+looks into, with flags.
 """
 
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ GRID_LAYOUT = ("4u2", "in_sample")  # of LodGeometry.vertices, for GL
 VERTEX_BYTES = 8
 # A vertex's image: face · 8 + layer, with flags.
 FACE_SHIFT = 3
-EDGE = 128  # of the last, provoking vertex of a triangle beside which texels show another surface
-PAST_AXIS = 256  # where depth exceeds the radius: its θ is half a turn off
-BORDER = 512  # gives way to others: a boundary strip's vertex, a guess at where the surface goes on; another face's
-POSITION_STEPS = 65535  # of the box about a grid, along each axis: positions take 16 bits
-IMAGE_BITS = 10  # of a vertex's image with its flags, and of what is drawn of it
-EASE_SHIFT = IMAGE_BITS  # above these: how much of the meso-structure's depth a vertex takes, of EASE
+EDGE = 128  # set in the last, provoking vertex of a triangle beside which texels show another surface
+PAST_AXIS = 256  # the depth exceeds the radius, so θ is off by half a turn
+BORDER = 512  # gives way to others: vertices of boundary strips, which only extrapolate the surface, and of other faces
+POSITION_STEPS = 65535  # of the box around a grid, along each axis: positions take 16 bits
+IMAGE_BITS = 10  # of an image number with its flags, for a vertex and in the visibility buffer
+EASE_SHIFT = IMAGE_BITS  # the bits above hold how much of the meso-structure's depth a vertex takes, of EASE
 EASE = 63
 
 
@@ -35,20 +35,20 @@ class LodGeometry:
         (V, 4) uint16: x, y, z over the box `box_low` + [0, 1] · `box_size`, and the number of the image that the vertex
         looks into, face · 8 + layer, with flags.
     texels
-        (V, 2) int16, column and row of the sample that each vertex is; −1 where it is none.
+        (V, 2) int16, column and row of the sample of each vertex; −1 where it is not a sample.
     indices
         (I,) uint16 or uint32, three for each triangle; they count from the first vertex of their chunk.
     chunks
-        (c, 2) int64, rising: first index of each chunk, and the vertex from which its indices count.
+        (c, 2) int64, ascending: first index of each chunk, and the vertex from which its indices count.
     first, count
         (levels, RANGES) int64, first index and number of indices of each piece and of each further range of
         `cook.cases`.
     horizon
-        (levels, PIECES, 4) metres, from where each piece may be seen, see `piece_horizons`.
+        (levels, PIECES, 4) metres, the viewpoints from which each piece may be seen, see `piece_horizons`.
     box_low, box_size
         (3,) float32, the box around the object, metres, object frame.
     error
-        (levels,) metres, rising: how far samples are off a level's triangles.
+        (levels,) metres, ascending: how far samples are off a level's triangles.
     """
 
     vertices: NDArray[np.uint16]
@@ -68,7 +68,7 @@ class LodGeometry:
         return vertex_positions(self.vertices, self.box_low, self.box_size)
 
     def triangles(self, first: int, count: int) -> NDArray[np.int64]:
-        """Return the triangles in the run of `count` indices from index `first` on: (count / 3, 3) rows of vertices."""
+        """Return the triangles in the run of `count` indices from index `first`: (count / 3, 3) rows of vertices."""
         return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)
 
     def drawn(self, level: int, pieces: int = ALL_PIECES) -> NDArray[np.int64]:
@@ -85,7 +85,7 @@ def vertex_positions(
 ) -> NDArray[np.float64]:
     """Decode the positions of vertices.
 
-    The shaders do the same in `sample_position`, shaders/common/samples.glsl.
+    Shaders do the same in `sample_position`, shaders/common/samples.glsl.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Pack masks of any shape into one picture, the tighter the less memory a virtual texture takes.
+"""Pack masks of any shape into one picture; the tighter, the less memory a virtual texture takes.
 
 The picture's cells are the bits of one long integer, row after row. Shifting that integer moves the whole picture, so a
-few shifts find all places at once where a mask would cover a taken cell.
+few shifts find all positions at once where a mask would cover an occupied cell.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from depthwalk.types import Mask
 def pack_masks(masks: list[Mask]) -> tuple[list[tuple[int, int]], tuple[int, int]]:
     """Place masks in one picture so that they do not overlap.
 
-    Large ones first, each goes to the lowest place where it fits: masks of any shape fill each other's bays.
+    They are placed from large to small, each at the lowest position where it fits, so that small ones fill gaps.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def pack_masks(masks: list[Mask]) -> tuple[list[tuple[int, int]], tuple[int, int
     """
     sizes = [int(mask.sum()) for mask in masks]
     width = max(int(np.sqrt(sum(sizes))), *(mask.shape[1] for mask in masks))
-    taken = 0  # bit row · width + column: whether that cell is taken
+    taken = 0  # bit row · width + column is set if that cell is occupied
     first_column = 0  # the bits of column 0, of as many rows as masks may begin in
     places = [(0, 0)] * len(masks)
     height = 0
@@ -54,7 +54,7 @@ def _runs(mask: Mask, width: int) -> list[tuple[int, int]]:
 
 
 def _covering(taken: int, runs: list[tuple[int, int]]) -> int:
-    """Return the places, as bits, at which a mask of `runs` would cover a cell that is `taken`."""
+    """Return the positions, as bits, at which a mask of `runs` would cover a cell that is `taken`."""
     power, longest = 1, max((length for _, length in runs), default=0)
     within = {1: taken}  # by a power of two: the places from which a taken cell is less than so many bits away
     while 2 * power <= longest:

@@ -1,6 +1,6 @@
-"""Define the hierarchy of clusters of a mesh, from which each view takes those that are just fine enough.
+"""Define the hierarchy of clusters of a mesh, from which each view selects those that are just fine enough.
 
-`cook.cluster_builder` makes it. Who draws clusters needs nothing of that, so this imports no library that builds.
+`cook.cluster_builder` builds it. Drawing clusters does not need the builder, so this imports no library for building.
 """
 
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-CLUSTERS_VERSION = 1  # to be raised whenever the same mesh would be divided differently
-SIZE = 128  # triangles of a cluster, at most
+CLUSTERS_VERSION = 1  # raise it when the same mesh would be divided differently
+SIZE = 128  # most triangles of a cluster
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,16 +26,16 @@ class MeshClusters:
     positions, normals, colours, uv : (v, …) the vertices of all clusters, see `Mesh`; those of the mesh come first.
     faces : (t, 3) uint32, rows of these; the triangles of one cluster after the other.
     first : (c + 1,) first triangle of each cluster.
-    solid : whether the mesh is closed, so that nobody sees a back face, see `is_solid`.
+    solid : whether the mesh is closed, so that back faces are never visible, see `is_solid`.
     part : (c,) number of the part of the mesh that each cluster belongs to.
     centre, radius : (c, 3) and (c,) bounding spheres of the clusters, metres, asset frame.
     axis, sine : (c, 3) and (c,) cones that hold the normals of the clusters, see `Meshlets`.
-    made_by : (c,) the group whose simplification each cluster shows; −1 for triangles of the mesh itself.
-    group : (c,) the group that each cluster is simplified in; −1 where it is simplified no further.
+    made_by : (c,) the group whose simplification each cluster belongs to; −1 for triangles of the mesh itself.
+    group : (c,) the group in which each cluster is simplified; −1 if it is not simplified further.
     level_first : (levels + 1,) first group of each level; the last is g.
-    error : (g,) how far the simplified groups are from the mesh, metres; not less than that of their clusters.
-    group_centre, group_radius : (g, 3) and (g,) spheres that hold the groups, and the spheres of the groups that made
-        their clusters, metres, asset frame.
+    error : (g,) distance of the simplified groups from the mesh, metres; at least that of their clusters.
+    group_centre, group_radius : (g, 3) and (g,) spheres that enclose the groups, and the spheres of the groups that
+        made their clusters, metres, asset frame.
     """
 
     positions: NDArray[np.float32]
@@ -58,5 +58,5 @@ class MeshClusters:
     group_radius: Array
 
     def __len__(self) -> int:
-        """Return how many clusters there are."""
+        """Return the number of clusters."""
         return len(self.part)

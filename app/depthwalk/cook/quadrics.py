@@ -1,7 +1,7 @@
-"""Compute quadric error metrics: sums of squared distances from the planes that a simplified vertex stands for.
+"""Compute quadric error metrics: sums of squared distances from the planes that a simplified vertex represents.
 
 Garland and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics": merging two vertices adds their
-quadrics, and the best place for the new vertex is the minimum of the sum.
+quadrics, and the best position of the new vertex minimises the sum.
 """
 
 from collections.abc import Iterable
@@ -14,15 +14,15 @@ from depthwalk.geometry.indexed_triangles import normals_and_areas, open_edges
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array, Ints, Mask
 
-# How many times a boundary counts where a surface ends. Beyond such an end, as beyond the edge of a box, another image
-# goes on, and a boundary that is off opens a gap; other boundaries lie on what another image shows.
+# Weight of a boundary where a surface ends. Beyond such an end, as at the edge of a box, another image continues, and a
+# displaced boundary opens a gap; other boundaries lie on surface that another image shows.
 _END_WEIGHT = 4.0
 _PAIRS = np.triu_indices(4)  # a quadric is the upper half of a symmetric matrix, 4 × 4
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClusteredSurface:
-    """Hold triangles that share vertices, and the surface that each vertex stands for.
+    """Hold triangles that share vertices, and the surface that each vertex represents.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class ClusteredSurface:
         (t, 3) rows of `point`.
     quadric
         (n, 10) upper halves of symmetric matrices (4, 4): the sum of squared distances from the planes that a vertex
-        stands for, weighted by their areas, metres⁴.
+        represents, weighted by their areas, metres⁴.
     weight
         (n,) the sum of those areas, metres².
     """
@@ -55,7 +55,7 @@ def clustered_surface(
     opposite: Ints | None = None,
     at_end: Mask | None = None,
 ) -> ClusteredSurface:
-    """Return a surface whose vertices stand for the planes of their own triangles only, as before any simplification.
+    """Return a surface whose vertices represent only the planes of their own triangles, as before any simplification.
 
     Along the boundary, planes perpendicular to the surface keep it in place.
 
@@ -66,13 +66,14 @@ def clustered_surface(
     triangles
         (t, 3) rows of `point`.
     features
-        One plane for each of the n vertices, so that ridges stay sharp, which the triangles' own planes cut off. The
-        planes of a triangle's corners then count one half; its own plane and those along the boundary count the other.
-        None for no such planes.
+        One plane for each of the n vertices, to keep ridges sharp that the triangles' own planes cut off. The planes of
+        a triangle's corners then count one half; its own plane and those along the boundary count the other. None for
+        no such planes.
     opposite
-        (3 t,) what `opposite_edges` returns of the triangles, where that is known.
+        (3 t,) the result of `opposite_edges` for the triangles, if it is known.
     at_end
-        (n,) which vertices lie where a surface ends: the boundary between two of them is held more firmly. None for
+        (n,) which vertices lie where a surface ends: a boundary between two of them is held more firmly. None for
+        none.
         none.
 
     Returns
@@ -95,7 +96,7 @@ def clustered_surface(
 
 
 def squared_distances(quadric: Array, point: Array) -> Array:
-    """Return weighted squared distances of points from the planes that quadrics stand for.
+    """Return weighted squared distances of points from the planes that quadrics represent.
 
     Parameters
     ----------
@@ -116,7 +117,7 @@ def squared_distances(quadric: Array, point: Array) -> Array:
 
 
 def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
-    """Return the points that are nearest to the planes of quadrics, held by springs where the planes do not decide.
+    """Return the points nearest to the planes of quadrics, held by springs where the planes do not decide.
 
     Solves n systems of 3 equations by Cramer's rule.
 
@@ -145,7 +146,7 @@ def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
 
 
 def _firmness(start: Ints, end: Ints, at_end: Mask) -> Array:
-    """Return how many times boundary edges between vertices (m,) count."""
+    """Return the weights of boundary edges between vertices (m,)."""
     return np.where(at_end.take(start) & at_end.take(end), _END_WEIGHT, 1.0)
 
 
@@ -154,8 +155,8 @@ def _quadrics(
 ) -> Array:
     """Return the quadric (10, n) of each vertex, from its triangles and its boundary edges.
 
-    corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: what `open_edges` returns; firm:
-    (m,), how many times each of its edges counts.
+    corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: the result of `open_edges`; firm:
+    (m,), the weight of each boundary edge.
     """
     quadric = np.zeros((len(_PAIRS[0]), len(point)))
     _add_planes(quadric, corners, normal, point.take(corners[0], 0), area)

@@ -1,11 +1,11 @@
 """Build right-triangulated irregular networks (RTIN): fewer, larger triangles where a depth image is smooth.
 
 Evans, Kirkpatrick and Townsend 2001, "Right-Triangulated Irregular Networks". Geometry and shading need not share a
-resolution: colour and normal are looked up per pixel, so a grid may be drawn with larger triangles where no sample
-comes off them by more than a tolerance. These are the halves of square blocks, split again and again from the right
-angle to the middle of the hypotenuse, at the finest into halves of cells. The two triangles on one hypotenuse, here a
-*diamond*, are split together, and so is every diamond that contains one that is split. So there are no cracks, and
-the nodes in the middle of split diamonds describe the whole network.
+resolution: colour and normal are looked up per pixel, so a grid may be drawn with larger triangles where no sample is
+off them by more than a tolerance. These are the halves of square blocks, split again and again from the right angle to
+the midpoint of the hypotenuse, at the finest into halves of cells. The two triangles on one hypotenuse, here a
+*diamond*, are split together, and so is every diamond that contains a split one. So there are no cracks, and the nodes
+at the centres of split diamonds describe the whole network.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from depthwalk.bake.grid import cell_triangles, grid_nodes, whole_cells
 from depthwalk.bake.images import DepthImage, Face
 
 _BLOCK = 32  # cells: side of the squares that are split; larger ones save less than one triangle in a thousand
-_MARGIN = _BLOCK // 2  # nodes around an array of nodes: diamonds across its edge have all their corners in it
+_MARGIN = _BLOCK // 2  # nodes around an array of nodes, so that all corners of diamonds across its edge are inside
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Surface:
 
 @dataclass(frozen=True)
 class _Diamonds:
-    """Hold all diamonds of one size and direction, in half cells.
+    """Describe all diamonds of one size and direction, in half cells.
 
-    first: row and column of the middle of the first; half: the way from its middle to an end of its hypotenuse; step:
+    first: row and column of the centre of the first; half: the way from its centre to an end of its hypotenuse; step:
     from one to the next along both axes.
     """
 
@@ -56,20 +56,20 @@ class _Diamonds:
     def at(self, nodes: NDArray[Any], along: float = 0, across: float = 0) -> NDArray[Any]:
         """Return a view of `nodes` (rows, columns, with margin): one node of each diamond.
 
-        It is `along` halves from the middle toward an end of the hypotenuse, and `across` toward a right angle; at ±1
-        lie the corners.
+        It is `along` halves from the centre toward an end of the hypotenuse, and `across` toward a right angle; the
+        corners are at ±1.
         """
         (row, column), (up, right) = self.first, self.half
         offsets = row + along * up - across * right, column + along * right + across * up
         slices = []
         for count, first, offset in zip(nodes.shape, self.first, offsets, strict=True):
             start = _MARGIN + int(offset) // 2
-            length = count - 2 * _MARGIN - (first + 1) // 2  # nodes from the first middle on
+            length = count - 2 * _MARGIN - (first + 1) // 2  # nodes from the first centre on
             slices.append(slice(start, start + length, self.step // 2))
         return nodes[tuple(slices)]
 
     def within(self, nodes: NDArray[Any]) -> list[NDArray[Any]]:
-        """Return views of the middles of the four diamonds that each contains; none where it contains half cells."""
+        """Return views of the centres of the four diamonds that each contains; none if it contains half cells."""
         if self.half in ((0, 2), (2, 0)):
             return []
         return [self.at(nodes, along, across) for along in (0.5, -0.5) for across in (0.5, -0.5)]
@@ -78,7 +78,7 @@ class _Diamonds:
 def rtin_triangles(
     image: DepthImage, surface: Surface, level: int, tolerance: float
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Replace cells of a grid by larger triangles where that shows no difference.
+    """Replace cells of a grid by larger triangles where that makes no visible difference.
 
     Replaces only cells whose two triangles lie on the surface, with all corners on this layer and of one label.
 
@@ -94,7 +94,7 @@ def rtin_triangles(
     Returns
     -------
     tuple
-        Triangles (t, 3) int64 of texel numbers, wound as those of `cell_triangles`; and (cells,) bool in the order of
+        Triangles (t, 3) int64 of texel numbers, with the winding of `cell_triangles`; and (cells,) bool in the order of
         `grid_cells`, True for cells that they replace.
     """
     height, width = image.depth.shape
@@ -126,11 +126,11 @@ def _split_nodes(
 ) -> tuple[NDArray[np.bool_], int]:
     """Return which nodes are vertices of the network, and the side of the squares that it begins with, cells.
 
-    A node, in the shape of `texels`, is a vertex as the middle of a split diamond or as a corner of such a square.
+    A node, in the shape of `texels`, is a vertex if it is the centre of a split diamond or a corner of such a square.
     Corners of cells that are not plain (rows, columns) are vertices, too. seam: the columns that are the same nodes;
-    block: the squares' side is at most that, cells; tolerance: metres.
+    block: largest side of the squares, cells; tolerance: metres.
     """
-    bound = np.zeros(texels.shape, np.float32)  # how far samples may come off a diamond; +inf where it is split
+    bound = np.zeros(texels.shape, np.float32)  # how far samples may be off a diamond; +inf where it is split
     nodes = bound[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
     for corners in nodes[1:, 1:], nodes[1:, :-1], nodes[:-1, 1:], nodes[:-1, :-1]:
         corners[~plain] = np.inf
@@ -145,7 +145,7 @@ def _split_nodes(
             held = np.isfinite(inner)
             middle, start, end = (diamonds.at(texels, along)[held] for along in (0, -1, 1))
             off = surface.point[middle] - (surface.point[start] + surface.point[end]) / 2
-            # Linear interpolations over a triangle and over its halves differ nowhere by more than in that middle.
+            # Linear interpolations over a triangle and over its halves differ most at that midpoint.
             total = np.abs(np.einsum("ni,ni->n", off, surface.normal[middle])) + inner[held]
             own[...] = np.inf
             own[held] = np.where(total <= tolerance, total, np.inf)
@@ -159,13 +159,13 @@ def _leaves(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the network's triangles (t, 3), clockwise in columns and rows, and the cells (rows, columns) they cover.
 
-    Cells of which both halves are in the network are left as they are, so that these keep their own diagonal.
+    Cells with both halves in the network are left unchanged, so that they keep their own diagonal.
     """
     triangles = [np.zeros((0, 3), np.int64)]
     covered = np.zeros([count - 2 * _MARGIN - 1 for count in split.shape], bool)
     for size in (1 << k for k in range(block.bit_length())):
         for diamonds in _diamonds(size):
-            # A triangle exists where its right angle is the middle of a split one; of these, it takes the unsplit.
+            # A triangle exists if its right angle is the centre of a split one; of these, take the unsplit ones.
             exists = {side: diamonds.at(split, across=side) for side in (1, -1)}
             if size == 1:
                 finer = exists[1] & exists[-1]
@@ -187,7 +187,7 @@ def _diamonds(size: int) -> Iterator[_Diamonds]:
     if size > 1:
         yield _Diamonds((0, size), (0, size), 2 * size)
         yield _Diamonds((size, 0), (size, 0), 2 * size)
-    for row, column in np.ndindex(2, 2):  # the diagonals of four squares meet in the middle
+    for row, column in np.ndindex(2, 2):  # the diagonals of four squares meet at the centre
         first = (1 + 2 * row) * size, (1 + 2 * column) * size
         yield _Diamonds(first, (size if row == column else -size, size), 4 * size)
 

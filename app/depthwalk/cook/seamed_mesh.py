@@ -1,6 +1,6 @@
-"""Hold a mesh whose looks differ along seams: the places of its vertices, the vertices at each, and the edges.
+"""Define a mesh whose appearance differs along seams: the places of its vertices, the vertices at each, and the edges.
 
-Simplification moves and merges places; what meets at them along a seam must be merged alike.
+Simplification moves and merges places; vertices that meet at them along a seam must be merged alike.
 """
 
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from depthwalk.types import Array, Ints, Mask
 
 @dataclass(kw_only=True)
 class Places(StructOfArrays):
-    """Hold the p places at which a mesh has vertices, in a frame in which it is about as large as 1.
+    """Hold the p places at which a mesh has vertices, in a frame in which its size is about 1.
 
     Attributes
     ----------
-    point : (p, 3) where they are.
+    point : (p, 3) positions.
     normal : (p, 3) mean unit normals there, 0 where there is none.
-    quadric : (p, 10) what they stand for, see `cook.quadrics`.
-    weight : (p,) the area of that.
+    quadric : (p, 10) the planes that they represent, see `cook.quadrics`.
+    weight : (p,) the area of those.
     """
 
     point: Array
@@ -31,13 +31,13 @@ class Places(StructOfArrays):
 
 @dataclass(kw_only=True)
 class Vertices(StructOfArrays):
-    """Hold the v vertices of a mesh. Along seams, where looks differ, several have one place.
+    """Hold the v vertices of a mesh. Along seams, where the appearance differs, several share one place.
 
     Attributes
     ----------
     place : (v,) rows of `Places`.
-    part : (v,) which part of the mesh uses each; no vertex is replaced by that of another part.
-    look : (v, k) what is interpolated between them: normals, colours and so on.
+    part : (v,) the part of the mesh that uses each; a vertex is never replaced by one of another part.
+    look : (v, k) the values that are interpolated between vertices: normals, colours and so on.
     """
 
     place: Ints
@@ -79,5 +79,5 @@ def special_places(edges: DirectedEdges) -> Mask:
 
 
 def contains(known: Ints, keys: Ints) -> Mask:
-    """Return which of the `keys` are among those `known`, which rise."""
+    """Return which of the `keys` are in `known`, which is ascending."""
     return np.asarray(known[np.searchsorted(known, keys).clip(max=len(known) - 1)] == keys)

@@ -1,9 +1,9 @@
-"""Restore sharp features: find the plane of the surface at each sample, beside ridges that triangles cut off.
+"""Restore sharp features: estimate the plane of the surface at each sample beside ridges that triangles cut off.
 
-Samples lie on the surface, and ridges mostly between them, so triangles across a ridge cut it off. The planes on both
-sides of the ridge meet in it: so Kobbelt, Botsch, Schwanecke and Seidel 2001, "Feature Sensitive Surface Extraction
-from Volume Data", restore it, who know the normals. Here the flattest of the triangles around a sample tells its plane,
-as ENO schemes take derivatives from the side of a shock on which the function is smooth.
+Samples lie on the surface, but ridges mostly lie between them, so triangles across a ridge cut it off. The planes on
+both sides of the ridge intersect in it. Kobbelt, Botsch, Schwanecke and Seidel 2001, "Feature Sensitive Surface
+Extraction from Volume Data", restore ridges this way from known normals. Here the plane of a sample is that of the
+flattest triangle around it, as ENO schemes take derivatives from the smooth side of a shock.
 """
 
 from dataclasses import dataclass
@@ -40,9 +40,9 @@ def find_sharp_features(point: Array, triangles: Ints, opposite: Ints | None = N
     point
         (n, 3) positions of the samples, metres.
     triangles
-        (t, 3) rows of `point`, in which every sample has a triangle.
+        (t, 3) rows of `point`, with at least one triangle at every sample.
     opposite
-        (3 t,) what `opposite_edges` returns of the triangles, where that is known.
+        (3 t,) the result of `opposite_edges` for the triangles, if it is known.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def find_sharp_features(point: Array, triangles: Ints, opposite: Ints | None = N
     roughness = _roughness(normal, opposite_edges(triangles) if opposite is None else opposite)
     roughest_first = np.argsort(roughness, kind="stable")[::-1]
     flattest = np.zeros(len(point), np.int64)
-    flattest[triangles.take(roughest_first, 0)] = roughest_first[:, None]  # the last written stays
+    flattest[triangles.take(roughest_first, 0)] = roughest_first[:, None]  # the last one written stays
     return SharpFeatures(point, normal.take(flattest, 0))
 
 

@@ -29,29 +29,29 @@ from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, begin
 from depthwalk.types import Array, Ints, Mask
 
-# Tolerances and sizes are in texels, which are pixels where an object is as large as its images.
-_FINE_VOXEL = 0.01  # within which vertices become one, in the levels that show all that the images hold
+# Tolerances and sizes are in texels, which are pixels where an object appears as large as its images.
+_FINE_VOXEL = 0.01  # within which vertices are merged, in the levels that show all the detail of the images
 _FINE_TOLERANCES = 0.35, 0.7  # of those, see `collapse_edges`
-_BETWEEN = 0.5  # of one more for foliage, of which the second has a sixth of the triangles, or is missing
-_FOLIAGE_TOLERANCES = 1.0, 1.4  # of more such where all others have far fewer triangles, as of foliage
+_BETWEEN = 0.5  # of an extra one for foliage, whose second has a sixth of the triangles, or is missing
+_FOLIAGE_TOLERANCES = 1.0, 1.4  # of further ones if all other levels have far fewer triangles, as with foliage
 _FOLIAGE_DENSITY = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
-_DILATION_VOXEL = 0.5  # foliage is made to meet as many voxels of this edge as it did
-_SHARPEST = 0.18  # where meshes begin to stand in: nobody sees less, nor do shadows show it
-# Within which vertices become one, in all other levels. Folds that are narrower tear; of leaves, less than two texels
-# brought no better picture for as many triangles.
+_DILATION_VOXEL = 0.5  # edge of voxels, of which dilated foliage touches as many as before
+_SHARPEST = 0.18  # where meshes begin to replace the images: finer levels are never seen, not even in shadows
+# Within which vertices are merged, in all other levels. Folds that are narrower tear; for leaves, less than two texels
+# gave no better picture for as many triangles.
 _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
-_MIN_AREA = 0.75  # of the area of the first coarse level: a fine surface with less is no level
-_MIN_TRIANGLES = 24  # that are worth a level
-_MAX_SHARE = 0.65  # of the finer level's triangles: with more than that it is no level of its own
+_MIN_AREA = 0.75  # of the area of the first coarse level: a fine surface with less is not used as a level
+_MIN_TRIANGLES = 24  # fewest triangles of a level
+_MAX_SHARE = 0.65  # of the finer level's triangles: a surface with more is not worth a level
 _END = 0  # rank of vertices at the ends of surfaces, see `cluster_vertices`
-_SMOOTH = 0.5  # cosine: edges between whose ends the surface turns further cross a crease, which is no arc
-_PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
-_QUANTILE = 0.98  # of the samples, which are no farther off than a level's error
-# Part of a level's tolerance that its error is at least. Most levels measure a third. Where all is flat, samples tell
-# of no error at all, while the corners of a sheet or a card may be off by the whole tolerance.
+_SMOOTH = 0.5  # cosine: where the surface turns further along an edge, this crosses a crease and is not an arc
+_PROBES, _DISCS = 8_000, 20_000  # samples, and fewest discs on a level, for measuring the distance between them
+_QUANTILE = 0.98  # of the samples, which are within a level's error
+# Least error of a level relative to its tolerance. Most levels measure a third. Where all is flat, samples show no
+# error at all, while the corners of a sheet or a card may be off by the whole tolerance.
 _LEAST_ERROR = 0.15
 
 
@@ -89,7 +89,7 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
     point, yields = grid.positions, grid.vertices[:, 3] & BORDER > 0
     most = _FOLIAGE_DENSITY * baked.images[0].depth.size
-    # Ends of surfaces first, or what is flat would shrink by a voxel; what another face owns last.
+    # Ends of surfaces first, otherwise flat parts would shrink by a voxel; what another face owns last.
     rank = np.where(grid.texels[:, 0] < 0, _END, np.where(yields, 2, 1))
     used = np.zeros(len(point), bool)
     used[triangles] = True
@@ -106,10 +106,10 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
         corners = vertices[surface.triangles]
         return corners, max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
 
-    # Threads measure a level while the next one is made.
+    # Threads measure a level while the next one is built.
     levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
     error = np.maximum.accumulate(deviations)
-    # Of foliage nobody would ever see the finest, and two thirds of the memory would go to that.
+    # The finest level of foliage would never be seen, and would take two thirds of the memory.
     needless = [
         len(corners) > most and next_error <= _SHARPEST * texel
         for corners, next_error in zip(levels, error[1:], strict=False)
@@ -121,10 +121,10 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
 def _surfaces(
     point: Array, triangles: Ints, rank: Ints, texel: float, most: float, parallel: Map
 ) -> Iterator[tuple[ClusteredSurface, float]]:
-    """Yield the surface of one level after the other, finest first, and its tolerance, metres.
+    """Yield the surfaces of the levels, finest first, with their tolerances, metres.
 
-    point (n, 3), triangles (t, 3): of the grid; rank (n,): see `cluster_vertices`; texel: metres; most: triangles,
-    foliage has more.
+    point (n, 3), triangles (t, 3): of the grid; rank (n,): see `cluster_vertices`; texel: metres; most: a number of
+    triangles that only foliage exceeds.
     """
 
     def clustered(voxel: float) -> tuple[Array, Ints]:
@@ -138,14 +138,14 @@ def _surfaces(
     fine = _fine_surface(point[kept].astype(np.float64), fine_triangles, rank[kept] == _END, parallel)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
-    # Leaves that became one are on no arc.
+    # Merged leaves are not on an arc.
     coarse = coarse_levels(_FOLIAGE_VOXEL, bulged=False) if foliage else coarse_beside()
     coarsest, _ = coarse[0]
     between = (_BETWEEN,) if foliage else ()
     for tolerance in sorted(_FINE_TOLERANCES + between + _FOLIAGE_TOLERANCES):
         if tolerance > _FINE_TOLERANCES[0]:
             fine = collapse_edges(fine, tolerance * texel, parallel)
-        # Leaves of a texel's size vanish from the one as their edges collapse, and hold together in the other.
+        # Leaves of a texel's size vanish from the fine one as their edges collapse, and stay whole in the coarse one.
         if tolerance > _FINE_TOLERANCES[0] and fine.area <= _MIN_AREA * coarsest.area:
             break
         if tolerance in _FOLIAGE_TOLERANCES and len(coarsest.triangles) > _MAX_SHARE * len(fine.triangles):
@@ -173,10 +173,10 @@ def _coarse_levels(coarse: ClusteredSurface, texel: float, parallel: Map) -> lis
 
 
 def _fine_surface(point: Array, triangles: Ints, at_end: Mask, parallel: Map) -> ClusteredSurface:
-    """Return a finely clustered surface, bulged, and drawn into the ridges between samples.
+    """Return a finely clustered surface, bulged, and pulled into the ridges between samples.
 
-    After coarse clustering samples are too far apart to tell ridges. point, triangles: what `cluster_vertices` returns;
-    at_end: (n,), vertices where a surface ends.
+    After coarse clustering, samples are too far apart to detect ridges. point, triangles: the result of
+    `cluster_vertices`; at_end: (n,), vertices where a surface ends.
     """
     bulged = begin(lambda: _bulged(point, triangles), parallel)
     opposite = opposite_edges(triangles)
@@ -185,9 +185,9 @@ def _fine_surface(point: Array, triangles: Ints, at_end: Mask, parallel: Map) ->
 
 
 def _coarse_surface(point: Array, triangles: Ints, bulged: bool = True) -> ClusteredSurface:
-    """Return a coarsely clustered surface, bulged where asked for. Parameters are what `cluster_vertices` returns.
+    """Return a coarsely clustered surface, bulged if asked for. The parameters are the result of `cluster_vertices`.
 
-    It is bulged after clustering: the arcs between what is left are longer and higher than those between samples.
+    It is bulged after clustering: the arcs between the remaining vertices are longer and higher than between samples.
     """
     return clustered_surface(_bulged(point, triangles) if bulged else point, triangles)
 
@@ -195,8 +195,8 @@ def _coarse_surface(point: Array, triangles: Ints, bulged: bool = True) -> Clust
 def _bulged(point: Array, triangles: Ints) -> Array:
     """Return the vertices (n, 3) of triangles (t, 3), moved outward by the mean height of the arcs through them.
 
-    Samples lie on the surface, so triangles between them lie within what is convex and make it too thin. Over a
-    triangle the mean height of the arcs is that over the middles of its edges.
+    Samples lie on the surface, so triangles between them lie inside convex parts and make them too thin. Over a
+    triangle, the mean height of the arcs is the mean over the midpoints of its edges.
     """
     facing = vertex_directions(point, triangles)
     normal = facing / np.maximum(lengths(facing), 1e-30)[:, None]
@@ -214,10 +214,10 @@ def _bulged(point: Array, triangles: Ints) -> Array:
 
 
 def _deviation(probes: Array, corners: Array) -> float:
-    """Return how far most of the points `probes` (n, 3) are at most from triangles (t, 3, 3), metres.
+    """Return the distance, metres, within which most of the points `probes` (n, 3) are of triangles (t, 3, 3).
 
-    Discs that just overlap stand for the triangles, which is right within a disc's radius beside the nearest one, and
-    exact above it.
+    Overlapping discs replace the triangles. Distances beside the nearest disc are accurate to within its radius, and
+    those above it are exact.
     """
     from scipy.spatial import cKDTree
 

@@ -10,14 +10,14 @@ from depthwalk.types import Array
 
 DEPTH_PERIOD = 128.0  # texels, after which depths repeat
 _LENGTHS = 8  # of normals that are tried
-_BATCH = 1 << 13  # normals at a time: their arrays stay in the cache
+_BATCH = 1 << 13  # normals at a time: their arrays stay in the CPU's cache
 
 
 def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
-    """Return the texels of a depth image as a virtual texture stores them.
+    """Encode the texels of a depth image as a virtual texture stores them.
 
-    An empty texel gets the values of the nearest texel with a surface, so that filtering mixes in no black. Its depth
-    code is the one that differs most from that texel's.
+    An empty texel gets the values of the nearest texel with a surface, so that filtering does not mix in black. Its
+    depth code is the one that differs most from that texel's.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     Returns
     -------
     numpy.ndarray
-        (H, W, 8) uint16: 3 numbers of the normal, as `encode_normals` returns them, and the `depth_code`, up to 255;
-        √linear RGB and specular strength, 65535 for 1.0.
+        (H, W, 8) uint16: three numbers of the normal, as `encode_normals` returns them, and the `depth_code`, up to
+        255; √linear RGB and specular strength, 65535 for 1.0.
     """
     solid = np.isfinite(image.depth)
     texels: NDArray[np.uint16] = np.zeros((*solid.shape, 8), np.uint16)
@@ -38,7 +38,7 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
         return texels
     texels[solid, :3] = encode_normals(image.normal[solid])
     texels[solid, 3] = depth_code(image.depth[solid] / FaceGrid.of(cylinder, image).longest_texel)
-    # Colours as square roots: 8 bits suffice, and one component may stand for them.
+    # Colours as square roots: 8 bits suffice, and one component may represent them.
     colour = np.clip(image.albedo[solid], 0, 1)
     colour[:, :3] = np.sqrt(colour[:, :3])
     texels[solid, 4:] = np.round(colour * 65535)
@@ -48,15 +48,15 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
 
     row, column = distance_transform_edt(~solid, return_distances=False, return_indices=True)
     texels = texels.reshape(-1, 8).take(row * solid.shape[1] + column, 0)
-    texels[~solid, 3] ^= 128  # half the period farther
+    texels[~solid, 3] ^= 128  # half a period farther away
     return texels
 
 
 def depth_code(depth: Array) -> NDArray[np.uint8]:
     """Return `depth` (…), in texels, modulo `DEPTH_PERIOD`, as (…) uint8 in steps of half a texel.
 
-    Whole depths in 8 bits could not tell surfaces apart that are a texel from each other. The remainder can, because
-    the depths that a shader compares never differ by half a period.
+    Complete depths in 8 bits could not distinguish surfaces a texel apart. The remainder can, because the depths that a
+    shader compares never differ by half a period.
     """
     return np.round(depth * (256 / DEPTH_PERIOD)).astype(np.int64).astype(np.uint8)
 
@@ -72,7 +72,7 @@ def encode_normals(normal: Array) -> NDArray[np.uint8]:
 
 
 def _encoded(normal: Array) -> NDArray[np.uint8]:
-    """Return what `encode_normals` does of vectors (3, n), whose components lie side by side for speed."""
+    """Return the same as `encode_normals` for vectors (3, n), whose components are contiguous for speed."""
     largest = np.abs(normal).max(0).clip(1e-6)
     best, least_error = np.zeros(normal.shape, np.uint8), np.full(normal.shape[1], np.inf, normal.dtype)
     for shortened in range(_LENGTHS):

@@ -1,8 +1,8 @@
-"""Leave out of a virtual texture what no pixel shows: its finest texels, where an object is far away.
+"""Drop what no pixel shows from a virtual texture: its finest texels, if an object is far away.
 
-A texture's finest mip tier has most of its texels. An object whose pixels cover several of them is shown by mip-maps
-and by coarser tiers alone, so the rest need not be on the GPU. The cooked file stays whole; what is left out can be had
-again at any time.
+A texture's finest mip tier has most of its texels. If the pixels of an object cover several texels, only mip-maps and
+coarser tiers are sampled, so the rest need not be on the GPU. The cooked file stays complete; dropped texels can be
+loaded again at any time.
 """
 
 from dataclasses import dataclass, replace
@@ -21,11 +21,11 @@ from depthwalk.types import Ints, Mask
 _Texels = NDArray[Any]  # a picture of 8-bit numbers, with or without sign
 
 _FLAGS = 3  # of an entry of the table: which sub-tiles of a row are stored
-# Texels of a texture from which on leaving some out is worth the time that it takes to bring them back. A bust of 512²
-# has 830,000; the garden's statue of 320², 570,000, and with it frames of a walk took 20 ms longer on the mean.
+# Texels of a texture from which dropping some is worth the time to bring them back. A bust of 512² has 830,000; the
+# garden's statue of 320², 570,000, and if it is included, frames of a walk take 20 ms longer on average.
 WORTH = 3 << 18
-# Texels that a pixel covers, where an object is nearest and its texels are largest, from which on `HALF` and `QUARTER`
-# are enough: of a bust they cost nothing, of a head of many colours 0.1 dB.
+# Texels that a pixel covers, where an object is nearest and its texels are largest, from which `HALF` and `QUARTER` are
+# enough: for a bust they cost nothing, for a head of many colours 0.1 dB.
 _ENOUGH = np.array([1.2, 2.5])
 # Textures of more texels than _LARGE, as of 2048², are halved sooner. That costs 0.5 dB, which leaves such a bust 2 dB
 # closer to its mesh than images of 512² are, and saves 34 MB.
@@ -34,10 +34,10 @@ _SOON = np.array([0.6, 2.5])
 
 
 class Detail(IntEnum):
-    """Say which texels of a virtual texture are stored.
+    """Name which texels of a virtual texture are stored.
 
-    FULL: all; HALF: of the finest mip tier every second, as its first mip-map has them, and all coarser tiers; QUARTER:
-    the coarser tiers alone, the first of which has every fourth.
+    FULL: all. HALF: every second one of the finest mip tier, as in its first mip-map, and all coarser tiers. QUARTER:
+    only the coarser tiers, the first of which has every fourth.
     """
 
     FULL = 0
@@ -46,50 +46,50 @@ class Detail(IntEnum):
 
 
 def detail_for(covered: float, texels: int) -> Detail:
-    """Return how much detail is enough.
+    """Return the detail that is sufficient.
 
     Parameters
     ----------
     covered
-        How many texels of the object's depth images a pixel covers along one axis, at least.
+        Least number of texels of the object's depth images that a pixel covers along one axis.
     texels
-        How many texels the whole texture has.
+        Number of texels of the whole texture.
 
     Returns
     -------
     Detail
-        The least detail of which pictures are as good.
+        The lowest detail with which pictures are as good.
     """
     return Detail(int(np.searchsorted(_ENOUGH if texels < _LARGE else _SOON, covered, "right")))
 
 
 def can_leave_out(texture: VirtualTexture) -> bool:
-    """Return whether a texture has texels enough that leaving some out is worth it, and tiers to show instead."""
+    """Return whether a texture has enough texels that dropping some pays off, and tiers to show instead."""
     return texture.last_mip_tier > 0 and texture.normals[..., 0].size >= WORTH
 
 
 def at_detail(texture: VirtualTexture, detail: Detail) -> VirtualTexture:
-    """Return a texture that has no more texels than asked for.
+    """Return a texture reduced to the texels of a level of detail.
 
     Parameters
     ----------
     texture
         The whole texture, for which `can_leave_out` is true.
     detail
-        What is to be stored.
+        The texels to keep.
 
     Returns
     -------
     VirtualTexture
-        The texture whose table leads to the texels that are left. With `HALF`, texels of the finest tier lie at half
-        the place that the table tells. With `QUARTER` the table has no rows for it, and `first_rows[0]` means nothing.
+        The texture, whose table leads to the remaining texels. With `HALF`, texels of the finest tier are at half the
+        position in the table. With `QUARTER` the table has no rows for that tier, and `first_rows[0]` is meaningless.
     """
     if detail is Detail.FULL:
         return texture
     begin = texture.first_rows[1]
     charts = _coarse_charts(texture)
     height, width, _ = texture.normals.shape
-    # The finest tier is the largest of all masks, which is why it comes to lie in the corner.
+    # The finest tier is the largest of all masks, so it is placed in the corner.
     finest = [np.ones((-(-height // (2 * SUB_TILE)), -(-width // (2 * SUB_TILE))), bool)][detail is Detail.QUARTER :]
     places, size = pack_masks(finest + [chart.stored for chart in charts])
     places = places[len(finest) :]
@@ -113,7 +113,7 @@ def at_detail(texture: VirtualTexture, detail: Detail) -> VirtualTexture:
         return np.asarray(packed)
 
     quarter = detail is Detail.QUARTER
-    width_left = (TILE * table.shape[2] + SUB_TILE // 2 - 1) // SUB_TILE + 1  # as `_quarter` of virtual_texture has it
+    width_left = (TILE * table.shape[2] + SUB_TILE // 2 - 1) // SUB_TILE + 1  # as in `_quarter` of virtual_texture
     return replace(
         texture,
         normals=picture(texture.normals, SUB_TILE),
@@ -121,7 +121,7 @@ def at_detail(texture: VirtualTexture, detail: Detail) -> VirtualTexture:
         tints=picture(texture.tints, SUB_TILE // 2) if texture.tints.size else texture.tints,
         table=table[:, begin:, : -(-width_left // TILE)].copy() if quarter else table,
         first_rows=[max(row - begin, 0) for row in texture.first_rows] if quarter else texture.first_rows,
-        coordinates=texture.coordinates[:0, :0],  # a pixel covers several texels: their colours are fine enough
+        coordinates=texture.coordinates[:0, :0],  # a pixel covers several texels, whose colours are fine enough
         texture=texture.texture[:0, :0],
         colour_level=0,
     )
@@ -129,10 +129,10 @@ def at_detail(texture: VirtualTexture, detail: Detail) -> VirtualTexture:
 
 @dataclass(frozen=True, kw_only=True)
 class _CoarseChart:
-    """Hold sub-tiles of one coarser mip tier that lie together in the pictures.
+    """Hold sub-tiles of one coarser mip tier that are contiguous in the pictures.
 
     tiles: indices of `VirtualTexture.table` of its tiles; source: row and column in the pictures where its cells begin,
-    cells; stored: (h, w), which cells from there on it has, each as large as a sub-tile.
+    cells; stored: (h, w), which cells it has from there on, each as large as a sub-tile.
     """
 
     tiles: tuple[Ints, Ints, Ints]
@@ -141,7 +141,7 @@ class _CoarseChart:
 
 
 def _coarse_charts(texture: VirtualTexture) -> list[_CoarseChart]:
-    """Return where the texels of all mip tiers but the finest are."""
+    """Return the positions of the texels of all mip tiers except the finest."""
     first_rows = np.array(texture.first_rows[: texture.last_mip_tier + 1])
     entries = texture.table.astype(np.int64)
     stored: Mask = np.any(entries & _FLAGS, axis=-1)
@@ -174,7 +174,7 @@ def _coarse_charts(texture: VirtualTexture) -> list[_CoarseChart]:
 
 
 def _surrounded(sub_tiles: Mask) -> Mask:
-    """Return the cells (h + 1, w + 1), from half a sub-tile before on, that hold sub-tiles (h, w) and their borders."""
+    """Return the cells (h + 1, w + 1), half a sub-tile earlier, that hold sub-tiles (h, w) and their borders."""
     padded = np.pad(sub_tiles, 1)
     return np.asarray(padded[1:, 1:] | padded[:-1, 1:] | padded[1:, :-1] | padded[:-1, :-1])
 
@@ -188,7 +188,7 @@ def _cells(texels: _Texels, size: int) -> _Texels:
 def _halved(texels: _Texels) -> _Texels:
     """Return the means of 2 × 2 texels each of a picture (H, W, k); H and W are even."""
     height, width, components = texels.shape
-    # Whole numbers are added much faster than means are taken along two short axes.
+    # Adding integers is much faster than taking means along two short axes.
     pairs = texels[::2].astype(np.int16) + texels[1::2]
     sums = pairs[:, ::2] + pairs[:, 1::2]
     return np.asarray((sums + 2 >> 2).astype(texels.dtype).reshape(height // 2, width // 2, components))

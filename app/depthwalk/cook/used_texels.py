@@ -1,7 +1,7 @@
-"""Find the texels of its depth images that an object looks up: only these are stored in its virtual texture.
+"""Find the texels of its depth images that an object looks up; only these are stored in its virtual texture.
 
-An image is divided into sub-tiles of 4 × 4 texels. A sub-tile is used where a triangle that looks into the image falls
-on it. Most texels of most images are not: they are empty, or another image shows the surface better.
+An image is divided into sub-tiles of 4 × 4 texels. A sub-tile is used if a triangle that looks into the image falls on
+it. Most texels of most images are unused: they are empty, or another image shows the surface better.
 """
 
 from collections.abc import Generator, Iterator
@@ -18,22 +18,22 @@ from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints, Mask
 
 SUB_TILE = 4  # texels
-TILE = 2 * SUB_TILE  # texels: has an entry of the virtual texture's table
-_SLACK = 0.25  # texels around a triangle: surface points of pixels may lie beside it; 3 changed no picture of an ogre
+TILE = 2 * SUB_TILE  # texels; each tile has an entry in the virtual texture's table
+_SLACK = 0.25  # texels around a triangle: pixels' surface points may lie beside it; 3 changed no picture of an ogre
 _BATCH = 1 << 15  # triangles at a time: with fewer, threads wait for each other more than for memory
-_FACE_BITS = 7 << FACE_SHIFT | PAST_AXIS  # of an image's number with flags: what decides where a point is looked up
-_HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never fits into a few sub-tiles of the side
+_FACE_BITS = 7 << FACE_SHIFT | PAST_AXIS  # of an image's number with flags: what determines the place of a lookup
+_HALVINGS = 5  # most halvings of triangles' sides: one that winds about the axis never fits into a few sub-tiles
 
 
 def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int], parallel: Map = map) -> list[Mask]:
-    """Return which sub-tiles of an object's images are touched by the triangles that look into the images.
+    """Return the sub-tiles of an object's images that are touched by triangles that look into the images.
 
     Parameters
     ----------
     baked, grids
         The object, and the triangles of its levels of detail.
     levels
-        Ascending numbers; the number k asks for a mask of what the triangles of the k finest levels touch.
+        Ascending numbers; the number k requests a mask of what the triangles of the k finest levels touch.
     parallel
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -62,13 +62,13 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int], pa
 
 
 def tile_counts(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return the rows and columns of tiles that an image of `shape`, (H, W) texels, has."""
+    """Return the numbers of rows and columns of tiles of an image of `shape`, (H, W) texels."""
     return -(-shape[0] // TILE), -(-shape[1] // TILE)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Vertices:
-    """Hold the V vertices of all levels, and where the faces of their own images show them.
+    """Hold the V vertices of all levels, and their positions on the faces of their own images.
 
     code: (V,) image with flags; point: (V, 3), metres; texel: (V, 2), column and row, texels.
     """
@@ -80,7 +80,7 @@ class _Vertices:
     def looked_up(self, baked: BakedObject, corners: Ints) -> Array:
         """Return column and row (t, 3, 2), texels, at the corners (t, 3) of triangles, in the triangles' images.
 
-        Nearly all of a triangle's vertices carry its image; the others are looked up anew.
+        Nearly all of a triangle's vertices carry its image; the others are projected again.
         """
         texel = self.texel.take(corners, 0)
         faces = (self.code & _FACE_BITS).take(corners)
@@ -90,7 +90,7 @@ class _Vertices:
 
 
 def _project_vertices(baked: BakedObject, grids: LodGeometry, parallel: Map) -> _Vertices:
-    """Return the vertices of `grids`, each looked up once for all of its triangles."""
+    """Return the vertices of `grids`, each projected once for all of its triangles."""
     code, point = grids.vertices[:, 3].astype(np.int64), grids.positions
 
     def texels(batch: slice) -> Array:
@@ -103,7 +103,7 @@ def _project_vertices(baked: BakedObject, grids: LodGeometry, parallel: Map) -> 
 def _boxes(baked: BakedObject, vertices: _Vertices, corners: Ints) -> Iterator[tuple[Ints, Ints, Ints]]:
     """Yield boxes of at most 2 × 2 sub-tiles around all parts of triangles.
 
-    Larger triangles are halved until their parts fit. Across the seam of the side, columns go on counting.
+    Larger triangles are halved until their parts fit. Across the seam of the side, column numbers continue.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _boxes(baked: BakedObject, vertices: _Vertices, corners: Ints) -> Iterator[t
     vertices
         Its vertices.
     corners
-        (t, 3) the triangles, rows of `vertices`; the last corner says which image they look into.
+        (t, 3) the triangles, rows of `vertices`; the last corner determines which image they look into.
 
     Yields
     ------
@@ -134,10 +134,10 @@ def _small_boxes(
     """Yield the boxes of triangles that fit into 2 × 2 sub-tiles; return which (t,) are larger and `may_be_halved`.
 
     code: (t,) the image that each triangle looks into, with flags; texel: (t, 3, 2) column and row at its corners,
-    which are changed where it lies across the seam.
+    changed in place where the triangle crosses the seam.
     """
     face, width = code >> FACE_SHIFT & 7, baked.images[0].depth.shape[1]
-    # Some corners are at one end of the image, some at the other: those go a turn further.
+    # If some corners are at one end of the image and some at the other, the former are moved a turn further.
     u = np.ascontiguousarray(texel[..., 0].T)
     across = (face == Face.SIDE) & (u.max(0) - u.min(0) > width / 2)
     texel[..., 0] += width * (across & (u < width / 2)).T
@@ -153,14 +153,14 @@ def _small_boxes(
 
 
 def _quarters(points: Array) -> Array:
-    """Return the four triangles (4t, 3, 3) that halving its sides makes of each triangle (t, 3, 3)."""
+    """Return the four triangles (4t, 3, 3) made by halving the sides of each triangle (t, 3, 3)."""
     a, b, c = points.swapaxes(0, 1)
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     return np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], 1).reshape(-1, 3, 3)
 
 
 def _count(counts: NDArray[np.int32], image: Ints, low: Ints, high: Ints) -> None:
-    """Add boxes to a table of differences, whose cumulative sums are how many boxes hold each sub-tile.
+    """Add boxes to a table of differences, whose cumulative sums count the boxes that hold each sub-tile.
 
     counts: (images, rows + 1, 3 · columns + 1), columns beginning a turn before the image; image: (n,); low, high:
     (n, 2) columns and rows of the boxes.
@@ -174,7 +174,7 @@ def _count(counts: NDArray[np.int32], image: Ints, low: Ints, high: Ints) -> Non
 
 
 def _texels_at(baked: BakedObject, code: Ints, point: Array) -> Array:
-    """Return where points find their colours: column and row (n, 2), texels.
+    """Return where points look up their colours: column and row (n, 2), texels.
 
     code: (n,) the images that they look into, with flags; point: (n, 3), metres.
     """

@@ -1,7 +1,7 @@
-"""Merge vertices that are nearly in one place: vertex clustering (Rossignac and Borrel 1993).
+"""Merge vertices that are nearly at the same position: vertex clustering (Rossignac and Borrel 1993).
 
-The images of an object sample its surface several times over. Clustering makes one surface of these copies, where edge
-collapse, which follows edges, could not join them.
+The images of an object sample its surface several times over. Clustering makes one surface of these copies, which edge
+collapse cannot join because it follows edges.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
     Parameters
     ----------
     point
-        (n, 3) vertices, metres, object frame, along whose axes the voxels lie.
+        (n, 3) vertices, metres, object frame; the voxels are aligned with its axes.
     triangles
         (t, 3) rows of `point`.
     rank
@@ -37,7 +37,7 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
 
 
 def kept_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: float) -> tuple[Ints, Ints]:
-    """Do what `cluster_vertices` does, but return the rows (m,) of `point` that are kept in place of these vertices."""
+    """Do the same as `cluster_vertices`, but return the rows (m,) of `point` that are kept instead of the vertices."""
     first, number = _groups(_voxel_keys(point - point.min(0), voxel_size), rank)
     facing = vertex_directions(point, triangles)
     first, number = _groups(
@@ -48,7 +48,7 @@ def kept_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: float) 
 
 
 def _voxel_keys(point: Array, voxel_size: float) -> Ints:
-    """Return numbers (n,) of the voxels that hold points (n, 3); none of their coordinates is negative."""
+    """Return the numbers (n,) of the voxels that hold points (n, 3); none of their coordinates is negative."""
     x, y, z = np.ascontiguousarray(np.floor(point / voxel_size).astype(np.int64).T)
     return np.asarray((x * (y.max(initial=0) + 1) + y) * (z.max(initial=0) + 1) + z)
 

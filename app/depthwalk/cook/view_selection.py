@@ -1,7 +1,7 @@
-"""View selection: find the depth image that shows each triangle of an object's surface best.
+"""View selection: find the depth image that best shows each triangle of an object's surface.
 
-A simplified triangle is no longer part of one image. Its colours and normals are looked up in the image where the
-samples near it lie on its plane and are seen squarely; a wrong choice shows as a patch of another surface.
+A simplified triangle is no longer part of one image. Its colours and normals are looked up in the image in which the
+samples near it lie on its plane and are seen head-on; a wrong choice shows as a patch of another surface.
 """
 
 from itertools import product
@@ -20,12 +20,12 @@ from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints, Mask
 
 NOWHERE = -1
-_ELSEWHERE, _ASKEW = 0.1, 0.3  # cost of looking where another face owns the surface, or at a slant
-_BESIDE = 0.1  # or in the layer before or behind, where shaders look for what the image itself does not show
-_TURNED = 0.5  # or where the surface faces elsewhere
-_EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals point; where rays are steeper, these tell
-_NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
-_ROUNDING = 1e-3  # by which lower bounds may be too high: all is in single precision
+_ELSEWHERE, _ASKEW = 0.1, 0.3  # cost of an image where another face owns the surface, or that sees it at a slant
+_BESIDE = 0.1  # cost of finding it only one layer before or behind, where shaders search for what the image lacks
+_TURNED = 0.5  # cost where the surface faces elsewhere
+_EDGE_ON = 0.1  # cosine; samples face their rays, whatever a leaf's normals; these count where rays are steeper
+_NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away belong to another surface
+_ROUNDING = 1e-3  # by which lower bounds may be too high: everything is in single precision
 _BATCH = 1 << 15  # triangles at a time: with fewer, threads wait for each other more than for memory
 
 
@@ -33,8 +33,8 @@ class _Look(NamedTuple):
     """Hold the images of a face, on one side of the axis.
 
     code: (layers,) their numbers, as in `select_views`, without EDGE. The rest is (H · W, layers, …), so that the
-    layers of one texel are side by side in memory. depth: metres; normal: unit; foreign: what it costs that another
-    face owns the surface; beside_edge: whether the texel is next to a discontinuity.
+    layers of one texel are adjacent in memory. depth: metres; normal: unit; foreign: the cost if another face owns the
+    surface; beside_edge: whether the texel is next to a discontinuity.
     """
 
     grid: FaceGrid
@@ -47,10 +47,10 @@ class _Look(NamedTuple):
 
 
 class _View(NamedTuple):
-    """Hold where a face is looked up, for t triangles at p points (probes) of each.
+    """Hold the lookups in a face for t triangles at p points (probes) of each.
 
     texel: (t, p), number in the image; facing: (t, p), cosines between the rays there and the triangle's normal; askew:
-    (t, p), cost of meeting it at a slant; before: (t, p), how far the rays begin before the triangle's plane, metres.
+    (t, p), cost of seeing it at a slant; before: (t, p), how far the rays begin before the triangle's plane, metres.
     """
 
     texel: NDArray[Any]
@@ -59,15 +59,15 @@ class _View(NamedTuple):
     before: Array
 
     def at(self, rows: Ints) -> "_View":
-        """Return what is held of some triangles."""
+        """Return the lookups of the triangles `rows`."""
         return _View(*(values.take(rows, 0) for values in self))
 
 
 class _Triangles(NamedTuple):
     """Hold t triangles.
 
-    probes: (t, p, 3), points on them, metres; normal: (t, 3), unit; max_distance: (t,), how far samples of theirs are
-    from a probe at most, metres; scale: (t,), their longest side, or a texel where that is longer, metres.
+    probes: (t, p, 3), points on them, metres; normal: (t, 3), unit; max_distance: (t,), largest distance of their
+    samples from a probe, metres; scale: (t,), their longest side or a texel, whichever is longer, metres.
     """
 
     probes: Array
@@ -76,15 +76,15 @@ class _Triangles(NamedTuple):
     scale: Array
 
     def at(self, rows: Ints) -> "_Triangles":
-        """Return what is held of some triangles."""
+        """Return the triangles `rows`."""
         return _Triangles(*(values.take(rows, 0) for values in self))
 
 
 def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Ints:
-    """Return the depth image that shows each triangle best.
+    """Return the depth image that best shows each triangle.
 
-    In that image the samples at the triangle's middle and near its corners lie on the triangle's plane, face as it
-    does, are owned by the image's face, and are seen squarely.
+    In that image, the samples at the triangle's centre and near its corners lie on the triangle's plane, face the same
+    way, are owned by the image's face, and are seen head-on.
 
     Parameters
     ----------
@@ -99,8 +99,8 @@ def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Int
     -------
     Ints
         (t,) numbers of images (face · 8 + layer), with the flags PAST_AXIS and EDGE of `lod_geometry`. `NOWHERE` for a
-        triangle that is turned away from all samples near it: a fold, which shows where the surface is seen from
-        behind.
+        triangle that is turned away from all samples near it: a fold, which is visible only where the surface is seen
+        from behind.
     """
     looks = _looks(baked)
 
@@ -111,7 +111,7 @@ def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Int
 
 
 def _looks(baked: BakedObject) -> list[_Look]:
-    """Return all images by face; those of the side a second time, for what is past the axis."""
+    """Return all images by face; those of the side twice, the second time for what is past the axis."""
     looks = []
     for face in Face:
         images = [image for image in baked.images if image.face is face]
@@ -136,11 +136,11 @@ def _looks(baked: BakedObject) -> list[_Look]:
 
 
 def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints:
-    """Return what `select_views` does, of one batch of triangles (t, 3, 3)."""
+    """Do the same as `select_views` for one batch of triangles (t, 3, 3)."""
     triangles = _probed(baked, corners)
     candidates = [_not_from_behind(look, triangles) for look in looks]
     views = [_look_up(look, triangles.at(rows)) for look, rows in zip(looks, candidates, strict=True)]
-    # Lower bounds of the costs leave few images to look into: that with the lowest is the best, mostly.
+    # Lower bounds of the costs leave few images to examine: the one with the lowest is usually the best.
     ends = np.cumsum([len(look.code) for look in looks])
     least = np.full((len(corners), ends[-1]), np.inf, np.float32)
     for look, rows, view, end in zip(looks, candidates, views, ends, strict=True):
@@ -154,11 +154,11 @@ def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints
         own = rows, slice(end - len(look.code), end)
         row, layer = (likely[own] if first else (least[own] < best[rows, None]) & ~likely[own]).nonzero()
         cost, sampled = _cost(look, layer, triangles.at(rows[row]), view.at(row))
-        # The last written stays: the least, and of equals the first.
+        # The last one written stays: the least, and among equals the first.
         better = np.flatnonzero((cost < best[rows[row]]) & sampled.any(1))
         better = better[np.argsort(cost[better], kind="stable")[::-1]]
         row, layer = row[better], layer[better]
-        # A large triangle may reach across an edge that none of its probes is beside.
+        # A large triangle may extend across an edge even if none of its probes is beside it.
         edge = look.beside_edge[view.texel[row], layer[:, None]].any(1) | ~sampled[better].all(1)
         best[rows[row]] = cost[better]
         code[rows[row]] = look.code[layer] + EDGE * edge
@@ -166,7 +166,7 @@ def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints
 
 
 def _probed(baked: BakedObject, corners: Array) -> _Triangles:
-    """Return triangles (t, 3, 3) with their probes: the middle, and points halfway from there to the corners."""
+    """Return triangles (t, 3, 3) with their probes: the centre, and points halfway from there to the corners."""
     middle = corners.mean(1, keepdims=True)
     probes = np.concatenate([middle, (middle + corners) / 2], 1)
     size, texel = lengths(corners - np.roll(corners, 1, axis=1)).max(1), square_texel(baked)
@@ -175,18 +175,18 @@ def _probed(baked: BakedObject, corners: Array) -> _Triangles:
 
 
 def _not_from_behind(look: _Look, triangles: _Triangles) -> Ints:
-    """Return the triangles (n,) of which `look` may have a sample: not those that all its rays meet from behind."""
+    """Return the triangles (n,) of which `look` may have a sample: not those that all its rays hit from behind."""
     if look.grid.face is not Face.SIDE:
         return np.flatnonzero(triangles.normal @ face_outward(look.grid.face) >= -_EDGE_ON)
     x, z = triangles.probes[..., 0], triangles.probes[..., 2]
     facing = x * triangles.normal[:, 0, None] + z * triangles.normal[:, 2, None]
-    # Rays go through the middles of texels, which turns them by up to half a texel.
+    # Rays pass through the centres of texels, which turns them by up to half a texel.
     least = -(_EDGE_ON + 2 * np.pi / look.grid.width) * np.hypot(x, z)
     return np.flatnonzero(((-facing if look.past else facing) >= least).any(1))
 
 
 def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
-    """Return lower bounds (t, layers) of the costs of images, by the depths of their samples alone.
+    """Return lower bounds (t, layers) of the costs of images, from the depths of their samples alone.
 
     scale: (t,), of the triangles, metres.
     """
@@ -206,14 +206,14 @@ def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
 
 
 def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple[Array, Mask]:
-    """Return the cost (t,) of the image of one layer for each triangle, and which probes (t, p) it has a sample of.
+    """Return the cost (t,) of the image of one layer for each triangle, and for which probes (t, p) it has a sample.
 
-    What it lacks costs little where the layer before or behind has it.
+    A missing sample costs little if the layer before or behind has it.
 
     layer: (t,), the image's place in `look`.
     """
     cost, sampled = _probe_costs(look, np.broadcast_to(layer[:, None], view.texel.shape), triangles, view)
-    some = sampled.any(1)  # without any the image is not chosen
+    some = sampled.any(1)  # an image without any sample is not chosen
     for step in -1, 1:
         there = some & (layer + step >= 0) & (layer + step < len(look.code))
         row, probe = (~sampled & there[:, None]).nonzero()
@@ -227,7 +227,7 @@ def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple
 
 
 def _probe_costs(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple[Array, Mask]:
-    """Return what it costs to look up each probe in a layer, slant aside, and whether there is a sample of it: (t, p).
+    """Return the cost of looking up each probe in a layer, without slant, and whether there is a sample: (t, p).
 
     layer: (t, p), places in `look`.
     """
@@ -245,7 +245,7 @@ def _probe_costs(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -
 
 
 def _look_up(look: _Look, triangles: _Triangles) -> _View:
-    """Return where the probes of triangles fall on the face of `look`."""
+    """Return the lookups of the triangles' probes in the face of `look`."""
     turned = triangles.probes * np.array((-1, 1, -1), np.float32) if look.past else triangles.probes
     texels = look.grid.texel_at(*look.grid.position_of(turned.reshape(-1, 3)))
     row, column = (axis.reshape(turned.shape[:2]) for axis in texels)
@@ -261,7 +261,7 @@ def _look_up(look: _Look, triangles: _Triangles) -> _View:
 
 
 def _beside_edges(image: DepthImage) -> Mask:
-    """Return the texels (H, W) that are a corner of a cell that is not whole: filtered, they show another surface."""
+    """Return the texels (H, W) at a corner of a cell that is not whole: filtered, they show another surface."""
     broken = ~whole_cells(image, 0).reshape(len(image.depth) - 1, -1)
     broken = np.pad(broken, ((1, 1), (1, 0)), mode="wrap") if image.face is Face.SIDE else np.pad(broken, 1)
     broken[[0, -1]] = False

@@ -1,9 +1,10 @@
 """Pack the texels of an object's depth images that drawing looks up into one small picture: a virtual texture.
 
-Each image is stored in *mip tiers*: itself, its quarter, a quarter of that, and so on. Tier t serves levels of detail
-2t to 2t + 2. Of a tier only those *sub-tiles* of 4 × 4 texels are stored that may be looked up. Connected sub-tiles
-keep together in a *chart*, with half a sub-tile of their true surroundings, which is as far as filtering reaches up to
-level 2; charts interlock in one picture. A table tells a shader how far each *tile* of 2 × 2 sub-tiles was moved.
+Each image is stored in *mip tiers*: the image itself, a quarter of it along each axis, a quarter of that, and so on.
+Tier t serves levels of detail 2t to 2t + 2. Of a tier only those *sub-tiles* of 4 × 4 texels are stored that may be
+looked up. Connected sub-tiles stay together in a *chart*, with a border of half a sub-tile of their true surroundings,
+which is as far as filtering reaches up to level 2; charts interlock in one picture. A table tells a shader how far each
+*tile* of 2 × 2 sub-tiles was moved.
 
 All box filters begin half a sub-tile before the image: texel i of a quarter covers texels 4i − 2 to 4i + 1.
 """
@@ -27,11 +28,11 @@ from depthwalk.types import Ints, Mask
 
 MAX_MIP_TIERS = 7  # of an image 4⁷ texels wide
 LEVELS = 2  # of detail from one mip tier to the next; a texel of the last is a sub-tile
-# Cosine between a ray and the surface's normal, below which a pixel's step along the surface grows no more, where a
-# texture is looked up. Normals are smoother than facets: of 0.02, 0.08, 0.15 and 0.25, this one gives pictures most
-# like those of the mesh.
+# Cosine between a ray and the surface's normal, below which a pixel's step along the surface grows no further in
+# texture lookups. Normals are smoother than facets: of 0.02, 0.08, 0.15 and 0.25, this one gives pictures most like
+# those of the mesh.
 FLATTEST = 0.08
-_MAX_CHART = 24  # sub-tiles: wider pieces are cut into charts, which fit together better
+_MAX_CHART = 24  # sub-tiles: wider pieces are cut into charts, which pack better
 _NOWHERE = np.iinfo(np.int16).min  # shift of a sub-tile that is not stored
 
 
@@ -42,27 +43,27 @@ class VirtualTexture:
     Attributes
     ----------
     normals
-        (H, W, 4) uint8, level 0 of a picture: object-frame normal, (normal + 1) / 2 as `encode_normals` has it, and the
-        remainder of the depth, see `depth_code`. H and W are multiples of `SUB_TILE`.
+        (H, W, 4) uint8, level 0 of a picture: object-frame normal, (normal + 1) / 2 as encoded by `encode_normals`, and
+        the remainder of the depth, see `depth_code`. H and W are multiples of `SUB_TILE`.
     colours, tints, palette
         Level 0 of two pictures and their palette: √linear RGB and specular strength, see `ColourComponents`.
     table
         (images, rows, columns, 2) int16, an entry for each tile of each mip tier: the shift that takes a texel to its
-        place, right and up, multiples of `SUB_TILE`, plus which sub-tiles are stored: 1 for the left and 2 for the
-        right one, those of the lower row in the first number, of the upper row in the second. What is not stored is
-        looked up in the next mip tier that has it.
+        position, right and up, multiples of `SUB_TILE`, plus flags for the stored sub-tiles: 1 for the left and 2 for
+        the right one, those of the lower row in the first number, of the upper row in the second. Sub-tiles that are
+        not stored are looked up in the next mip tier that has them.
     first_rows
         `MAX_MIP_TIERS` numbers: the row of the table in which each mip tier begins.
     last_mip_tier
-        The number of the coarsest mip tier that exists; 0 is the finest.
+        The number of the coarsest mip tier; 0 is the finest.
     coordinates
-        (H, W, 2) uint16, a picture of `DepthImage.coordinates`, zero but for the finest mip tier; empty where the
-        object has no texture.
+        (H, W, 2) uint16, a picture of `DepthImage.coordinates`, zero except in the finest mip tier; empty if the object
+        has no texture.
     texture
-        (h, w, 3) uint8, the texture of the object, see `BakedObject.texture`; empty where it has none.
+        (h, w, 3) uint8, the texture of the object, see `BakedObject.texture`; empty if it has none.
     colour_level
-        The level of `colours` and `tints` from which on a GPU needs them while it has coordinates: 0, or `LEVELS` where
-        all texels have coordinates.
+        The first level of `colours` and `tints` that a GPU needs while it has coordinates: 0, or `LEVELS` if all texels
+        have coordinates.
     """
 
     normals: NDArray[np.uint8]
@@ -83,7 +84,7 @@ class VirtualTexture:
 
     @property
     def bytes_with_mip_maps(self) -> int:
-        """Return how many bytes the pictures take on the GPU, mip-maps included."""
+        """Return how many bytes the pictures take on the GPU, including mip-maps."""
         base = self.coordinates.nbytes + self.texture[..., 0].size * 16 // 3  # of four bytes a texel, and a third more
         colours = self.colours.nbytes + self.tints.nbytes
         levels = range(LEVELS + 1)
@@ -99,7 +100,7 @@ class MipTier:
     texels
         (h, w, 8) uint16, see `image_texels`.
     period
-        Columns after which the tier repeats, 0 where it does not.
+        Columns after which the tier repeats, 0 if it does not.
     """
 
     texels: NDArray[np.uint16]
@@ -110,7 +111,7 @@ class MipTier:
 class _Chart:
     """Hold sub-tiles of one mip tier that move together.
 
-    image, mip_tier: numbers; corner: row and column of the first sub-tile; sub_tiles: (h, w) bool, which it has.
+    image, mip_tier: numbers; corner: row and column of the first sub-tile; sub_tiles: (h, w) bool, those that it has.
     """
 
     image: int
@@ -144,7 +145,7 @@ def build_virtual_texture(
     parallel
         `map`, or what `thread_map` yields to work in several threads.
     mip_tiers
-        What `build_mip_tiers` returns of the object, where that is known.
+        The result of `build_mip_tiers` for the object, if it is known.
 
     Returns
     -------
@@ -203,14 +204,14 @@ def _textured(
 
 
 def _all_have_coordinates(image: DepthImage) -> bool:
-    """Return whether every texel of `image` that is not empty has texture coordinates."""
+    """Return whether every non-empty texel of `image` has texture coordinates."""
     if image.coordinates is None:
         return False
     return bool((np.isinf(image.depth) | (image.coordinates[..., 0] & HAS_COORDINATES > 0)).all())
 
 
 def _mip_tiers(texels: NDArray[np.uint16], face: Face) -> list[MipTier]:
-    """Return the image and its quarters, down to one of at most a sub-tile and what is beside it."""
+    """Return the image and its quarters, down to one of at most a sub-tile and its surroundings."""
     height, width = texels.shape[:2]
     mip_tiers = [MipTier(texels, width if face is Face.SIDE else 0)]
     levels = (max(height, width) - 1).bit_length()
@@ -223,7 +224,7 @@ def _quarter(mip_tier: MipTier) -> MipTier:
     """Return the next coarser mip tier: means of 4 × 4 texels."""
     height, width = ((size + SUB_TILE // 2 - 1) // SUB_TILE + 1 for size in mip_tier.texels.shape[:2])
     row, column = _texels_of_cells(mip_tier, (0, 0), (height, width))
-    # Whole numbers are added much faster than means are taken along two short axes.
+    # Adding integers is much faster than taking means along two short axes.
     rows = mip_tier.texels.take(row, 0).reshape(height, SUB_TILE, -1, 8).sum(1, dtype=np.uint32)
     texels = rows.take(column, 1).reshape(height, width, SUB_TILE, 8).sum(2, dtype=np.uint32)
     return MipTier(np.round(texels / SUB_TILE**2).astype(np.uint16), mip_tier.period // SUB_TILE)
@@ -237,9 +238,9 @@ def _cells(mip_tier: MipTier, corner: tuple[int, int], shape: tuple[int, ...]) -
 
 
 def _texels_of_cells(mip_tier: MipTier, corner: tuple[int, int], shape: tuple[int, ...]) -> tuple[Ints, Ints]:
-    """Return the rows (4h,) and columns (4w,) of the texels in cells; parameters as of `_cells`.
+    """Return the rows (4h,) and columns (4w,) of the texels in cells; parameters as in `_cells`.
 
-    Beyond its edges a mip tier repeats or, where it has no period, its outermost texels do.
+    Beyond its edges a mip tier repeats; if it has no period, its outermost texels do.
     """
     height, width = mip_tier.texels.shape[:2]
     rows, columns = (
@@ -251,19 +252,19 @@ def _texels_of_cells(mip_tier: MipTier, corner: tuple[int, int], shape: tuple[in
 
 
 def _charts(baked: BakedObject, grids: LodGeometry, shapes: list[tuple[int, int]], parallel: Map) -> list[_Chart]:
-    """Return all that is stored; shapes: rows and columns of tiles in each mip tier.
+    """Return everything that is stored; shapes: rows and columns of tiles in each mip tier.
 
-    The last tier is stored as a whole, so that nothing is ever missing. What hardly anybody sees is looked up in the
-    second finest.
+    The last tier is stored completely, so that nothing is ever missing. Surfaces that are hardly visible are looked up
+    in the second finest.
     """
-    from depthwalk.cook.interior_visibility import hardly_seen  # here: who draws what others have cooked casts no rays
+    from depthwalk.cook.interior_visibility import hardly_seen  # here: drawing already cooked objects casts no rays
 
     charts: list[_Chart] = []
     # A pixel that covers 2^k texels is drawn by levels up to the k-th after the first, and looks up level k − 1 of the
-    # texture. The last before the next mip tier is drawn where this one has all but given way to that.
+    # texture. The last before the next mip tier is drawn where this tier has almost faded into the next.
     levels = [(mip_tier + 1) * LEVELS + 1 for mip_tier in range(len(shapes))]
     for mip_tier, sub_tiles in enumerate(used_sub_tiles(baked, grids, levels, parallel)):
-        # With coordinates, colours of coarser tiers are much coarser still.
+        # With texture coordinates, colours of coarser tiers are much coarser still.
         if mip_tier == 0 and len(shapes) > 1 and baked.texture is None:
             sub_tiles &= ~hardly_seen(baked, grids, parallel).repeat(2, 1).repeat(2, 2)
         for rows, columns in shapes[1 : mip_tier + 1]:
@@ -276,7 +277,7 @@ def _charts(baked: BakedObject, grids: LodGeometry, shapes: list[tuple[int, int]
 
 
 def _covered_quarter(sub_tiles: Mask, shape: tuple[int, int]) -> Mask:
-    """Return those sub-tiles (images, *shape) of a quarter that sub-tiles (images, rows, columns) of its image lie on.
+    """Return those sub-tiles (images, *shape) of a quarter on which sub-tiles (images, rows, columns) of its image lie.
 
     Each is as wide as a texel of the quarter, but begins in the middle of one.
     """
@@ -289,7 +290,7 @@ def _covered_quarter(sub_tiles: Mask, shape: tuple[int, int]) -> Mask:
 
 
 def _cut_out(image: int, mip_tier: int, corner: tuple[int, int], sub_tiles: Mask) -> list[_Chart]:
-    """Return a chart for each connected piece of sub-tiles (h, w), of which the first is at `corner`.
+    """Return a chart for each connected piece of sub-tiles (h, w), the first of which is at `corner`.
 
     All sub-tiles of a tile are in one chart, since they share an entry of the table.
     """
@@ -322,7 +323,7 @@ def _table(
 def _entries(shifts: NDArray[np.int16]) -> NDArray[np.int16]:
     """Return one entry for each tile from the shifts (images, rows, columns, 2) of its sub-tiles.
 
-    Those of a tile's sub-tiles that are stored have the same shift.
+    The stored sub-tiles of a tile all have the same shift.
     """
     images, rows, columns, _ = shifts.shape
     sub_tiles = shifts.reshape(images, rows // 2, 2, columns // 2, 2, 2).swapaxes(2, 3)  # ending in row, column, axis

@@ -1,4 +1,4 @@
-"""Find the edges of a mesh and the two faces that meet in each: once per mesh, since no viewer matters."""
+"""Find the edges of a mesh and the two faces that meet in each: once per mesh, since it is independent of the view."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,8 @@ Shape = tuple[NDArray[np.float32], NDArray[np.uint32]]  # positions (v, 3) and t
 class EdgeAdjacency:
     """Hold the edges of f triangles of a mesh, and the faces on both sides of each.
 
-    Silhouettes, where a front face meets a back face, can be found by this without a look at the triangles. An edge is
-    open where it belongs to one face only.
+    They suffice to find silhouettes, where a front face meets a back face, without looking at the triangles. An edge is
+    open if it belongs to only one face.
 
     Attributes
     ----------
@@ -25,12 +25,12 @@ class EdgeAdjacency:
     ends
         (e, 2) int32, rows of `points`: both ends of each edge, in the direction in which its first face runs.
     faces
-        (e, 2) int32, rows of `planes`: both faces of each edge; the second is the last row where the edge is open.
+        (e, 2) int32, rows of `planes`: both faces of each edge; the second is the last row if the edge is open.
     planes
         (f + 1, 4) float32: unit normal of each face, and the distance of its plane from the origin along the normal,
         metres. Faces without area, and the last row, are zero, so that they never count as front faces.
     folds
-        (e,) float32, cosine of the angle between the normals of the two faces; 1 where an edge is open.
+        (e,) float32, cosine of the angle between the normals of the two faces; 1 if an edge is open.
     density
         How much silhouette to expect, 1/m: projected length of silhouettes over projected area of front faces, each
         averaged over all view directions.
@@ -45,15 +45,15 @@ class EdgeAdjacency:
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Return which edges have one face only, (e,) bool."""
+        """Return which edges have only one face, (e,) bool."""
         return np.asarray(self.faces[:, 1] == len(self.planes) - 1)
 
 
 def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integer]) -> EdgeAdjacency:
     """Pair the faces that meet at each edge of a mesh.
 
-    Vertices at one position count as one, and triangles that this leaves without three corners vanish. Where more than
-    two faces meet, they are paired in their order.
+    Vertices at one position count as one, and triangles that this leaves without three corners are dropped. Where more
+    than two faces meet, they are paired in order.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integ
     planes[:-1, :3], planes[:-1, 3] = normal, offset
     start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
     name = np.minimum(start, end) * np.int64(len(points)) + np.maximum(start, end)
-    half = np.argsort(name, kind="stable")  # edges of faces, those between the same two points together
+    half = np.argsort(name, kind="stable")  # half-edges, with those between the same two points adjacent
     name = name[half]
     begins = np.concatenate([[True], name[1:] != name[:-1]])
     rank = np.arange(len(half)) - np.flatnonzero(begins)[np.cumsum(begins) - 1]
@@ -90,7 +90,7 @@ def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integ
     faces = np.stack([half[one] // 3, other], -1)
     cosine = np.einsum("ei,ei->e", *(planes[faces[:, k], :3] for k in (0, 1)))
     folds = np.where(paired, np.clip(cosine, -1, 1), np.float32(1))
-    # An edge is on the silhouette from a share of all directions: the angle between its faces, of half a turn
+    # The part of all directions from which an edge is on the silhouette is the angle between its faces over half a turn
     # (Cauchy–Crofton).
     turn = np.where(paired, np.arccos(folds), np.pi)
     length = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
@@ -106,24 +106,24 @@ def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integ
 
 
 def connected_groups(count: int, one: Ints, other: Ints) -> NDArray[np.int64]:
-    """Find the groups of things that links connect, directly or by way of others.
+    """Find the groups of things that are connected by links, directly or indirectly.
 
-    Each round joins every group to the lowest that it is linked to, which at least halves the number of groups along a
-    chain. (SciPy does the same, but takes a third of a second to import.)
+    Each round joins every group to the lowest group that it is linked to, which at least halves the number of groups
+    along a chain. (SciPy does the same, but takes a third of a second to import.)
 
     Parameters
     ----------
     count
-        How many things there are.
+        Number of things.
     one, other
         (n,) the things at the two ends of each link.
 
     Returns
     -------
     NDArray[np.int64]
-        (count,) the group of each thing. Groups have numbers in the order of their first members.
+        (count,) the group of each thing. Groups are numbered in the order of their first members.
     """
-    least = np.arange(count)  # a member of the same group, in the end its first
+    least = np.arange(count)  # a member of the same group, finally its first
     while len(one):
         np.minimum.at(least, np.maximum(one, other), np.minimum(one, other))
         while ((further := least[least]) != least).any():

@@ -1,4 +1,4 @@
-"""Find distinct whole numbers and name them in order, faster than by sorting where the numbers are small."""
+"""Find and number distinct integers in order, faster than by sorting if the numbers are small."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,14 +6,14 @@ from numpy.typing import NDArray
 from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.types import Rows
 
-_MOST_ROOM = 4  # entries of a table for each number that is looked up in it
+_MOST_ROOM = 4  # entries of a table per number that is looked up in it
 
 
 def distinct_numbers(numbers: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Find the distinct ones of whole numbers that are not negative.
+    """Find the distinct values among non-negative integers.
 
-    The result is that of `numpy.unique` with its indices and inverse. Small numbers are looked up in a table;
-    others are sorted by `stable_order`.
+    The result is that of `numpy.unique` with its indices and inverse. Small numbers are looked up in a table; others
+    are sorted by `stable_order`.
 
     Parameters
     ----------
@@ -23,8 +23,8 @@ def distinct_numbers(numbers: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64
     Returns
     -------
     tuple
-        The d distinct numbers (d,), rising; for each, where it stands first (d,); and for each of the given numbers its
-        row (n,) among the distinct ones. All int64.
+        The d distinct numbers (d,), ascending; the position of each one's first occurrence (d,); and for each of the
+        given numbers its row (n,) among the distinct ones. All int64.
     """
     count, most = len(numbers), int(numbers.max(initial=-1))
     if most >= _MOST_ROOM * count:

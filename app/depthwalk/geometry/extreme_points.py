@@ -1,16 +1,16 @@
-"""Pick the few points of a set that reach farthest, so that many questions about its extent are cheap."""
+"""Select the few points of a set that extend farthest, so that repeated queries about its extent are cheap."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-_COUNT = 512  # directions, 5° from one to the next: what is picked reaches as far as all points within 0.5 %
-_BLOCK = 1 << 13  # points whose reach is computed at a time: 16 MB
+_COUNT = 512  # directions, 5° apart: the selected points extend as far as all points to within 0.5 %
+_BLOCK = 1 << 13  # points that are projected at a time: 16 MB
 
 
 def extreme_points(points: Array) -> NDArray[np.float64]:
-    """Return those of some points that reach farthest in directions spread evenly over the sphere.
+    """Return the points that extend farthest in directions spread evenly over the sphere.
 
     The convex hull of the result is a little smaller than that of the points: no direction's extent shrinks by more
     than 0.5 % of the set's size.
@@ -23,7 +23,7 @@ def extreme_points(points: Array) -> NDArray[np.float64]:
     Returns
     -------
     numpy.ndarray
-        (k, 3) float64, k ≤ 512; where n ≤ 512, all of them.
+        (k, 3) float64, k ≤ 512; all of them if n ≤ 512.
     """
     if len(points) <= _COUNT:
         return points.astype(np.float64)

@@ -1,7 +1,7 @@
 """Work on triangles that share vertices, rows (t, 3) of vertex numbers: find copies, boundary edges and normals.
 
-Three vertex numbers, or three coordinates of a voxel, are packed into one 64-bit key: sorting keys is many times as
-quick as sorting rows.
+Three vertex numbers, or three coordinates of a voxel, are packed into one 64-bit key, since sorting keys is many times
+as fast as sorting rows.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def normals_and_areas(point: Array, triangles: Ints) -> tuple[Array, Array]:
 
 
 def vertex_directions(point: Array, triangles: Ints) -> Array:
-    """Return a vector at each vertex that points as its normal does, and is longer the larger the triangles around it.
+    """Return a vector along the normal at each vertex, whose length grows with the triangles around it.
 
     It is the sum of the triangles' area vectors, which are normal to a triangle and twice as long as its area.
 
@@ -48,7 +48,7 @@ def vertex_directions(point: Array, triangles: Ints) -> Array:
 
 
 def opposite_edges(triangles: Ints) -> Ints:
-    """Return for each edge of each triangle the edge that runs the other way between the same vertices.
+    """Return, for each edge of each triangle, the edge that runs the other way between the same vertices.
 
     Edge 3 k + i begins at corner i of triangle k, and ends at the next.
 
@@ -60,17 +60,17 @@ def opposite_edges(triangles: Ints) -> Ints:
     Returns
     -------
     numpy.ndarray
-        (3 t,) the number of the opposite edge; of several, the first. −1 where there is none.
+        (3 t,) the number of the opposite edge; of several, the first. −1 if there is none.
     """
     start, end = np.ascontiguousarray(triangles).ravel(), np.roll(triangles, -1, axis=1).ravel()
-    # Both directions of an edge side by side, the last bit telling them apart.
+    # Both directions of an edge become neighbours, distinguished by the last bit.
     bits = int(triangles.max(initial=0)).bit_length()
     key = np.minimum(start, end) << bits + 1
     key |= np.maximum(start, end) << 1
     key |= start > end
     order = stable_order(key)
     key = key.take(order)
-    begins = np.flatnonzero(np.diff(key, prepend=-1))  # of runs of edges that are alike
+    begins = np.flatnonzero(np.diff(key, prepend=-1))  # of runs of equal edges
     edge = key.take(begins) >> 1
     paired = np.flatnonzero(edge[1:] == edge[:-1])
     first, other = order.take(begins), np.full(len(begins), -1, np.int64)
@@ -92,13 +92,13 @@ def open_edges(point: Array, triangles: Ints, normal: Array, opposite: Ints | No
     normal
         (t, 3) unit normals of the triangles.
     opposite
-        (3 t,) what `opposite_edges` returns of the triangles, where that is known.
+        (3 t,) the result of `opposite_edges` for the triangles, if it is known.
 
     Returns
     -------
     tuple
         The rows (m,) of `point` where each of the m edges begins, those (m,) where it ends, and vectors (m, 3), metres,
-        that point away from its triangle, in the triangle's plane, and are as long as the edge.
+        that point away from its triangle, in the triangle's plane, and have the edge's length.
     """
     open_ = np.flatnonzero((opposite_edges(triangles) if opposite is None else opposite) < 0)
     triangle, corner = np.divmod(open_, 3)
@@ -107,9 +107,9 @@ def open_edges(point: Array, triangles: Ints, normal: Array, opposite: Ints | No
 
 
 def distinct_triangles(triangles: Ints) -> Ints:
-    """Leave out triangles without three different corners, and all but one of several equal ones.
+    """Drop triangles without three different corners, and all but one of several equal ones.
 
-    Triangles of the same corners that are wound in opposite directions are not equal.
+    Triangles with the same corners but opposite winding are not equal.
 
     Parameters
     ----------
@@ -119,10 +119,10 @@ def distinct_triangles(triangles: Ints) -> Ints:
     Returns
     -------
     numpy.ndarray
-        (u, 3) int64, the triangles that stay, in rising order, each rotated so that its smallest number comes first.
+        (u, 3) int64, the remaining triangles, in ascending order, each rotated so that its smallest number comes first.
     """
     a, b, c = triangles.T
-    # Of the three rotations, that with the smallest number first has the smallest key.
+    # Of the three rotations, the one with the smallest number first has the smallest key.
     keys = [one << 2 * KEY_BITS | two << KEY_BITS | three for one, two, three in ((a, b, c), (b, c, a), (c, a, b))]
     key = np.sort(np.minimum(np.minimum(*keys[:2]), keys[2])[(a != b) & (b != c) & (c != a)])
     key = key[np.diff(key, prepend=-1) > 0]
@@ -138,7 +138,7 @@ def any_corner(vertices: Mask, triangles: Ints) -> Mask:
 
 
 def drop_unused(triangles: Ints, count: int) -> tuple[Ints, Ints]:
-    """Leave out vertices that no triangle uses.
+    """Drop vertices that no triangle uses.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def drop_unused(triangles: Ints, count: int) -> tuple[Ints, Ints]:
     Returns
     -------
     tuple
-        The old numbers (m,) of the vertices that stay, rising, and the triangles (t, 3) in new numbers.
+        The old numbers (m,) of the remaining vertices, ascending, and the triangles (t, 3) in new numbers.
     """
     used = np.zeros(count, bool)
     used[triangles] = True

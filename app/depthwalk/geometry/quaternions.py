@@ -1,6 +1,6 @@
 """Rotate many vectors at once by unit quaternions (x, y, z, w).
 
-For a single rotation PyGLM reads better; here a scene's objects are rotated together.
+For a single rotation PyGLM is more readable; here all objects of a scene are rotated together.
 """
 
 import numpy as np
@@ -28,8 +28,8 @@ def cross(a: Array, b: Array) -> Array:
 def matrices(quaternion: Array) -> NDArray[np.float64]:
     """Return the rotation matrices (n, 3, 3) of the unit `quaternion` (n, 4), x y z w, in its precision.
 
-    They multiply column vectors. Where each rotation applies to several row vectors, `vectors @ matrices` is twice as
-    fast as `rotate` by the inverse.
+    They multiply column vectors. If each rotation applies to several row vectors, `vectors @ matrices` is twice as fast
+    as `rotate` by the inverse.
     """
     vector, scalar = quaternion.T[:3], quaternion.T[3]
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = 2.0 * vector[:, None] * vector

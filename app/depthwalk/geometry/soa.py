@@ -1,4 +1,4 @@
-"""Define structures of arrays: data classes whose fields are columns, and whose rows are selected in all at once."""
+"""Define structures of arrays: data classes whose fields are columns, from which rows are selected together."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar, Self
@@ -11,18 +11,18 @@ class StructOfArrays:
     """Give a data class whose fields are arrays of one length the operations of a table.
 
     Each field is a column of the table, and row k of all columns describes thing k. Work over thousands of objects then
-    stays vectorised, and no column is forgotten where rows are selected.
+    stays vectorised, and no column is forgotten when rows are selected.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]  # by their names
 
     def take(self, rows: NDArray[np.integer] | NDArray[np.bool_] | slice) -> Self:
-        """Return the same structure with some rows only.
+        """Return the same structure with only the given rows.
 
         Parameters
         ----------
         rows
-            Row numbers (m,), a mask (n,), or a slice; of a slice the result shares its memory with this structure.
+            Row numbers (m,), a mask (n,), or a slice; for a slice, the result shares its memory with this structure.
 
         Returns
         -------
@@ -34,7 +34,7 @@ class StructOfArrays:
             return type(self)(**{name: column[rows] for name, column in columns.items()})
         if rows.dtype == bool:
             rows = rows.nonzero()[0]
-        # `take` is quicker than an index, by far of records.
+        # `take` is quicker than indexing, especially for records.
         return type(self)(**{name: column.take(rows, 0) for name, column in columns.items()})
 
     @classmethod

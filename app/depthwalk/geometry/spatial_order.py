@@ -1,6 +1,7 @@
-"""Order points so that those near each other stand side by side, and number the members of runs of such orders.
+"""Sort points so that neighbours in space are adjacent, and number the members of runs of such orders.
 
-What is drawn or culled together should be small in space: a leaf of a tree, a batch of triangles that share vertices.
+Groups that are drawn or culled together should be small in space: a leaf of a tree, a batch of triangles that share
+vertices.
 """
 
 import numpy as np
@@ -9,11 +10,11 @@ from numpy.typing import NDArray
 from depthwalk.types import Array, Ints, Rows
 
 _MORTON_BITS = 10  # per axis: a thousandth of the scene
-_DIGIT_BITS = 16  # the widest numbers that NumPy sorts by counting
+_DIGIT_BITS = 16  # the widest integers that NumPy sorts by counting
 
 
 def within_runs(counts: Rows) -> Rows:
-    """Return 0, 1, 2 … within each of k runs that stand one after the other.
+    """Return 0, 1, 2 … within each of k consecutive runs.
 
     Parameters
     ----------
@@ -30,14 +31,14 @@ def within_runs(counts: Rows) -> Rows:
 
 
 def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
-    """Return the numbers of all members of some cells, one cell after the other.
+    """Return the numbers of all members of the given cells, one cell after the other.
 
     Parameters
     ----------
     first
         (c + 1,) for c cells: the members of cell k are numbered first[k] to first[k + 1] − 1.
     cells
-        (m,) numbers of the chosen cells.
+        (m,) numbers of the cells.
 
     Returns
     -------
@@ -50,10 +51,10 @@ def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
 
 
 def stable_order(key: Ints) -> Ints:
-    """Return the order of whole numbers that are not negative, equal ones as they stand: what `numpy.argsort` returns.
+    """Return the stable sort order of non-negative integers: the same as `numpy.argsort` with a stable kind.
 
     They are sorted by 16 bits at a time, the lowest first, which NumPy does by counting: in a half to a fifth of the
-    time that comparisons take.
+    time of a comparison sort.
 
     Parameters
     ----------
@@ -108,9 +109,9 @@ def kd_tree_order(points: Array, size: int) -> Rows:
 
 
 def morton_codes(points: Array) -> NDArray[np.uint32]:
-    """Return the places (n,) uint32 of `points` (n, 3), in any unit, on a Morton curve through the cube around them.
+    """Return the positions (n,) uint32 of `points` (n, 3), in any unit, on a Morton curve through the cube around them.
 
-    Points whose places differ little are near each other (Morton 1966).
+    Points whose positions differ little are near each other (Morton 1966).
     """
     if not len(points):
         return np.zeros(0, np.uint32)

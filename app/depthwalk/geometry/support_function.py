@@ -1,15 +1,15 @@
-"""Measure how far objects reach from their axes, seen from above: sample their support functions h(u) = max u·p.
+"""Measure how far objects extend from their axes, seen from above: sample their support functions h(u) = max u·p.
 
-The impostor of an object is as wide as the object looks from where the viewer stands, and a circle about the axis
-overestimates a wall by far. Between two sampled directions the bound is that of any convex shape: u = a·u₁ + b·u₂ with
-a, b ≥ 0 has h(u) ≤ a·h(u₁) + b·h(u₂).
+The impostor of an object should be as wide as the object appears from the viewer's position, and a circle about the
+axis overestimates a wall by far. Between two sampled directions the bound is that of any convex shape: u = a·u₁ + b·u₂
+with a, b ≥ 0 has h(u) ≤ a·h(u₁) + b·h(u₂).
 """
 
 import numpy as np
 
 from depthwalk.types import Array
 
-DIRECTIONS = 32  # a circle is overestimated by 1 / cos(π / 32), half a percent
+DIRECTIONS = 32  # overestimates a circle by 1 / cos(π / 32), half a percent
 _STEP = 2 * np.pi / DIRECTIONS
 _SAMPLED = np.stack([np.cos(_STEP * np.arange(DIRECTIONS)), np.sin(_STEP * np.arange(DIRECTIONS))], -1)  # x and z
 
@@ -25,7 +25,7 @@ def support_values(points: Array) -> Array:
     Returns
     -------
     numpy.ndarray
-        (DIRECTIONS,) float64, metres from the axis, at least 0: how far they reach in each sampled direction.
+        (DIRECTIONS,) float64, metres from the axis, at least 0: how far they extend in each sampled direction.
     """
     across = points[:, [0, 2]].astype(np.float64)
     return np.array([(across @ direction).max(initial=0.0) for direction in _SAMPLED])
@@ -42,14 +42,14 @@ def box_support_values(half_width: Array, half_depth: Array) -> Array:
     Returns
     -------
     Array
-        (n, DIRECTIONS) how far each box reaches from its axis in each sampled direction, metres.
+        (n, DIRECTIONS) how far each box extends from its axis in each sampled direction, metres.
     """
     half = np.stack([half_width, half_depth], -1)
     return np.asarray(half @ np.abs(_SAMPLED).T)
 
 
 def support(footprints: Array, direction: Array) -> Array:
-    """Return an upper bound on how far objects reach along a direction.
+    """Return an upper bound on how far objects extend along a direction.
 
     Parameters
     ----------

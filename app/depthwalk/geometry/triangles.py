@@ -1,4 +1,4 @@
-"""Measure arrays of triangles: normals, areas, points spread over them, and vertices that are one."""
+"""Compute with arrays of triangles: normals, areas, points spread over them, and identical vertices."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -54,17 +54,17 @@ def sample_triangles(corners: Array, count: int) -> tuple[Array, Array]:
 
 
 def sample_batches(corners: Array, areas: Array, count: int) -> Iterator[tuple[Array, Ints]]:
-    """Yield points spread evenly over triangles, some thousands at a time, which stay in the processor's cache.
+    """Yield points spread evenly over triangles, some thousands at a time, which stay in the CPU's cache.
 
-    The total area is divided into `count` equal shares in the triangles' order, and each share gets one random point:
-    points come triangle by triangle, and the same arguments give the same points.
+    The total area is divided into `count` equal shares in the triangles' order, and each share gets one random point.
+    So points come triangle by triangle, and the same arguments give the same points.
 
     Parameters
     ----------
     corners, areas
         (n, 3, 3) corners of the triangles, metres, and (n,) areas, metres².
     count
-        Points in all, at least 1.
+        Total number of points, at least 1.
 
     Yields
     ------
@@ -72,14 +72,14 @@ def sample_batches(corners: Array, areas: Array, count: int) -> Iterator[tuple[A
         Points (m, 3), metres, and the number (m,) of the triangle that each lies on.
     """
     ends = np.cumsum(areas)
-    # One stream of random numbers per variable, each where the one before it ends.
+    # One stream of random numbers per variable, each starting where the previous one ends.
     along_stream, u_stream, v_stream = (np.random.Generator(np.random.PCG64(0).advance(k * count)) for k in range(3))
     for first in range(0, count, _BATCH):
         number = np.arange(first, min(first + _BATCH, count))
         along = (number + along_stream.random(len(number))) / count * ends[-1]  # rising
         low, high = np.searchsorted(ends, along[[0, -1]]).clip(max=len(ends) - 1).tolist()
         upto = np.append(np.searchsorted(along, ends[low:high], "right"), len(along))
-        points_on = np.diff(upto, prepend=0)  # each of the triangles from `low` to `high`
+        points_on = np.diff(upto, prepend=0)  # number on each of the triangles from `low` to `high`
         u, v = u_stream.random(len(number)), v_stream.random(len(number))
         over = u + v > 1
         u, v = np.where(over, 1 - u, u), np.where(over, 1 - v, v)
@@ -91,7 +91,7 @@ def sample_batches(corners: Array, areas: Array, count: int) -> Iterator[tuple[A
 
 
 def doubled_areas(positions: Array, faces: Rows) -> NDArray[np.float64]:
-    """Return the cross products (t, 3) of two edges of each triangle: along its normal, as long as twice its area.
+    """Return the cross products (t, 3) of two edges of each triangle: along its normal, with twice its area as length.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def doubled_areas(positions: Array, faces: Rows) -> NDArray[np.float64]:
 
 
 def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Give each distinct row of an array a number, so that equal rows have the same.
+    """Assign numbers to the rows of an array, so that equal rows have the same number.
 
     Parameters
     ----------
@@ -136,9 +136,9 @@ def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]
 
 
 def _row_order(columns: NDArray[Any]) -> NDArray[np.int64]:
-    """Return the order of rows (n, k), k > 0, that `numpy.lexsort` returns for the columns, the last one first.
+    """Return the order of rows (n, k), k > 0, that `numpy.lexsort` returns for the columns in reverse order.
 
-    Few rows have the same last number. To sort by that, and only those few by the others, takes a third of the time.
+    Few rows have the same last number. Sorting by that, and only those few by the others, takes a third of the time.
     """
     last = columns[:, -1]
     order = np.argsort(last, kind="stable")

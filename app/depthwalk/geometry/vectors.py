@@ -1,4 +1,4 @@
-"""Compute with long lists of 3-D vectors, and take single ones apart."""
+"""Compute with large arrays of 3-D vectors, and extract the components of single ones."""
 
 import numpy as np
 from pyglm import glm

@@ -1,8 +1,8 @@
-"""Spread directions of view over a sphere, as octahedral impostors do, or around an object, as billboards do.
+"""Spread viewing directions over a sphere, as for octahedral impostors, or around an object, as for billboards.
 
 The octahedral map (Engelhardt and Dachsbacher 2008, "Octahedron environment maps") unfolds a sphere to a square: unit
-vectors are divided by the sum of their absolute components, and the lower half is folded outward. Of the upper half
-alone, the diamond that it fills is turned to fill the square (Brucks 2018, "Octahedral impostors").
+vectors are divided by the sum of their absolute components, and the lower half is folded outward. For the upper half
+alone, the diamond that it fills is rotated to fill the square (Brucks 2018, "Octahedral impostors").
 """
 
 import numpy as np
@@ -15,14 +15,14 @@ POLE = 1e-6
 
 
 def square_from_direction(direction: Array, hemisphere: bool) -> NDArray[np.float64]:
-    """Return where directions lie in the square of the octahedral map.
+    """Return the positions of directions in the square of the octahedral map.
 
     Parameters
     ----------
     direction
         (n, 3) vectors of any length above 0, y upward.
     hemisphere
-        Whether the square shows the upper half alone; directions below it are raised to the horizon.
+        Whether the square shows only the upper half; directions below it are raised to the horizon.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def azimuth_directions(count: int) -> NDArray[np.float64]:
 
 
 def view_axes(direction: Array) -> NDArray[np.float64]:
-    """Return what is to the right, up and toward the viewer in pictures from some directions.
+    """Return the vectors to the right, up and toward the viewer in pictures from given directions.
 
     Parameters
     ----------

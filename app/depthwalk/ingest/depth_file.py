@@ -1,4 +1,4 @@
-"""Read files that hold a depth per pixel, and convert it to metres: grey pictures, TIFF, OpenEXR, NPY."""
+"""Read files with a depth per pixel and convert the depths to metres: grey pictures, TIFF, OpenEXR, NPY."""
 
 from pathlib import Path
 from typing import Any
@@ -14,25 +14,25 @@ from depthwalk.ingest.sources import read_bytes
 from depthwalk.limits import MAX_COORDINATE, MAX_DEPTH_PIXELS, MAX_TEXTURE_SIDE
 
 _GREY_MODES = ("1", "L", "LA", "I;16", "I;16B", "I;16L", "I", "F")
-_PIXEL_BYTES = 120  # of each pixel, measured, and as many of each in a block of rows at which normals are fitted
+_PIXEL_BYTES = 120  # per pixel, measured; the same again per pixel in a block of rows at which normals are fitted
 _BLOCK_ROWS = 256
 _GREY_ALPHA_16 = b"\x10\x04"  # bits per channel and colour type in the header of a PNG
 
-Raw = tuple[NDArray[Any], NDArray[np.bool_]]  # values (H, W) as stored, and which of them count
+Raw = tuple[NDArray[Any], NDArray[np.bool_]]  # values (H, W) as stored, and which of them are valid
 
 
 def read_depth(path: Path, *, depth_range: float | None, unit: float | None, camera: bool) -> NDArray[np.float32]:
     """Read the depths of an image, in metres.
 
-    A pixel has no depth where its value is NaN or beyond 1000 km, where it is transparent (PNG) or its alpha is 0 (PNG,
-    EXR); and where it is 0, which depth cameras write for "unknown", if `unit` is given or `camera` is set.
+    A pixel has no depth if its value is NaN or beyond 1000 km, or if it is transparent (PNG) or its alpha is 0 (PNG,
+    EXR). If `unit` is given or `camera` is set, 0 also means no depth: depth cameras write it for "unknown".
 
     Parameters
     ----------
     path
         The file: NPY, OpenEXR, PNG or TIFF.
     depth_range
-        Metres between white (depth 0) and black, for whole numbers where `unit` is None; None where it is not known.
+        Metres between white (depth 0) and black, for integers if `unit` is None; None if it is unknown.
     unit
         Metres per unit of the file; None: floats are metres.
     camera
@@ -46,13 +46,13 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     Raises
     ------
     InputError
-        Where the file cannot be read, its numbers cannot be converted to metres, or no pixel has a depth.
+        If the file cannot be read, its numbers cannot be converted to metres, or no pixel has a depth.
     """
     values, valid = _read_raw(path)
     if min(values.shape) < 2:
         raise InputError(f"{path}: a depth image needs at least 2 × 2 pixels")
     if values.dtype.kind == "f":
-        with np.errstate(over="ignore", invalid="ignore"):  # what float32 cannot hold is no depth either
+        with np.errstate(over="ignore", invalid="ignore"):  # values beyond float32 are not depths either
             metres = values.astype(np.float32) * np.float32(unit or 1)
     elif unit is not None:
         metres = values * np.float32(unit)
@@ -61,9 +61,9 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     else:
         needed = "'unit'" if camera else "'unit' or 'range'"
         raise InputError(f"{path}: whole numbers need {needed} to become metres")
-    valid = valid & np.isfinite(metres) & (metres <= MAX_COORDINATE)  # Blender writes 1e10 for nothing
+    valid = valid & np.isfinite(metres) & (metres <= MAX_COORDINATE)  # Blender writes 1e10 for empty pixels
     if unit is not None or camera:
-        valid &= metres != 0  # nor what float32 takes for it
+        valid &= metres != 0  # nor values that float32 rounds to it
     if negative := np.count_nonzero(metres[valid] < 0):
         raise InputError(f"{path}: {negative} depths are negative (in front of the {'camera' if camera else 'plane'})")
     if not valid.any():
@@ -106,7 +106,7 @@ def _read_exr(path: Path) -> Raw:
             channels = {name: channel.pixels for name, channel in file.parts[0].channels.items()}
     except InputError:
         raise
-    except Exception:  # the binding raises bare RuntimeError, ValueError and others alike
+    except Exception:  # the binding raises RuntimeError, ValueError and others for the same causes
         raise InputError(f"{path}: cannot be read as an OpenEXR image") from None
     alpha = channels.pop("A", None)
     values = channels.get("Z", next(iter(channels.values())) if len(channels) == 1 else None)
@@ -130,13 +130,13 @@ def _read_picture(path: Path) -> Raw:
         raise InputError(f"{path}: image data is damaged") from None
     if raw.ndim == 3:
         return raw[..., 0], raw[..., 1] > 0
-    if raw.dtype.kind == "i":  # 16 bits that Pillow has widened
+    if raw.dtype.kind == "i":  # 16 bits, widened by Pillow
         raw = raw.clip(0, 65535).astype(np.uint16)
     return raw, raw != key if isinstance(key, int) else np.ones(raw.shape, bool)
 
 
 def _check_size(path: Path, shape: tuple[int, int], planes: int = 1) -> None:
-    """Raise InputError where an image of `shape` (H, W) takes too much time or memory. planes: channels in the file."""
+    """Raise InputError if an image of `shape` (H, W) takes too much time or memory. planes: channels in the file."""
     height, width = shape
     if max(shape) > MAX_TEXTURE_SIDE or width * height > MAX_DEPTH_PIXELS:
         most = f"{MAX_TEXTURE_SIDE} a side and {MAX_DEPTH_PIXELS} pixels are allowed"

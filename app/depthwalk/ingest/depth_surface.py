@@ -1,4 +1,4 @@
-"""Find out from a depth image alone how noisy it is, how its surface slopes, and where it is torn.
+"""Estimate from a depth image alone how noisy it is, how its surface slopes, and where it is torn.
 
 `values` (H, W) are a quantity that is linear over the image for a plane: depth where the rays are parallel, inverse
 depth where they meet in a pinhole. They are NaN or infinite where there is no surface.
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-STEEP = 4.0  # texel widths: a step between neighbours of this depth is always taken for a slope (76°)
+STEEP = 4.0  # texel widths: a step between neighbours up to this depth always counts as a slope (76°)
 _NOISE_MARGIN = 6.0  # standard deviations that a step between neighbours may have by noise alone
-_SLOPE_CHANGE = 0.5  # how much a slope may change, of itself, from one step to the next ones
+_SLOPE_CHANGE = 0.5  # by how much, relative to itself, a slope may change from one step to the next
 _SLOPE_LENGTH = 3  # steps that make a slope
 _WINDOW = 2  # texels on each side: normals are fitted over 5 × 5
-_COUNTED_DEPTHS = 32  # different depths from which the unit in which a file counts can be told
+_COUNTED_DEPTHS = 32  # number of different depths from which a file's quantisation unit can be determined
 _BLOCK = 256  # rows fitted at a time
 
 
@@ -31,10 +31,10 @@ def noise(values: Array) -> float:
 
 
 def tolerance(values: Array, cell: Array | float) -> Array:
-    """Return the largest steps between neighbouring texels that are always taken for one surface.
+    """Return the largest steps between neighbouring texels that always count as one surface.
 
-    Such a step is the largest of three: a depth of STEEP texel widths, what noise makes, and two of the units in which
-    the file counts.
+    Such a step is the largest of three: a depth of STEEP texel widths, the effect of noise, and two of the units in
+    which the file is quantised.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def tolerance(values: Array, cell: Array | float) -> Array:
         (H, W) float, in the unit of `values`.
     """
     levels = np.unique(values[np.isfinite(values)])
-    # A file with two or three depths does not count coarsely: it shows two or three surfaces.
+    # A file with two or three depths is not coarsely quantised: it shows two or three surfaces.
     count = float(np.diff(levels).min()) if len(levels) >= _COUNTED_DEPTHS else 0.0
     least = max(_NOISE_MARGIN * noise(values), 2 * count)
     return np.broadcast_to(np.maximum(STEEP * np.asarray(cell), least), values.shape)
@@ -58,8 +58,8 @@ def tolerance(values: Array, cell: Array | float) -> Array:
 def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
     """Return whether the surface continues from each texel to the next one along an axis.
 
-    A step larger than allowed is a slope if it is one of three similar steps in a row. Else it is a tear: depth cameras
-    make one or two such steps of an edge, with a pixel between foreground and background.
+    A step larger than allowed is a slope if it is one of three similar steps in a row. Otherwise it is a tear: depth
+    cameras render an edge as one or two such steps, with a pixel between foreground and background.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
 def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64], ...]:
     """Fit the plane a + b·Δi + c·Δj to the 5 × 5 neighbourhood of every texel.
 
-    Neighbours weigh less the more their value differs from the texel's, beyond what noise makes, because beyond an edge
-    there is another surface.
+    The more a neighbour's value differs from the texel's, beyond the effect of noise, the less it weighs, because there
+    is another surface beyond an edge.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def _fit_planes(padded: NDArray[np.float64], scale: Array) -> NDArray[np.float64
                     moments[k] += weight * power
     moments /= np.where(moments[0] > 0, moments[0], np.nan)
     _, mean_i, mean_j, ii, ij, jj, mean, di, dj = moments
-    # A trace of stiffness: a row of texels without neighbours above and below has no slope that way.
+    # A trace of stiffness: a row of texels without neighbours above and below has no slope in that direction.
     ii, jj, ij = ii - mean_i**2 + 1e-12, jj - mean_j**2 + 1e-12, ij - mean_i * mean_j
     di, dj = di - mean * mean_i, dj - mean * mean_j
     determinant = ii * jj - ij**2

@@ -1,4 +1,4 @@
-"""Tell files apart by the ends of their names, without opening them or importing what reads them."""
+"""Distinguish files by the endings of their names, without opening them or importing their readers."""
 
 from pathlib import Path
 
@@ -24,14 +24,14 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".t
 
 
 def check_suffix(path: Path) -> None:
-    """Raise InputError where the name of the file `path` does not end like that of a mesh that can be read."""
+    """Raise InputError unless the name of the file `path` ends like that of a mesh that can be read."""
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
 
 
 def check_baked_suffix(path: Path) -> None:
-    """Raise InputError where the name of the file `path` does not end like that of depth images."""
+    """Raise InputError unless the name of the file `path` ends like that of depth images."""
     if path.suffix.lower() != ".exr" and not is_cooked_file(path):
         raise InputError(
             f"{path}: does not hold depth images ({COOKED_SUFFIX} or {BAKED_SUFFIX}); a mesh is named by the key 'mesh'"
@@ -49,17 +49,17 @@ def is_mesh_file(path: Path) -> bool:
 
 
 def is_baked_file(path: Path) -> bool:
-    """Return whether the name of the file `path` is that of depth images, baked or cooked."""
+    """Return whether the file `path` is named like depth images, baked or cooked."""
     return path.name.lower().endswith(BAKED_SUFFIX) or is_cooked_file(path)
 
 
 def is_cooked_file(path: Path) -> bool:
-    """Return whether the name of the file `path` is that of cooked depth images."""
+    """Return whether the file `path` is named like cooked depth images."""
     return path.name.lower().endswith(COOKED_SUFFIX)
 
 
 def is_model_file(path: Path) -> bool:
-    """Return whether the name of the file `path` is that of a mesh or of depth images.
+    """Return whether the file `path` is named like a mesh or depth images.
 
     Raises InputError as `is_mesh_file` does.
     """

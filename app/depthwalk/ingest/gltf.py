@@ -1,6 +1,6 @@
-"""Read the JSON header of glTF files, and refuse what trimesh would silently misread.
+"""Read the JSON header of glTF files, and reject what trimesh would silently misread.
 
-The header says which other files belong to the mesh, so that they are found without decoding any geometry.
+The header lists the other files that belong to the mesh, so they are found without decoding any geometry.
 """
 
 import json
@@ -17,15 +17,15 @@ from depthwalk.limits import MAX_MESH_TRIANGLES
 
 _HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "EXT_texture_webp")
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
-_MIRRORED = 0.08  # part of the light that a pane of glass mirrors, whose refractive index is 1.5: 4 % on either face
+_MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
 _UINT16, _FLOAT = 5123, 5126
-_TRIANGLES = 4  # the mode of primitives of separate triangles; strips and fans make one of each corner
+_TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
 
 
 def read_header(data: bytes, path: Path) -> dict[str, Any]:
     """Return the JSON header of the glTF or GLB file `path`, whose contents are `data`.
 
-    Raises InputError where the header is damaged.
+    Raises InputError if the header is damaged.
     """
     if path.suffix.lower() == ".glb":
         if len(data) < 20 or data[:4] != b"glTF":
@@ -51,43 +51,43 @@ def external_uris(header: dict[str, Any], key: str) -> list[str]:
     Parameters
     ----------
     header
-        The JSON header, as `read_header` returns it.
+        The JSON header, as returned by `read_header`.
     key
-        The list of the header to look at, "buffers" or "images".
+        The list in the header to look at, "buffers" or "images".
 
     Returns
     -------
     list
-        The URIs as they are written, without those that hold the data themselves (data URIs).
+        The URIs as written, except those that contain the data themselves (data URIs).
     """
     uris = (item.get("uri", "data:") for item in header.get(key, []))
     return [uri for uri in uris if not uri.startswith("data:")]
 
 
 def has_cut_outs(header: dict[str, Any]) -> bool:
-    """Return whether alpha means something in a material of a glTF file, whose JSON header is `header`."""
+    """Return whether any material in the JSON header of a glTF file uses alpha."""
     return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in _materials(header))
 
 
 def has_translucency(header: dict[str, Any]) -> bool:
-    """Return whether a material of a glTF file, whose JSON header is `header`, may let light through."""
+    """Return whether any material in the JSON header of a glTF file may be translucent."""
     return any(each.get("alphaMode") == "BLEND" or _TRANSMISSION in _extensions(each) for each in _materials(header))
 
 
 def is_all_translucent(header: dict[str, Any]) -> bool:
-    """Return whether nothing that a glTF file shows is opaque, as far as `header`, its JSON header, tells.
+    """Return whether a glTF file shows nothing opaque, as far as its JSON header tells.
 
-    Many programs write `BLEND` for all materials, so that alone says nothing, nor does a texture, which may cut out.
+    Many programs write `BLEND` for all materials, so that alone says nothing; nor does a texture, which may cut out.
     """
     try:
         used = {primitive.get("material") for mesh in header.get("meshes", []) for primitive in mesh["primitives"]}
         return bool(used) and all(number is not None and _hides_little(header["materials"][number]) for number in used)
-    except (AttributeError, TypeError, LookupError):  # who reads the mesh complains
+    except (AttributeError, TypeError, LookupError):  # reported when the mesh is read
         return False
 
 
 def _hides_little(material: dict[str, Any]) -> bool:
-    """Return whether the numbers of a material let light through all of it."""
+    """Return whether the numbers of a material make all of it translucent."""
     mode = material.get("alphaMode", "OPAQUE")
     if mode == "MASK":
         return False
@@ -97,32 +97,32 @@ def _hides_little(material: dict[str, Any]) -> bool:
 
 
 def has_glow(header: dict[str, Any]) -> bool:
-    """Return whether a material of a glTF file, whose JSON header is `header`, may send out light."""
+    """Return whether any material in the JSON header of a glTF file may emit light."""
     return any("emissiveFactor" in material for material in _materials(header))
 
 
 def _materials(header: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the materials of a JSON header; none that is no object, which reading the mesh complains of."""
+    """Return the materials of a JSON header; skip non-objects, which are reported on reading the mesh."""
     listed = header.get("materials", [])
     return [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
 
 
 def _extensions(material: dict[str, Any]) -> dict[str, Any]:
-    """Return the extensions of a material; none where they are no object, which reading the mesh complains of."""
+    """Return the extensions of a material; none if they are not an object, which is reported on reading the mesh."""
     found = material.get("extensions", {})
     return found if isinstance(found, dict) else {}
 
 
 def fold_extensions(header: dict[str, Any], path: Path) -> bool:
-    """Express by terms of the core of glTF what extensions of materials say, since trimesh passes those over.
+    """Express material extensions in terms of core glTF, since trimesh ignores them.
 
-    KHR_materials_emissive_strength multiplies `emissiveFactor`. KHR_materials_transmission takes from alpha, and makes
-    an opaque material one that is blended; what two faces of glass mirror stays.
+    KHR_materials_emissive_strength multiplies `emissiveFactor`. KHR_materials_transmission reduces alpha, and makes an
+    opaque material a blended one; what two faces of glass reflect remains.
 
     Parameters
     ----------
     header
-        The JSON header, whose materials are changed.
+        The JSON header; its materials are changed in place.
     path
         The file, for messages.
 
@@ -176,19 +176,19 @@ def with_header(data: bytes, header: dict[str, Any], path: Path) -> bytes:
 
 
 def placed_size(header: dict[str, Any]) -> tuple[int, int]:
-    """Return how many vertices and triangles a glTF file makes, with those that its nodes place more than once.
+    """Return how many vertices and triangles a glTF file makes, counting meshes that nodes place more than once.
 
-    Several nodes may show a mesh, and several primitives the same data, each of which is a copy once it is read.
+    Several nodes may show a mesh, and several primitives the same data; reading it makes a copy each time.
 
     Parameters
     ----------
     header
-        The JSON header, as `read_header` returns it, checked by `check_header`.
+        The JSON header, as returned by `read_header` and checked by `check_header`.
 
     Returns
     -------
     tuple
-        Vertices and triangles of all nodes together, at most.
+        Upper bounds on the vertices and triangles of all nodes together.
     """
     counts = [accessor["count"] for accessor in header.get("accessors", [])]
     shown = Counter(node["mesh"] for node in header.get("nodes", []) if "mesh" in node)
@@ -197,14 +197,14 @@ def placed_size(header: dict[str, Any]) -> tuple[int, int]:
         for primitive in mesh["primitives"]:
             points = counts[primitive["attributes"]["POSITION"]]
             corners = counts[primitive["indices"]] if "indices" in primitive else points
-            copies = max(shown[number], 1)  # trimesh reads what no node shows, too
+            copies = max(shown[number], 1)  # trimesh also reads meshes that no node shows
             vertices += copies * points
             triangles += copies * (corners // 3 if primitive.get("mode", _TRIANGLES) == _TRIANGLES else corners)
     return vertices, triangles
 
 
 def check_header(header: dict[str, Any], path: Path) -> None:
-    """Check a glTF header for what trimesh skips, misreads or allocates without a look at its size.
+    """Check a glTF header for anything that trimesh skips, misreads or allocates without checking its size.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Read picture files into arrays, safely, and define what a planar depth image is."""
+"""Read picture files into arrays safely, and define planar depth images."""
 
 import io
 import warnings
@@ -18,20 +18,21 @@ from depthwalk.limits import MAX_JPEG_SCANS, MAX_TEXTURE_PIXELS, MAX_TEXTURE_SID
 if TYPE_CHECKING:
     from PIL import Image
 
-# Some of Pillow's other formats start programs (EPS) or reach for files of their own.
+# Some of Pillow's other formats start programs (EPS) or open further files.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
 
-PIXEL_BYTES = 24  # at most, while a picture is decoded: measured of WebP; PNG takes 16, JPEG and GIF 13
+PIXEL_BYTES = 24  # most bytes while a picture is decoded: measured for WebP; PNG takes 16, JPEG and GIF 13
 _TILE_SIDES = 322, 323  # tags of TIFF files
-_SCAN = b"\xff\xda"  # the marker before each scan of a JPEG, which coded pixels never hold
+_SCAN = b"\xff\xda"  # marker before each scan of a JPEG; coded pixels never contain it
 
-# Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through.
+# Reading damaged files raises nearly anything; these are the exceptions that Pillow documents and its plugins let
+# through.
 BROKEN = (OSError, ValueError, TypeError, SyntaxError, ArithmeticError, LookupError, EOFError, MemoryError)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlanarImage:
-    """Hold a depth image over a rectangle, in its frame: x right, y up, z toward the viewer.
+    """Hold a depth image over a rectangle, in its own frame: x right, y up, z toward the viewer.
 
     Attributes
     ----------
@@ -59,7 +60,7 @@ def open_image(data: bytes, name: str) -> "Image.Image":
     data
         The bytes of the picture file.
     name
-        What messages call the file.
+        The file's name in messages.
 
     Returns
     -------
@@ -69,7 +70,7 @@ def open_image(data: bytes, name: str) -> "Image.Image":
     Raises
     ------
     InputError
-        Where it is of an unknown format, damaged or too large.
+        If its format is unknown, or it is damaged or too large.
     """
     from PIL import Image
 
@@ -79,14 +80,14 @@ def open_image(data: bytes, name: str) -> "Image.Image":
             image = Image.open(io.BytesIO(data), formats=FORMATS)
     except Image.DecompressionBombError:
         raise InputError(f"{name}: image has more pixels than can be used safely") from None
-    except (*BROKEN, NotImplementedError):  # which DDS files raise
+    except (*BROKEN, NotImplementedError):  # DDS files raise the latter
         raise InputError(f"{name}: cannot be read as an image") from None
     check_size(image, name)
     return image
 
 
 def check_size(image: "Image.Image", name: str) -> None:
-    """Raise InputError where `image`, which messages call `name`, would take more to decode than is allowed."""
+    """Raise InputError if decoding `image`, which messages call `name`, would take more than is allowed."""
     width, height = image.size
     if max(width, height) > MAX_TEXTURE_SIDE or width * height > MAX_TEXTURE_PIXELS:
         raise InputError(f"{name}: image of {width} × {height} pixels is larger than {MAX_TEXTURE_SIDE} a side")
@@ -100,7 +101,7 @@ def check_size(image: "Image.Image", name: str) -> None:
 
 
 def _scans(image: "Image.Image") -> int:
-    """Return how many scans a JPEG has that is open and not decoded yet; 0 where it is decoded."""
+    """Return the number of scans of an open JPEG that is not decoded yet; 0 if it is decoded."""
     file = getattr(image, "fp", None)
     if file is None:
         return 0
@@ -114,8 +115,7 @@ def _scans(image: "Image.Image") -> int:
 def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
     """Decode `image`, of any mode, to (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
 
-    Raises InputError where the image, which messages call `name`, is damaged, too large or of a format that is not
-    supported.
+    Raises InputError if the image, which messages call `name`, is damaged, too large or of an unsupported format.
     """
     from PIL import Image
 
@@ -134,26 +134,26 @@ def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
 
 
 class TextureDecoder:
-    """Decode the pictures of one mesh, each once, however many materials show it, and bound them together."""
+    """Decode the pictures of one mesh, each once, however many materials show it, and limit their total size."""
 
     def __init__(self) -> None:
         """Begin without any picture."""
         self._decoded: dict[Hashable, NDArray[np.uint8]] = {}
         self._images: list[Image.Image] = []
-        self._solid: dict[int, NDArray[np.uint8]] = {}  # by the identity of those that have alpha
+        self._solid: dict[int, NDArray[np.uint8]] = {}  # opaque copies, by the identity of pictures with alpha
         self._bytes = 0
 
     def decode(self, image: "Image.Image", name: str, key: Hashable = None) -> NDArray[np.uint8]:
-        """Decode a picture, unless that is done already.
+        """Decode a picture, unless that has been done already.
 
         Parameters
         ----------
         image
             The picture.
         name
-            What messages call it.
+            Its name in messages.
         key
-            What tells it from the mesh's other pictures; None: the object `image` itself.
+            Identifies it among the mesh's pictures; None: the object `image` itself does.
 
         Returns
         -------
@@ -163,11 +163,11 @@ class TextureDecoder:
         Raises
         ------
         InputError
-            Where it is damaged, too large or of a format that is not supported, or all pictures are too large together.
+            If it is damaged, too large or of an unsupported format, or if all pictures together are too large.
         """
         if key is None:
             key = id(image)
-            self._images.append(image)  # whose number no other may get
+            self._images.append(image)  # keeps it alive, so that no other gets its ID
         if key not in self._decoded:
             width, height = image.size
             check_memory(name, self._bytes + PIXEL_BYTES * width * height, "the textures")
@@ -176,9 +176,9 @@ class TextureDecoder:
         return self._decoded[key]
 
     def without_alpha(self, texture: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
-        """Return a picture (H, W, 4) that `decode` has returned with alpha 255 everywhere, made once for each.
+        """Return a picture (H, W, 4) from `decode` with alpha 255 everywhere; each is made only once.
 
-        name: what messages call it. Raises InputError where all pictures are too large together.
+        name: its name in messages. Raises InputError if all pictures together are too large.
         """
         if texture[..., 3].min() == 255:
             return texture
@@ -194,7 +194,7 @@ class TextureDecoder:
 def load_texture(path: Path) -> NDArray[np.uint8]:
     """Read the picture file `path` as (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
 
-    Raises InputError where the file cannot be read.
+    Raises InputError if the file cannot be read.
     """
     return decode_texture(read_bytes(path), path)
 
@@ -202,12 +202,12 @@ def load_texture(path: Path) -> NDArray[np.uint8]:
 def decode_texture(data: bytes, path: Path) -> NDArray[np.uint8]:
     """Decode the bytes `data` of the picture file `path` to (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
 
-    Raises InputError where they are damaged, too large or of a format that is not supported.
+    Raises InputError if they are damaged, too large or of an unsupported format.
     """
     return rgba(open_image(data, str(path)), str(path))
 
 
 def _eight_bit(values: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return 16-bit integers, which Pillow widens to 32 bits, or floats from 0 to 1 as 8 bits."""
+    """Convert 16-bit integers, which Pillow widens to 32 bits, or floats from 0 to 1 to 8 bits."""
     unit = np.nan_to_num(values) if values.dtype.kind == "f" else values / 65535.0
     return np.round(np.clip(unit, 0.0, 1.0) * 255.0).astype(np.uint8)

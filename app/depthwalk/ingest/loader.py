@@ -1,6 +1,6 @@
 """Load a mesh file as a `Mesh`: upright, scaled, standing on the origin, with normals, ready for the baker.
 
-`check_mesh` makes the same checks without the work that only drawing needs.
+`check_mesh` does the same checks without the work that only drawing needs.
 """
 
 import logging
@@ -39,8 +39,8 @@ def load_mesh(
 ) -> Mesh:
     """Read an OBJ, PLY, STL, GLB or glTF file into its asset frame: Y up, the base's centre on the origin.
 
-    Normals are the file's where it has valid ones, else angle-weighted and split at creases of 60°. Faces without area
-    and vertices without a face are dropped.
+    Normals are taken from the file if it has valid ones; otherwise they are angle-weighted and split at creases of 60°.
+    Faces without area and vertices without a face are dropped.
 
     Parameters
     ----------
@@ -48,14 +48,14 @@ def load_mesh(
         The mesh file.
     texture
         A picture that replaces the file's own textures and base colours, for which the mesh must have texture
-        coordinates; None keeps these.
+        coordinates; None keeps them.
     up
         The file's upward axis. Meshes with z upward are turned: (x, y, z) becomes (x, z, −y).
     height
-        Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
+        Height in metres to which the mesh is scaled uniformly; None takes the file's units as metres.
     sources
-        Reads files and keeps their bytes; None reads them from the disk. Pass the object that `hash_files` used where
-        the mesh must be made of the same bytes as the hash.
+        Reads files and keeps their bytes; None reads them from the disk. Pass the object that `hash_files` used if the
+        mesh must be made from the same bytes as the hash.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def load_mesh(
     Raises
     ------
     InputError
-        `path: defect`, where the file cannot be read or holds nothing that can be drawn.
+        `path: defect`, if the file cannot be read or holds nothing that can be drawn.
     """
     path = Path(path)
     sources = sources or Sources()
@@ -101,7 +101,7 @@ def _by_material(material: NDArray[np.int64], which: NDArray[np.bool_]) -> tuple
 
 
 def _drawable(soup: Soup, path: Path) -> tuple[Material, ...]:
-    """Return the materials, without what would be drawn as more polygons than are allowed, of which a warning tells."""
+    """Return the materials; if too many triangles are translucent, all are made opaque, with a warning."""
     counts = np.bincount(soup.material, minlength=len(soup.materials))
     materials = soup.materials
     too_many = f"more than {MAX_TRANSLUCENT_TRIANGLES}"
@@ -113,7 +113,7 @@ def _drawable(soup: Soup, path: Path) -> tuple[Material, ...]:
 
 
 def _single(uv: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return texture coordinates in single precision, 0 in place of what that cannot hold."""
+    """Return texture coordinates in single precision, with 0 for values that it cannot hold."""
     with np.errstate(over="ignore"):
         return np.nan_to_num(uv.astype(np.float32), posinf=0.0, neginf=0.0)
 
@@ -126,18 +126,18 @@ def check_mesh(
     height: float | None = None,
     upright: bool = False,
 ) -> None:
-    """Raise the InputError that `load_mesh` would raise, without making normals and vertices.
+    """Raise the InputError that `load_mesh` would raise, without computing normals and vertices.
 
     Parameters
     ----------
     path
         The mesh file.
     texture
-        A picture that would replace the file's own textures; None keeps these.
+        A picture that would replace the file's own textures; None keeps them.
     up
         The file's upward axis.
     height
-        Height in metres to which the mesh would be scaled; None takes the file's units for metres.
+        Height in metres to which the mesh would be scaled; None takes the file's units as metres.
     upright
         Whether to raise InputError also for a mesh that is flat and horizontal, too large or too small to be baked.
     """
@@ -161,9 +161,9 @@ def _read(path: Path, height: float | None, sources: Sources) -> Soup:
 
 
 def _solid_faces(soup: Soup, path: Path) -> NDArray[np.bool_]:
-    """Return which faces (F,) have an area. Raises InputError where none has, or where float32 cannot hold the mesh."""
+    """Return which faces (F,) have an area. Raises InputError if none has, or if float32 cannot hold the mesh."""
     corners = np.ascontiguousarray(soup.faces.T)
-    axes = [np.ascontiguousarray(axis).take(corners) for axis in soup.positions.T]  # (3, F) each: reduced quickly
+    axes = [np.ascontiguousarray(axis).take(corners) for axis in soup.positions.T]  # (3, F) each: fast to reduce
     extent = max(float(np.ptp(axis)) for axis in axes)
     if not (extent == 0 or SMALLEST < extent < LARGEST):
         raise InputError(f"{path}: its extent of {extent:g} is out of range")
@@ -223,7 +223,7 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raise InputError where `mesh`, of the file `path`, cannot be baked: flat, out of range, or nothing opaque."""
+    """Raise InputError if `mesh`, from the file `path`, cannot be baked: flat, out of range, or nothing opaque."""
     _check_extent(mesh.positions, path)
     _check_opaque(len(mesh.faces), path)
 
@@ -254,7 +254,7 @@ def _level(positions: NDArray[np.floating]) -> bool:
 
 
 def _vertices(soup: Soup) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Return what `split_at_creases` returns, but with the file's normals where it has them."""
+    """Return the result of `split_at_creases`, but with the file's normals where it has them."""
     given = np.isfinite(soup.normals[:, 0])  # a row is NaN as a whole
     if given.all():
         return np.arange(len(soup.positions)), soup.faces, soup.normals

@@ -1,4 +1,4 @@
-"""Convert the materials of OBJ files' libraries, with the pictures that they name."""
+"""Convert the materials in the libraries of OBJ files, with the pictures that they name."""
 
 import io
 import logging
@@ -24,10 +24,10 @@ log = logging.getLogger(__name__)
 
 
 class MaterialLibrary:
-    """Convert the materials of an OBJ file's libraries, each when it is first asked for.
+    """Convert the materials in an OBJ file's libraries, each when it is first requested.
 
     Every texture that a library names is checked when the library is read, whether or not it is used: a scene that
-    works must not fail once an object gets another of the materials.
+    works must not fail once an object is given another of the materials.
     """
 
     def __init__(self, libraries: list[Path], mesh: Path, sources: Sources) -> None:
@@ -46,7 +46,7 @@ class MaterialLibrary:
         Raises
         ------
         InputError
-            Where a texture is not a picture.
+            If a texture is not a picture.
         """
         self._mesh = mesh
         self._sources = sources
@@ -63,9 +63,9 @@ class MaterialLibrary:
             checked.add(path)
 
     def material(self, name: str | None) -> Material | None:
-        """Return the material called `name`; None where the libraries have none.
+        """Return the material `name`; None if the libraries do not have it.
 
-        Raises InputError where its texture cannot be decoded.
+        Raises InputError if its texture cannot be decoded.
         """
         if name is None or (found := self._materials.get(name)) is None:
             return None
@@ -79,13 +79,13 @@ class MaterialLibrary:
         )
 
     def _decoded(self, name: str | None) -> NDArray[np.uint8] | None:
-        """Return the texels of the picture that a library calls `name`; None where there is none."""
+        """Return the texels of the picture that a library calls `name`; None if there is none."""
         path = self._files[name] if name else None
         image = self._open(path)
         return None if image is None else self._textures.decode(image, f"{self._mesh}: {name}", path)
 
     def _open(self, path: Path | None) -> "Image.Image | None":
-        """Return the picture, no pixel of it decoded; None where there is none, with a warning if no name said so."""
+        """Return the picture without decoding pixels; None if there is none, with a warning if no name said so."""
         if path is None:
             return None
         data = self._sources.read(path)
@@ -96,7 +96,7 @@ class MaterialLibrary:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                return Image.open(io.BytesIO(data))  # formats that are not supported are told of by name later
+                return Image.open(io.BytesIO(data))  # unsupported formats are reported by name later
         except Exception:  # Pillow's plugins raise nearly anything
             log.warning("%s: %s cannot be read as an image; ignored", self._mesh, path.name)
             return None

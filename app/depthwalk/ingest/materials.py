@@ -1,6 +1,6 @@
-"""Convert the materials of MTL and glTF files to the Phong terms that the renderer draws with.
+"""Convert the materials of MTL and glTF files to the Phong terms that the renderer uses.
 
-Where the alpha of a texture says that there is no surface, none is drawn; elsewhere alpha is how much a surface hides.
+If the alpha of a texture marks where there is no surface, none is drawn there; otherwise alpha is opacity.
 """
 
 import logging
@@ -17,38 +17,38 @@ from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
 
-if TYPE_CHECKING:  # most of a second to import; whoever has a material of trimesh has imported it
+if TYPE_CHECKING:  # takes most of a second to import; callers with a trimesh material have already imported it
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 log = logging.getLogger(__name__)
 
 WHITE = (1.0, 1.0, 1.0)
 _CUTOFF = 0.5  # glTF's default
-_CLEAR = 0.01  # alpha up to which a surface is as good as not there
+_CLEAR = 0.01  # alpha up to which a surface counts as invisible
 _BLACK = (0.0, 0.0, 0.0)
 
 
 def convert_material(material: object, name: str, textures: TextureDecoder | None = None) -> Material | None:
-    """Convert a material that trimesh has read to Phong's model.
+    """Convert a material read by trimesh to Phong's model.
 
     Parameters
     ----------
     material : trimesh.visual.material.Material or None
-        The material as trimesh has it; None for a mesh without one.
+        The material; None for a mesh without one.
     name : str
         The file, for messages.
     textures : TextureDecoder or None
-        Decodes the pictures of the mesh; None for a material by itself.
+        Decodes the pictures of the mesh; None for a single material.
 
     Returns
     -------
     Material | None
-        The material; None where the file gives none, be it that trimesh has put a grey one in its place.
+        The material; None if the file has none, even if trimesh has substituted a grey one.
 
     Raises
     ------
     InputError
-        Where its texture is damaged, too large or of a kind that is not supported.
+        If its texture is damaged, too large or of an unsupported kind.
     """
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
@@ -79,18 +79,18 @@ def phong_from_mtl(
     Parameters
     ----------
     terms : dict
-        Numbers or lists of numbers by the keys "kd", "ks", "ns", "d", "tr" and "ke"; what is missing or makes no sense
-        has a default.
+        Numbers or lists of numbers by the keys "kd", "ks", "ns", "d", "tr" and "ke"; missing or invalid ones get
+        defaults.
     texture : (H, W, 4) uint8 or None
         The colour texture, sRGB with alpha; None for a material without one.
     name : str
-        What warnings call the material.
+        Name of the material in warnings.
     cut_out : bool
         Whether there is no surface where the texture's alpha is low.
     emission_texture : (H, W, 4) uint8 or None
-        The texture of what the material sends out, sRGB; None for a material without one.
+        The texture of the emitted light, sRGB; None for a material without one.
     textures : TextureDecoder or None
-        Has decoded the textures; None where the material is by itself.
+        The decoder of the textures; None for a single material.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def phong_from_mtl(
 def _is_stand_in(material: "SimpleMaterial") -> bool:
     """Return whether it is trimesh's own grey picture.
 
-    trimesh gives it to meshes with texture coordinates and without a material; it was read from no file.
+    trimesh gives it to meshes with texture coordinates but without a material; it comes from no file.
     """
     return material.image is not None and material.image.format is None
 
@@ -154,7 +154,7 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
 def _cuts_out(texture: NDArray[np.uint8]) -> bool:
     """Return whether the alpha of a texture (H, W, 4) cuts out: some is low, and most is near 0 or near 1.
 
-    Otherwise it says how much a surface hides, as of a stained window.
+    Otherwise it is opacity, as for a stained window.
     """
     alpha = texture[..., 3]
     between = np.count_nonzero((alpha > 0.1 * 255) & (alpha < 0.9 * 255))
@@ -162,7 +162,7 @@ def _cuts_out(texture: NDArray[np.uint8]) -> bool:
 
 
 def _called(file: str, name: str | None) -> str:
-    """Return what messages call the material `name` of a file."""
+    """Return the name of the material `name` of a file in messages."""
     return f"{file}: material {quoted(name)}" if name else f"{file}: a material"
 
 
@@ -174,25 +174,25 @@ def _material(
     opacity: float,
     without_alpha: Callable[[NDArray[np.uint8], str], NDArray[np.uint8]] | None = None,
 ) -> Material:
-    """Complete a material by what its alpha means, and bring its highlight into range.
+    """Complete a material by the meaning of its alpha, and bring its highlight into range.
 
     Parameters
     ----------
     name
-        What warnings call it.
+        Its name in warnings.
     material
         The material, opaque and whole.
     cutoff
-        Alpha of the texture below which there is no surface; None: there is everywhere.
+        Alpha of the texture below which there is no surface; None: there is surface everywhere.
     opacity
-        How much the material hides of what is behind, 0 to 1.
+        Opacity of the material, 0 to 1.
     without_alpha
-        Returns a texture, called by the name, whose alpha is 255 everywhere: of formats in which alpha means nothing
-        more. None: the alpha of the texture multiplies `opacity`, as glTF has it.
+        Returns a texture, with its name in messages, with alpha set to 255: for formats in which alpha has no further
+        meaning. None: the alpha of the texture multiplies `opacity`, as in glTF.
     """
     texture = material.texture
     if texture is None or (cutoff is not None and texture[..., 3].min() >= cutoff * 255):
-        cutoff = None  # nothing is cut out, so that what is quick for whole surfaces holds
+        cutoff = None  # nothing is cut out, so faster code for whole surfaces can be used
     opacity = min(max(opacity, 0.0), 1.0)
     least = opacity * (1.0 if texture is None or without_alpha else texture[..., 3].min() / 255)
     if cutoff is not None and opacity < OPAQUE:
@@ -213,7 +213,7 @@ def _material(
 
 
 def _rgb(value: Any, default: tuple[float, float, float], most: float = 1.0) -> tuple[float, float, float]:
-    """Return `value` clipped to 0 to `most` where it is three finite numbers, else the default."""
+    """Return `value` clipped to 0 to `most` if it is three finite numbers, otherwise the default."""
     try:
         red, green, blue = (min(max(float(term), 0.0), most) for term in value)
     except (TypeError, ValueError):

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 MOST_LEVELS = 6  # of detail of a mesh, itself included
 
 OPAQUE = 0.99
-"""Alpha from which on nobody misses what is behind a surface."""
+"""Alpha from which a surface counts as opaque: what is behind it is not missed."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """Describe how a run of faces looks, in the terms of Phong's model.
+    """Describe the appearance of a run of faces, in the terms of Phong's model.
 
     Attributes
     ----------
@@ -27,13 +27,13 @@ class Material:
     shininess : float
         Exponent of the highlight, 1 to 1024.
     cutoff : float or None
-        Alpha of the texture, 0 to 1, below which there is no surface, as between the leaves on a card; None: the
-        surface is everywhere.
+        Alpha of the texture, 0 to 1, below which there is no surface, as between the leaves on a card; None: there is
+        surface everywhere.
     opacity : float or None
-        Part of the light from behind that the surface hides, 0 to 1, which the texture's alpha multiplies; None: the
-        surface is opaque, and alpha means nothing but what `cutoff` says.
+        Part of the light from behind that the surface hides, 0 to 1, multiplied by the texture's alpha; None: the
+        surface is opaque, and alpha matters only for `cutoff`.
     emission : (3,) float
-        Linear RGB that the surface sends out in all directions; a white surface that faces the sun reflects 1.
+        Linear RGB emitted in all directions; 1 is what a white surface that faces the sun reflects.
     emission_texture : (H, W, 4) uint8 or None
         sRGB, row 0 at the top; multiplies `emission`.
     """
@@ -49,7 +49,7 @@ class Material:
 
     @property
     def glows(self) -> bool:
-        """Return whether the surface sends out light of its own."""
+        """Return whether the surface emits light."""
         return any(self.emission)
 
 
@@ -83,18 +83,18 @@ class Mesh:
     normals : (V, 3) float32
         Unit length.
     colours : (V, 3) uint8
-        sRGB; white where the file has none.
+        sRGB; white if the file has none.
     uv : (V, 2) float32
-        Texture coordinates, v upward; zeros where the file has none.
+        Texture coordinates, v upward; zeros if the file has none.
     faces : (F, 3) int32
-        Indices of vertices, counter-clockwise seen from outside, ordered by part: the opaque faces, which alone are
-        baked, simplified and cast shadows.
+        Vertex indices of the opaque faces, counter-clockwise seen from outside, ordered by part. Only these faces are
+        baked, are simplified and cast shadows.
     parts : tuple of Part
         The runs of faces that share a material, in order; together they are all opaque faces.
     materials : tuple of Material
         The materials that the parts refer to.
     translucent_faces : (T, 3) int32
-        The faces that let light through, likewise; `positions` and so the bounds hold theirs too.
+        The translucent faces, likewise; `positions`, and so the bounds, include their vertices.
     translucent_parts : tuple of Part
         The runs of `translucent_faces` that share a material.
     """
@@ -116,7 +116,7 @@ class Mesh:
 
     @property
     def is_translucent(self) -> bool:
-        """Return whether any of it lets light through or glows, so that more than its opaque faces is drawn."""
+        """Return whether any of it is translucent or glows, so that more than its opaque faces is drawn."""
         return bool(self.translucent_parts) or any(self.materials[part.material].glows for part in self.parts)
 
     @property
@@ -131,15 +131,15 @@ class Mesh:
 
 @dataclass(frozen=True)
 class MeshLevel:
-    """Hold a simplified mesh, and how far it is from the original.
+    """Hold a simplified mesh, and its distance from the original.
 
     Attributes
     ----------
     mesh
         The mesh, asset frame, metres.
     error
-        Largest distance from the surface of the original, metres; more where its normals are so far off that it looks
-        as wrong as a surface at that distance (`bake.levels`).
+        Largest distance from the surface of the original, metres; more if its normals are so far off that it looks as
+        wrong as a surface at that distance (`bake.levels`).
     """
 
     mesh: Mesh

@@ -1,4 +1,4 @@
-"""Read the head of a mesh file, which tells of its other files and of its materials, without decoding any geometry."""
+"""Read the head of a mesh file, which names its other files and its materials, without decoding any geometry."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,23 +15,23 @@ _WITH_MATERIALS = (".obj", ".gltf", ".glb")
 
 @dataclass(frozen=True, kw_only=True)
 class MeshHead:
-    """Say what the head of a mesh file tells; of materials that no triangle uses, too.
+    """Hold the information in the head of a mesh file, which includes materials that no triangle uses.
 
     Attributes
     ----------
     files
-        Every file that determines how the mesh looks: its own, those that it names, and a picture that replaces its
+        Every file that determines the mesh's appearance: its own, those that it names, and a picture that replaces its
         textures. Names of files that do not exist, or lie outside the mesh's folder, are left out.
     is_textured
-        Whether there is a picture that replaces its textures, or it names a texture or holds one.
+        Whether a picture replaces its textures, or it names or contains a texture.
     has_cut_outs
         Whether materials may cut out parts of the surface.
     is_translucent
-        Whether materials may let light through.
+        Whether materials may be translucent.
     is_all_translucent
         Whether there are materials, none of which is opaque.
     has_glow
-        Whether materials may send out light.
+        Whether materials may emit light.
     """
 
     files: tuple[Path, ...]
@@ -53,19 +53,19 @@ def read_head(path: Path, texture: Path | None = None, sources: Sources | None =
     path
         The mesh file.
     texture
-        A picture that replaces the file's own textures; None keeps these.
+        A picture that replaces the file's own textures; None keeps them.
     sources
         Reads files and keeps their bytes; None reads them from the disk.
 
     Returns
     -------
     MeshHead
-        What it tells; `texture` is the last of its files.
+        The information; `texture` is the last of its files.
 
     Raises
     ------
     InputError
-        Where `path` is missing or its header damaged.
+        If `path` is missing or its header is damaged.
     """
     sources = sources or Sources()
     data = sources.read(path)
@@ -84,15 +84,15 @@ def read_head(path: Path, texture: Path | None = None, sources: Sources | None =
 
 
 def is_all_translucent(path: Path) -> bool:
-    """Return whether the head of a mesh file says that nothing of it is opaque; False where it cannot be read."""
+    """Return whether the head of a mesh file shows that nothing is opaque; False if it cannot be read."""
     try:
         return path.suffix.lower() in _WITH_MATERIALS and read_head(path).is_all_translucent
-    except InputError:  # who reads the mesh complains
+    except InputError:  # reported when the mesh is read
         return False
 
 
 def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
-    """Return what an OBJ file and its material libraries tell."""
+    """Return the information in an OBJ file and its material libraries."""
     libraries = material_libraries(data, path.parent, sources)
     folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
     materials = read_materials(libraries, sources).values()
@@ -114,12 +114,12 @@ def _lets_through(material: MtlMaterial) -> bool:
 
 
 def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
-    """Return what the JSON header of a glTF or GLB file tells."""
+    """Return the information in the JSON header of a glTF or GLB file."""
     header = gltf.read_header(data, path)
     try:
         buffers, images = gltf.external_uris(header, "buffers"), gltf.external_uris(header, "images")
         return MeshHead(
-            # Without a buffer the file is refused when it is read, without an image a warning is enough.
+            # Without a buffer the file is rejected when it is read; for a missing image a warning is enough.
             files=(path, *find_all(buffers, [path.parent], sources), *find_all(images, [path.parent], sources, path)),
             is_textured=bool(header.get("images")),
             has_cut_outs=gltf.has_cut_outs(header),
@@ -132,6 +132,6 @@ def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
 
 
 def _ply_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
-    """Return what the header of a PLY file tells."""
+    """Return the information in the header of a PLY file."""
     names = [text(name) for name in arguments(data[: data.find(b"end_header")], rb"comment[ \t]+TextureFile")]
     return MeshHead(files=(path, *find_all(names, [path.parent], sources)), is_textured=bool(names))

@@ -1,4 +1,4 @@
-"""Read the material libraries (MTL) of OBJ files: what they say, without the pictures that they name."""
+"""Read the material libraries (MTL) of OBJ files, without the pictures that they name."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,18 +12,18 @@ Terms = dict[str, float | list[float]]
 
 @dataclass
 class MtlMaterial:
-    """Hold what an MTL library says of one material.
+    """Hold the entries of one material in an MTL library.
 
     Attributes
     ----------
     terms
         Numbers or lists of numbers by their keys in lower case, such as "kd".
     image
-        The name after `map_Kd`; None where there is none.
+        The name after `map_Kd`; None if there is none.
     mask
-        The name after `map_d`, the picture whose alpha says where there is a surface; None where there is none.
+        The name after `map_d`, the picture whose alpha marks where there is a surface; None if there is none.
     glow
-        The name after `map_Ke`, the picture of what the material sends out; None where there is none.
+        The name after `map_Ke`, the picture of the emitted light; None if there is none.
     """
 
     terms: Terms = field(default_factory=dict)
@@ -33,9 +33,9 @@ class MtlMaterial:
 
 
 def parse_mtl(contents: str) -> dict[str, MtlMaterial]:
-    """Return the materials that the `contents` of an MTL library defines, by their names.
+    """Return the materials that the `contents` of an MTL library define, by name.
 
-    The last of several materials of one name counts. Unknown keys are skipped.
+    Of several materials with one name, the last counts. Unknown keys are skipped.
     """
     materials: dict[str, MtlMaterial] = {}
     current: MtlMaterial | None = None
@@ -64,12 +64,12 @@ def parse_mtl(contents: str) -> dict[str, MtlMaterial]:
 
 
 def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path]:
-    """Return the material libraries that an OBJ file names, as far as they exist in its folder.
+    """Return the material libraries that an OBJ file names, if they exist in its folder.
 
     Parameters
     ----------
     data
-        The text of the OBJ file; names in it may hold blanks.
+        The text of the OBJ file; names in it may contain blanks.
     folder
         The folder of the OBJ file.
     sources
@@ -81,7 +81,7 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
         The MTL files, in the order of their names in the file.
     """
     libraries: list[Path] = []
-    if not (b"b" in data or b"B" in data) or b"mtllib" not in data.lower():  # no need to look at a million lines
+    if not (b"b" in data or b"B" in data) or b"mtllib" not in data.lower():  # avoids scanning a million lines
         return libraries
     data = as_utf8(data)
     for line in arguments(data, b"mtllib"):
@@ -91,5 +91,5 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
 
 
 def read_materials(libraries: list[Path], sources: Sources) -> dict[str, MtlMaterial]:
-    """Return the materials of the MTL files `libraries`, read through `sources`, by their names."""
+    """Return the materials of the MTL files `libraries`, read through `sources`, by name."""
     return parse_mtl(text(b"\n".join(as_utf8(sources.read(library)) for library in libraries)))

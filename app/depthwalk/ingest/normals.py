@@ -1,4 +1,4 @@
-"""Compute vertex normals: smooth where the surface is smooth, split where it has a crease."""
+"""Compute vertex normals: smooth on smooth surfaces, split at creases."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,9 @@ CREASE_ANGLE = np.radians(60.0)
 def split_at_creases(
     positions: Array, faces: Ints, crease: float = CREASE_ANGLE
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Compute vertex normals, and duplicate vertices at creases so that each side has normals of its own.
+    """Compute vertex normals, and duplicate vertices at creases so that each side has its own normals.
 
-    A normal is the mean of those of the faces around it, weighted by their angles there (Thürmer and Wüthrich 1998).
+    A normal is the mean of those of the surrounding faces, weighted by their angles there (Thürmer and Wüthrich 1998).
     The corners of faces at one position form a smooth group as long as each shares an edge, folded by less than
     `crease`, with the next. Vertices at the same position (texture seams) count as one.
 
@@ -41,7 +41,7 @@ def split_at_creases(
     """
     face_normals = doubled_areas(positions, faces)
     lengths = np.linalg.norm(face_normals, axis=1, keepdims=True)
-    # Far from the origin of their file faces may have lost their area to rounding: nothing is seen of them.
+    # Far from the file's origin, faces may have lost their area to rounding; they are invisible.
     face_normals = np.where(lengths > 0, face_normals / np.maximum(lengths, np.finfo(float).tiny), [0.0, 1.0, 0.0])
     welded = row_ids(positions)[0][faces]
     group = _smooth_groups(welded, face_normals, np.cos(crease))
@@ -53,7 +53,7 @@ def split_at_creases(
     key = faces.ravel().astype(np.int64) * len(sums) + group
     _, first, new = distinct_numbers(key)
     group = group[first]
-    # Faces back to back cancel out: take the normal of any of them.
+    # Faces back to back cancel out: take the normal of any one of them.
     cancelled = (lengths[group] < 1e-6)[:, None]
     normals = np.where(cancelled, face_normals[first // 3], sums[group] / np.maximum(lengths[group], 1e-30)[:, None])
     return faces.ravel()[first], new.reshape(faces.shape), normals
@@ -74,7 +74,7 @@ def _smooth_groups(welded: Ints, face_normals: Array, least_cosine: float) -> In
     folded = sum(axis.take(face) * axis.take(beside) for axis in np.ascontiguousarray(face_normals.T))
     smooth = folded >= least_cosine
     one, other = one[smooth], other[smooth]
-    # Neighbours run along a shared edge in opposite directions, unless one of them is wound the wrong way.
+    # Neighbours traverse a shared edge in opposite directions, unless one of them has the wrong winding.
     opposite = a[one] != a[other]
     linked = np.concatenate([one, end[one]])
     to = np.concatenate([np.where(opposite, end[other], other), np.where(opposite, other, end[other])])
@@ -84,7 +84,7 @@ def _smooth_groups(welded: Ints, face_normals: Array, least_cosine: float) -> In
 def _corner_angles(positions: Array, faces: Ints) -> NDArray[np.float64]:
     """Return the angle (F, 3) at every corner of every face, radians."""
     corners = np.ascontiguousarray(faces.T)
-    axes = (np.ascontiguousarray(axis).take(corners) for axis in positions.T)  # (3, F) each: a third of the time
+    axes = (np.ascontiguousarray(axis).take(corners) for axis in positions.T)  # (3, F) each: takes a third of the time
     edges = [axis[[1, 2, 0]] - axis for axis in axes]  # edge k leaves corner k
     (ax, ay, az), (bx, by, bz) = edges, [-edge[[2, 0, 1]] for edge in edges]
     sine = np.sqrt(np.square(ay * bz - az * by) + np.square(az * bx - ax * bz) + np.square(ax * by - ay * bx))

@@ -13,7 +13,7 @@ from depthwalk.errors import InputError, missing_file
 def map_npy(path: Path) -> NDArray[Any]:
     """Map the array of an NPY file, read-only, so that a header with a wrong size allocates nothing.
 
-    `numpy.load` would not do: it also opens archives and pickles.
+    `numpy.load` is unsuitable: it also opens archives and pickles.
 
     Parameters
     ----------
@@ -28,13 +28,13 @@ def map_npy(path: Path) -> NDArray[Any]:
     Raises
     ------
     InputError
-        `path: defect`, where the file is missing, of another format, damaged, or holds Python objects.
+        `path: defect`, if the file is missing, of another format, damaged, or holds Python objects.
     """
     if not path.is_file():
         raise missing_file(path)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of old headers, and of what a damaged one looks like to Python's parser
+            warnings.simplefilter("ignore")  # about old headers, and about damaged ones as Python's parser sees them
             return np.lib.format.open_memmap(path, mode="r")
-    except Exception:  # the header is parsed as Python: damaged ones raise nearly anything, tokenize.TokenError too
+    except Exception:  # the header is parsed as Python: damaged ones raise nearly anything, even tokenize.TokenError
         raise InputError(f"{path}: cannot be read as an NPY array") from None

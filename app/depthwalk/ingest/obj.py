@@ -1,10 +1,10 @@
 """Parse Wavefront OBJ text into arrays, with every defect located by its line.
 
-The text is taken apart by NumPy: lines are told apart by their first bytes, and all numbers of a kind are parsed at
-once. Time and memory grow linearly with the file, whatever it holds. Own code, where other formats go through trimesh,
-because trimesh takes most of a second to import, wraps indices out of range, takes relative indices to count from the
-end of the file, drops texture coordinates where faces are written in different ways, and needs time quadratic in the
-number of `usemtl` lines.
+NumPy does the parsing: lines are classified by their first bytes, and all numbers of a kind are parsed at once. Time
+and memory grow linearly with the file, whatever it holds. Other formats go through trimesh; OBJ does not, because
+trimesh takes most of a second to import, wraps indices out of range, counts relative indices from the end of the file,
+drops texture coordinates where faces are written in different ways, and needs time quadratic in the number of `usemtl`
+lines.
 """
 
 import re
@@ -42,9 +42,9 @@ class ObjMesh:
     colours : (V, 3) float64 or None
         sRGB from 0 to 1, written after the coordinates; None unless every vertex has them.
     texture : (T, 2) float64 or None
-        Texture coordinates u and v, in widths and heights of the image, v upward; None where the file has none.
+        Texture coordinates u and v, in widths and heights of the image, v upward; None if the file has none.
     normals : (N, 3) float64 or None
-        Directions in the frame of the file, of any length; None where the file has none.
+        Directions in the frame of the file, of any length; None if the file has none.
     corners : (C, 3) int64
         Vertex, texture coordinate and normal of every polygon corner, counted from 1; 0 where absent.
     sizes : (P,) int64
@@ -114,18 +114,18 @@ def parse_obj(data: bytes, path: Path) -> ObjMesh:
 
 
 class _Lines:
-    """Hold the lines of a tidied text, told apart by their first word.
+    """Hold the lines of a tidied text, classified by their first word.
 
     Attributes
     ----------
     starts, ends
-        (n,) int64, where each line begins, and where its newline stands.
+        (n,) int64, the beginning of each line, and the position of its newline.
     blanks
-        (n,) int64, how many blanks each line holds, which is one less than its words.
+        (n,) int64, the number of blanks in each line, which is one less than its words.
     """
 
     def __init__(self, text: bytes, path: Path) -> None:
-        self.text = text + b"\n\n\n"  # so that three bytes can be looked at from any line's start
+        self.text = text + b"\n\n\n"  # so that three bytes can be read from the start of any line
         self.path = path
         self.bytes = np.frombuffer(self.text, np.uint8)
         self.ends = np.flatnonzero(self.bytes[: len(text) + 1] == _NEWLINE)
@@ -133,10 +133,10 @@ class _Lines:
         self.blanks = np.add.reduceat(self.bytes[: len(text) + 1] == _BLANK, self.starts, dtype=np.int64)
 
     def of(self, key: bytes) -> Mask:
-        """Return which lines have the first word `key` and a blank after it."""
+        """Return which lines have the first word `key` followed by a blank."""
         mask = self.bytes[self.starts] == key[0]
         at = np.flatnonzero(mask)
-        # A byte at a time: what does not match ends before the padding does.
+        # One byte at a time: a mismatch ends before the padding does.
         for offset, byte in enumerate(key[1:] + b" ", start=1):
             at = at[self.bytes[self.starts[at] + offset] == byte]
         mask[:] = False
@@ -144,9 +144,9 @@ class _Lines:
         return np.asarray(mask)
 
     def joined(self, mask: Mask, key: bytes) -> bytes:
-        """Return what follows `key` on the lines of `mask`, joined by single blanks."""
+        """Return the text after `key` on the lines of `mask`, joined by single blanks."""
         first, after = int(np.argmax(mask)), len(mask) - int(np.argmax(mask[::-1]))
-        if mask[first:after].all():  # one block, as most files are
+        if mask[first:after].all():  # one block, as in most files
             text = self.text[self.starts[first] : self.ends[after - 1]]
         else:
             text = self.bytes[: self.ends[-1] + 1][np.repeat(mask, self.ends - self.starts + 1)].tobytes()[:-1]
@@ -157,17 +157,17 @@ class _Lines:
         return self.text[self.starts[index] : self.ends[index]]
 
     def error(self, mask: Mask, number: int, defect: str) -> InputError:
-        """Return the complaint about the line that is `number` among those of `mask`."""
+        """Return the error about line `number` of those in `mask`."""
         return InputError(f"{self.path}:{np.flatnonzero(mask)[number] + 1}: {defect}")
 
 
 def _tidy(data: bytes) -> bytes:
     """Leave one blank between words, none at the ends of lines, and no comments or continued lines.
 
-    Lines keep their numbers. Comments go first: a backslash at the end of one continues nothing.
+    Line numbers are preserved. Comments are removed first: a backslash at the end of one continues nothing.
     """
     data = data.removeprefix(b"\xef\xbb\xbf")
-    if b"\r" in data:  # a single byte is found in no time
+    if b"\r" in data:  # searching a single byte takes no time
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in data:
         data = re.sub(rb"(?:^|(?<=\s))#.*", b"", data, flags=re.MULTILINE)
@@ -182,7 +182,7 @@ def _tidy(data: bytes) -> bytes:
 
 
 def _has_idle_blanks(data: bytes) -> bool:
-    """Return whether any blank of a text stands at the end of a line or beside another blank."""
+    """Return whether any blank of a text is at the end of a line or next to another blank."""
     values = np.frombuffer(data, np.uint8)
     blank, newline = values == _BLANK, values == _NEWLINE
     space = blank | newline
@@ -191,7 +191,7 @@ def _has_idle_blanks(data: bytes) -> bool:
 
 
 def _joined(lines: re.Match[bytes]) -> bytes:
-    """Return lines that end with a backslash as one, with empty lines after it in their place."""
+    """Join lines that end with a backslash, and append as many empty lines."""
     return lines[0].replace(b"\\\n", b" ") + b"\n" * lines[0].count(b"\\\n")
 
 
@@ -214,9 +214,9 @@ def _numbers(lines: _Lines, mask: Mask, key: bytes) -> Numbers:
 
 
 def _parsed(text: bytes, dtype: type[np.float64] | type[np.int64]) -> NDArray[Any] | None:
-    """Return all numbers of a text; None where it holds anything else. Numbers may touch: the caller counts them."""
+    """Return all numbers of a text; None if it holds anything else. Numbers may touch: the caller counts them."""
     with warnings.catch_warnings():
-        # No other: the filter holds for all threads, of which some import libraries.
+        # Only this message: the filter applies to all threads, and some are importing libraries.
         warnings.filterwarnings("error", message="string or file could not be read")
         try:
             return np.fromstring(text.decode("ascii"), dtype, sep=" ")
@@ -230,7 +230,7 @@ def _bad_vertex(lines: _Lines, mask: Mask) -> InputError:
 
 
 def _bad_number(lines: _Lines, mask: Mask, key: bytes) -> InputError:
-    """Return the complaint about the first line of `mask` with a word that is no number."""
+    """Return the error about the first line of `mask` with a word that is not a number."""
     if key == b"v" and not all(_VERTEX.fullmatch(lines.line(index)) for index in np.flatnonzero(mask)):
         return _bad_vertex(lines, mask)
     for number, index in enumerate(np.flatnonzero(mask)):
@@ -246,11 +246,11 @@ def _is_number(word: bytes) -> bool:
         float(word)
     except ValueError:
         return False
-    return b"_" not in word  # Python's own
+    return b"_" not in word  # which only Python allows
 
 
 def _corners(lines: _Lines, polygons: Mask) -> Indices:
-    """Return vertex, texture coordinate and normal (C, 3) of all corners as they are written; 0 where absent."""
+    """Return vertex, texture coordinate and normal (C, 3) of all corners as written; 0 where absent."""
     joined = lines.joined(polygons, b"f")
     corners = None
     if not joined.translate(None, _FACE_BYTES):
@@ -265,7 +265,7 @@ def _corners(lines: _Lines, polygons: Mask) -> Indices:
 
 
 def _columns(joined: bytes) -> list[int] | None:
-    """Return which of vertex, texture coordinate and normal every corner names; None where corners differ."""
+    """Return which of vertex, texture coordinate and normal every corner names; None if corners differ."""
     if b"/" not in joined:
         return [0]
     text = np.frombuffer(joined + b" ", np.uint8)
@@ -309,7 +309,7 @@ def _absolute(lines: _Lines, corners: Indices, sizes: Indices) -> Indices:
         written, declared = corners[:, column], lines.of(key)
         total = np.count_nonzero(declared)
         if (relative := written < 0).any():
-            known = np.cumsum(declared)[polygons][polygon]  # of those declared above the polygon
+            known = np.cumsum(declared)[polygons][polygon]  # number declared above the polygon
             result[:, column] = np.where(relative, written + known + 1, written)
         least = 1 if column == 0 else np.where(relative, 1, 0)
         wrong = (result[:, column] < least) | (result[:, column] > total)

@@ -1,7 +1,7 @@
 """Read depth images and range images: a file of depths, a picture, and a normal map.
 
-A depth image is seen by parallel rays (a relief), a range image through a pinhole: by a depth camera, or all round, as
-a cylindrical panorama. Normals are fitted to the depth where no normal map is given.
+A relief is seen by parallel rays, a range image through a pinhole: by a depth camera, or all round, as a cylindrical
+panorama. Normals are fitted to the depth if no normal map is given.
 """
 
 from dataclasses import dataclass, replace
@@ -16,13 +16,13 @@ from depthwalk.ingest.depth_file import read_depth
 from depthwalk.ingest.depth_surface import fit_planes
 from depthwalk.ingest.image import PlanarImage, load_texture
 
-_SEAM = 2  # columns beyond the seam of a panorama, of which normals are fitted
+_SEAM = 2  # columns beyond the seam of a panorama that are used to fit normals
 _PLAIN = 204  # sRGB, light grey: the colour of surfaces without a picture
 
 
 @dataclass(frozen=True, kw_only=True)
 class Intrinsics:
-    """Describe a pinhole camera without distortion, by which points in space and pixels of a depth image correspond.
+    """Describe a pinhole camera without distortion, which maps points in space to pixels of a depth image.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Intrinsics:
 
     @property
     def focal(self) -> float:
-        """Return the lesser focal length, pixels."""
+        """Return the smaller focal length, pixels."""
         return min(self.fx, self.fy)
 
     def rays(self, shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -53,8 +53,8 @@ class Intrinsics:
 class PanoramaLens:
     """Describe the camera of a cylindrical panorama: a pinhole inside a cylinder (McMillan and Bishop 1995).
 
-    A column of the picture sees one direction of the compass, the middle −z, those to its right what is to the right.
-    Depth is the level distance from the cylinder's axis, +Y through the pinhole. Pixels are square.
+    Each column of the picture sees one direction of the compass: the middle one −z, those to its right further right.
+    Depth is the horizontal distance from the cylinder's axis, +Y through the pinhole. Pixels are square.
 
     Attributes
     ----------
@@ -81,13 +81,13 @@ class PanoramaLens:
 
 @dataclass(frozen=True, kw_only=True)
 class RangeImage:
-    """Hold what a depth camera saw, in its frame: x right, y up, z toward the camera, which is at the origin.
+    """Hold the image of a depth camera, in its frame: x right, y up, z toward the camera, which is at the origin.
 
     Attributes
     ----------
     depth : (H, W) float32
-        Metres along the camera's axis, of a panorama from its cylinder's axis; row 0 at the bottom; +inf where nothing
-        was measured.
+        Metres along the camera's axis, or for a panorama from its cylinder's axis; row 0 at the bottom; +inf where
+        nothing was measured.
     colour : (H, W, 3) uint8
         sRGB.
     normal : (H, W, 3) float32
@@ -132,7 +132,7 @@ def load_depth_image(
     size
         Width and height of the image, metres.
     depth_range
-        Metres between white, at the plane, and black, for grey without `unit`; None where it is not known.
+        Metres between white, at the plane, and black, for grey without `unit`; None if it is unknown.
     unit
         Metres per unit of the file, in which 0 means no surface; None: floats are metres.
     colour
@@ -148,7 +148,7 @@ def load_depth_image(
     Raises
     ------
     InputError
-        `path: defect`, where a file cannot be used or a number is not positive.
+        `path: defect`, if a file cannot be used or a number is not positive.
     """
     _check_positive(depth, size=min(size), range=depth_range, unit=unit)
     metres = read_depth(depth, depth_range=depth_range, unit=unit, camera=False)[::-1].copy()
@@ -176,7 +176,7 @@ def load_range_image(
     Parameters
     ----------
     depth
-        The file of depths along the camera's axis, where 0 always means that nothing was measured.
+        The file of depths along the camera's axis; 0 always means that nothing was measured.
     lens
         The camera, its `cy` counted from the top.
     unit
@@ -194,7 +194,7 @@ def load_range_image(
     Raises
     ------
     InputError
-        `path: defect`, where a file cannot be used or a number is not positive.
+        `path: defect`, if a file cannot be used or a number is not positive.
     """
     _check_positive(depth, fx=lens.fx, fy=lens.fy, unit=unit)
     metres = read_depth(depth, depth_range=None, unit=unit, camera=True)[::-1].copy()
@@ -216,7 +216,7 @@ def load_panorama(
     Parameters
     ----------
     depth
-        The file of level distances from the cylinder's axis, a full turn, where 0 always means that nothing was
+        The file of horizontal distances from the cylinder's axis, a full turn; 0 always means that nothing was
         measured.
     horizon
         Row of the horizon, counted from the top; None: the middle of the picture.
@@ -233,7 +233,7 @@ def load_panorama(
     Raises
     ------
     InputError
-        `path: defect`, where a file cannot be used or a number is not positive.
+        `path: defect`, if a file cannot be used or a number is not positive.
     """
     _check_positive(depth, unit=unit)
     metres = read_depth(depth, depth_range=None, unit=unit, camera=True)[::-1].copy()
@@ -261,8 +261,8 @@ def _camera_normals(metres: NDArray[np.float32], lens: Intrinsics) -> NDArray[np
 def _panorama_normals(metres: NDArray[np.float32], lens: PanoramaLens) -> NDArray[np.float32]:
     """Return normals (H, W, 3) fitted to depth.
 
-    A plane m · P = 1 has the inverse depth m · ray; its change along a column is the part of m along y, that along a
-    row its part to the right, and what is left its part away from the axis.
+    A plane m · P = 1 has the inverse depth m · ray. Its change along a column is the component of m along y, its change
+    along a row the component to the right; the remaining component points away from the axis.
     """
     inverse = 1 / metres.astype(np.float64)
     inverse[~np.isfinite(metres)] = np.nan
@@ -284,7 +284,7 @@ def _directions(x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.fl
 
 def _decoded_normals(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
     directions = picture.astype(np.float32) * np.float32(2 / 255) - 1
-    directions[..., 2] = np.maximum(directions[..., 2], 1e-3)  # a depth image has no surface that faces away
+    directions[..., 2] = np.maximum(directions[..., 2], 1e-3)  # no surface of a depth image faces away
     return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
 
 

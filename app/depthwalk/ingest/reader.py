@@ -15,7 +15,7 @@ from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8
 
-_TEXT_BYTES = 12  # that reading an OBJ file takes for each byte, measured with a million triangles
+_TEXT_BYTES = 12  # memory for reading an OBJ file per byte, measured with a million triangles
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:
@@ -53,7 +53,7 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
         return read_by_trimesh(data, path, sources)
     except InputError:
         raise
-    except Exception as error:  # trimesh documents none of what its parsers raise on damaged data
+    except Exception as error:  # trimesh does not document what its parsers raise on damaged data
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
         kind = path.suffix[1:].upper()
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of {kind} ({reason})") from error
@@ -80,7 +80,7 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     count = len(row)
     uv, normals = np.full((count, 2), np.nan), np.full((count, 3), np.nan)
     if mesh.texture is not None and has_uv:
-        uv = np.where(texture[:, None] < 0, 0.0, mesh.texture[texture])  # 0 for corners without, where others have them
+        uv = np.where(texture[:, None] < 0, 0.0, mesh.texture[texture])  # 0 for corners without, if others have them
     if mesh.normals is not None and has_normals:
         normals = unit_normals(mesh.normals[normal])
     colours = np.full((count, 3), 255, np.uint8)
@@ -102,11 +102,11 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
 
 
 def _split_vertices(columns: list[Indices]) -> tuple[Indices, Indices]:
-    """Give numbers to the distinct combinations of indices (C,) at the corners of polygons.
+    """Assign numbers to the distinct combinations of indices (C,) at the corners of polygons.
 
     Returns
     -------
-    (V,) a corner that has each combination, and (C,) the number of each corner's combination.
+    (V,) a corner with each combination, and (C,) the number of each corner's combination.
     """
     key = columns[0]
     for column in columns[1:]:
@@ -118,8 +118,8 @@ def _split_vertices(columns: list[Indices]) -> tuple[Indices, Indices]:
 def _triangles(mesh: ObjMesh) -> tuple[Indices, Indices]:
     """Cut polygons into fans of triangles.
 
-    The groups come last one first, and where a group has quadrangles only, their first halves before their second ones:
-    the order that depth images baked earlier depend on.
+    Groups are in reverse order. In a group with quadrangles only, their first halves come before their second ones.
+    Depth images baked earlier depend on this order.
 
     Returns
     -------

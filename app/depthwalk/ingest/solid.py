@@ -1,4 +1,4 @@
-"""Tell whether a mesh is the surface of a solid."""
+"""Detect whether a mesh is the surface of a solid."""
 
 import numpy as np
 
@@ -8,9 +8,9 @@ from depthwalk.ingest.mesh import Mesh
 
 
 def is_solid(mesh: Mesh) -> bool:
-    """Return whether a mesh is the closed surface of a solid, of which nobody outside sees a back face.
+    """Return whether a mesh is the closed surface of a solid, whose back faces are never visible from outside.
 
-    It is so if faces run through every edge as often one way as the other, and enclose a positive volume.
+    This holds if faces traverse every edge equally often in both directions, and enclose a positive volume.
 
     Parameters
     ----------
@@ -20,11 +20,11 @@ def is_solid(mesh: Mesh) -> bool:
     Returns
     -------
     bool
-        True for a closed surface; False also where it is inside out, or cut out by the alpha of a texture.
+        True for a closed surface; False also if it is inside out, or cut out by the alpha of a texture.
     """
     if any(material.cutoff is not None for material in mesh.materials):
-        return False  # the inside shows where the surface is cut out
-    if not len(mesh.faces):  # all of it lets light through
+        return False  # the inside is visible where the surface is cut out
+    if not len(mesh.faces):  # the whole mesh is translucent
         return True
     faces = row_ids(mesh.positions)[0][mesh.faces]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()

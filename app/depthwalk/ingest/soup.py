@@ -1,4 +1,4 @@
-"""Define the triangles of a mesh file as the file has them, before they are turned, scaled and given normals."""
+"""Define the triangles of a mesh file as stored, before they are turned, scaled and given normals."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
-# What `load_mesh` holds at its peak besides the file, measured with files of a million triangles of each format.
+# Peak memory of `load_mesh` besides the file, measured with files of a million triangles of each format.
 _VERTEX_BYTES, _TRIANGLE_BYTES = 300, 380
 
 
@@ -24,11 +24,11 @@ class Soup:
     positions : (V, 3) float64
         Vertices, all finite where a face refers to them.
     normals : (V, 3) float64
-        Unit normals; a whole row is NaN where the file has none.
+        Unit normals; a whole row is NaN if the file has none.
     colours : (V, 3) uint8
-        sRGB; white where the file has none.
+        sRGB; white if the file has none.
     uv : (V, 2) float64
-        Texture coordinates, v upward; NaN where the file has none.
+        Texture coordinates, v upward; NaN if the file has none.
     faces : (F, 3) int64
         Indices of vertices, counter-clockwise seen from outside.
     material : (F,) int64
@@ -47,24 +47,24 @@ class Soup:
 
 
 def unit_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return `normals` (V, 3) scaled to unit length; rows become NaN that are zero or of infinite length."""
+    """Scale `normals` (V, 3) to unit length; rows that are zero or of infinite length become NaN."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         return np.where(np.isfinite(lengths) & (lengths > 1e-6), normals / lengths, np.nan)
 
 
 def check_mesh_memory(vertices: int, triangles: int, path: Path) -> None:
-    """Raise InputError where the mesh of the file `path`, of so many vertices and triangles, takes too much memory."""
+    """Raise InputError if the mesh of the file `path`, with this many vertices and triangles, takes too much memory."""
     check_memory(path, mesh_bytes(vertices, triangles), f"a mesh of {vertices} vertices and {triangles} triangles")
 
 
 def mesh_bytes(vertices: int, triangles: int) -> int:
-    """Return how many bytes it takes to load a mesh of so many vertices and triangles, besides its file."""
+    """Return the bytes needed to load a mesh of this many vertices and triangles, besides its file."""
     return _VERTEX_BYTES * vertices + _TRIANGLE_BYTES * triangles
 
 
 def check_triangle_count(count: int, path: Path) -> None:
-    """Raise InputError where `count`, the number of triangles in the file `path`, is 0 or above the limit."""
+    """Raise InputError if `count`, the number of triangles in the file `path`, is 0 or above the limit."""
     if count == 0:
         hint = "" if path.suffix.lower() == ".stl" else "; points and lines alone are not drawn"
         raise InputError(f"{path}: no faces{hint}")

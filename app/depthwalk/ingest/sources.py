@@ -1,7 +1,7 @@
 """Find the files that a mesh names, and read each of them once.
 
-A mesh names other files: material libraries, textures, buffers. Their bytes decide how it looks, so the key of its bake
-is a hash over all of them; and they may only lie in the mesh's own folder.
+A mesh names other files: material libraries, textures, buffers. Their bytes determine its appearance, so the key of its
+bake is a hash over all of them; and they may only lie in the mesh's own folder.
 """
 
 import hashlib
@@ -18,16 +18,16 @@ log = logging.getLogger(__name__)
 
 
 class Sources:
-    """Keep the bytes of a mesh's files, so that all who read a file get the same ones.
+    """Keep the bytes of a mesh's files, so that all readers of a file get the same ones.
 
     A mesh and the hash by which its bake is found must come from the same bytes. If a file were replaced between two
-    readings, the depth images of one mesh would be kept under the key of another for good. Holding the bytes costs
-    little: those of the mesh are needed while it is parsed, and textures are held compressed. Drop the object as soon
+    reads, the depth images of one mesh would be stored under the key of another for good. Keeping the bytes costs
+    little: those of the mesh are needed while it is parsed, and textures are kept compressed. Drop the object as soon
     as the mesh is parsed.
     """
 
     def __init__(self) -> None:
-        """Begin without any file."""
+        """Begin without any files."""
         self._data: dict[Path, bytes] = {}
         self._found: dict[tuple[Path, Path], bool] = {}
 
@@ -53,19 +53,19 @@ class Sources:
         Returns
         -------
         bool
-            True where it does, after symbolic links are followed; the first answer is kept.
+            True if it does, after following symbolic links; the first answer is kept.
 
         Raises
         ------
         InputError
-            Where too many other files were asked for before.
+            If too many other files were looked up before.
         """
         if (path, root) not in self._found:
             if len(self._found) == MAX_LOOKUPS:
                 raise InputError(f"{path}: a mesh names too many files: {MAX_LOOKUPS} were looked for before this one")
             try:
                 self._found[path, root] = path.is_file() and path.resolve().is_relative_to(root)
-            except (OSError, ValueError):  # a name too long, or with a zero byte
+            except (OSError, ValueError):  # the name is too long, or has a zero byte
                 self._found[path, root] = False
         return self._found[path, root]
 
@@ -73,18 +73,18 @@ class Sources:
 def hash_files(files: Iterable[Path], sources: Sources) -> str:
     """Return a hash, SHA-256 in hex, of the contents (not the names or dates) of `files`, read through `sources`.
 
-    Raises InputError where a file cannot be read.
+    Raises InputError if a file cannot be read.
     """
     whole = hashlib.sha256()
     for file in files:
-        whole.update(hashlib.sha256(sources.read(file)).digest())  # digests are of one length: no ambiguous joins
+        whole.update(hashlib.sha256(sources.read(file)).digest())  # digests have equal lengths: no ambiguous joins
     return whole.hexdigest()
 
 
 def read_bytes(path: Path) -> bytes:
     """Return the contents of the file `path`.
 
-    Raises InputError where it is missing, unreadable or larger than the limit.
+    Raises InputError if it is missing, unreadable or larger than the limit.
     """
     try:
         if not path.is_file():
@@ -97,18 +97,18 @@ def read_bytes(path: Path) -> bytes:
 
 
 def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: Path | None = None) -> list[Path]:
-    """Return the files that a mesh names, leaving out those that `find` does not find.
+    """Return the files that a mesh names, skipping those that `find` does not find.
 
     Parameters
     ----------
     names
-        The names, as the mesh file has them.
+        The names, as written in the mesh file.
     folders
-        Where to look, in this order; the first is the mesh's own.
+        Where to look, in this order; the first must be the mesh's own.
     sources
         Reads files and keeps their bytes.
     mesh
-        The mesh, about which a warning is logged for each file that is not found; None logs none.
+        The mesh, for a warning in the log about each file that is not found; None logs none.
 
     Returns
     -------
@@ -121,27 +121,27 @@ def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: 
 def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = None) -> Path | None:
     """Return the file that a mesh names, from the first folder that has it.
 
-    Exporters write paths of their own machine: where no folder has the whole path, the last component of the name is
-    looked for.
+    Exporters write paths of their own machine: if no folder has the whole path, the last component of the name is
+    looked up.
 
     Parameters
     ----------
     name
-        The name, as the mesh file has it.
+        The name, as written in the mesh file.
     folders
-        Where to look, in this order; the first is the mesh's own.
+        Where to look, in this order; the first must be the mesh's own.
     sources
         Reads files and keeps their bytes.
     mesh
-        The mesh, about which a warning is logged where the file is not found; None logs none.
+        The mesh, for a warning in the log if the file is not found; None logs none.
 
     Returns
     -------
     Path | None
-        The file; None where none exists, or only one outside the tree of the first folder.
+        The file; None if none exists, or only one outside the tree of the first folder.
     """
     root = folders[0].resolve()
-    name = name.strip().replace("\\", "/")  # Windows exporters
+    name = name.strip().replace("\\", "/")  # for Windows exporters
     spellings = dict.fromkeys([name, unquote(name), name.rsplit("/", 1)[-1]])
     for path in (folder / spelling for spelling in spellings for folder in folders):
         if sources.is_inside(path, root):
@@ -157,7 +157,7 @@ def text(raw: bytes) -> str:
 
 
 def as_utf8(data: bytes) -> bytes:
-    """Return the text `data` in UTF-8; text that is not UTF-8 is taken for Latin-1, which old exporters write."""
+    """Return the text `data` in UTF-8; text that is not UTF-8 is read as Latin-1, which old exporters write."""
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:
@@ -168,15 +168,15 @@ def as_utf8(data: bytes) -> bytes:
 def texture_name(argument: str) -> str:
     """Return the file name in the `argument` of `map_Kd`, such as `-s 1 1 1 name`.
 
-    Names may hold blanks unless options precede them.
+    Names may contain blanks unless options precede them.
     """
     return argument.split()[-1] if argument.startswith("-") else argument
 
 
 def arguments(data: bytes, keyword: bytes) -> list[bytes]:
-    """Return what follows the regular expression `keyword` on each line that begins with it, without blanks around.
+    """Return the stripped text after the regular expression `keyword` on each line that begins with it.
 
-    Blanks are stripped afterwards: an expression that finds the last word's end tries each blank before it.
+    Blanks are stripped afterwards: an expression that finds the last word's end would try each blank before it.
     """
     data = data.replace(b"\r", b"\n") if b"\r" in data else data
     found = re.findall(rb"^[ \t]*%b[ \t]([^\n]*)" % keyword, data, re.MULTILINE | re.IGNORECASE)

@@ -1,6 +1,6 @@
 """Read PLY, STL, glTF and GLB files through trimesh, and check what trimesh does not.
 
-Imported only where such a file is read: trimesh takes most of a second to import.
+Imported only when such a file is read: trimesh takes most of a second to import.
 """
 
 import io
@@ -31,7 +31,7 @@ from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count,
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
 from depthwalk.limits import MAX_COPIED_TRIANGLES
 
-logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns with tracebacks of what is checked here
+logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns, with tracebacks, about things that are checked here
 
 _NEXT_SOLID = re.compile(rb"endsolid[^\n]*\n\s*solid[^\n]*(?=\n)", re.IGNORECASE)
 
@@ -39,7 +39,7 @@ _Placed = list[tuple[trimesh.Trimesh, NDArray[np.float64]]]  # meshes and their 
 
 
 def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
-    """Read all triangles of a file by trimesh, with the transforms of its scene graph applied.
+    """Read all triangles of a file with trimesh, with the transforms of its scene graph applied.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
 class _Folder(FilePathResolver):
     """Serve the files that a mesh names to trimesh, from the mesh's own folder only.
 
-    trimesh swallows what `get` raises; errors about damaged pictures are therefore kept in `defects` as well.
+    trimesh swallows exceptions from `get`; errors about damaged pictures are therefore also stored in `defects`.
     """
 
     def __init__(self, path: Path, sources: Sources) -> None:
@@ -82,12 +82,12 @@ class _Folder(FilePathResolver):
         self.defects: list[InputError] = []
 
     def get(self, name: str) -> bytes:
-        """Return the contents of the file called `name`. Raises FileNotFoundError, and InputError for a bad picture."""
+        """Return the contents of the file `name`. Raises FileNotFoundError, and InputError for a bad picture."""
         path = find(texture_name(name), self.folders, self.sources, self.mesh)
         if path is None:
             raise FileNotFoundError(name)
         data = self.sources.read(path)
-        if path.suffix.lower() in IMAGE_SUFFIXES:  # else a glTF buffer
+        if path.suffix.lower() in IMAGE_SUFFIXES:  # otherwise it is a glTF buffer
             self._check_image(data, path)
         return data
 
@@ -105,7 +105,7 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
         data = _checked_stl(data, path)
     elif suffix == ".ply":
         head = data[: data.find(b"end_header")]
-        if (readable := as_utf8(head)) is not head:  # else not: a copy takes as much memory as the file
+        if (readable := as_utf8(head)) is not head:  # only if needed: a copy takes as much memory as the file
             data = readable + data[len(head) :]
     elif suffix in (".glb", ".gltf"):
         header = gltf.read_header(data, path)
@@ -117,7 +117,7 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
                 raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
             length += len(folder.sources.read(file))
         vertices, triangles = gltf.placed_size(header)
-        if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # as no triangle takes less than three bytes
+        if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # no triangle takes less than three bytes
             raise InputError(
                 f"{path}: its nodes and primitives make {triangles} triangles of the same data, at most {most} are "
                 "allowed; place copies by a scene file"
@@ -132,12 +132,12 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
 
 
 def _checked_stl(data: bytes, path: Path) -> bytes:
-    """Return the file, in UTF-8 and as one solid where it is text.
+    """Return the file, converted to UTF-8 and to one solid if it is text.
 
     trimesh takes every file for text whose length is not that of a binary one, and makes a mesh of each solid, which
-    takes longer than to read a hundred triangles.
+    takes longer than reading a hundred triangles.
     """
-    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, 50 bytes a triangle
+    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, and 50 bytes per triangle
         return data
     if b"facet" not in data.lower():
         raise InputError(f"{path}: neither a whole binary STL file nor one of text")
@@ -160,7 +160,7 @@ def _placed(scene: trimesh.Scene, path: Path) -> _Placed:
 
 
 def _matrices(graph: Any) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """Yield the name of each geometry in the scene graph and its matrix (4, 4), one pair for each place.
+    """Yield the name of each geometry in the scene graph and its matrix (4, 4), one pair for each placement.
 
     `graph.get` multiplies all matrices from the root down for each node, in time quadratic in the depth.
     """
@@ -195,7 +195,7 @@ def _check(mesh: trimesh.Trimesh, path: Path) -> None:
 
 
 def _check_ply_element(name: str, element: dict[str, Any], path: Path) -> None:
-    """Raise InputError where an ASCII file ends early, which trimesh does not notice."""
+    """Raise InputError if an ASCII file ends early, which trimesh does not notice."""
     data = element.get("data")
     columns = data.values() if isinstance(data, dict) else [] if data is None else [data]
     found = min(map(len, columns), default=0)
@@ -227,7 +227,7 @@ class _Palette:
 
 
 def _joined(placed: _Placed, path: Path, *, linear_colours: bool) -> Soup:
-    """Return all meshes as one, in the frame of the scene."""
+    """Merge all meshes into one, in the frame of the scene."""
     palette = _Palette(path)
     pieces = [_piece(mesh, matrix, palette, linear_colours) for mesh, matrix in placed]
     ends = np.cumsum([len(piece.positions) for piece in pieces])
@@ -245,7 +245,7 @@ def _joined(placed: _Placed, path: Path, *, linear_colours: bool) -> Soup:
 
 
 def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette, linear_colours: bool) -> Soup:
-    """Return one mesh, placed by the matrix (4, 4); its materials are left to the palette."""
+    """Return one mesh, placed by the matrix (4, 4); the palette collects its materials."""
     positions, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     visual: Any = mesh.visual
     normals, uv = _file_normals(mesh), _file_uv(mesh)
@@ -259,7 +259,7 @@ def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette
         colours = np.full((len(positions), 3), 255, np.uint8)
     linear = matrix[:3, :3]
     if (turn := np.linalg.det(linear)) < 0:
-        faces = faces[:, ::-1]  # a mirror turns the faces inside out
+        faces = faces[:, ::-1]  # mirroring turns the faces inside out
     normals = unit_normals(normals @ np.linalg.inv(linear)) if turn else np.full_like(normals, np.nan)
     return Soup(
         positions=positions @ linear.T + matrix[:3, 3],
@@ -274,7 +274,7 @@ def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette
 
 def _file_normals(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
     """Return the normals (V, 3) of the file, NaN where they are absent, zero or not finite."""
-    # The property would compute absent ones; only the cache tells which were given.
+    # The property would compute absent ones; only the cache shows which were given.
     if "vertex_normals" not in mesh._cache.cache:
         return np.full((len(mesh.vertices), 3), np.nan)
     return unit_normals(np.array(mesh.vertex_normals, np.float64))
@@ -285,7 +285,7 @@ def _file_uv(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
     count = len(mesh.vertices)
     uv = getattr(mesh.visual, "uv", None)
     vertex = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
-    for u, v in (("s", "t"), ("u", "v"), ("texture_u", "texture_v")):  # trimesh reads a PLY's uv of faces only
+    for u, v in (("s", "t"), ("u", "v"), ("texture_u", "texture_v")):  # trimesh reads a PLY's uv only per face
         names = vertex.keys() if isinstance(vertex, dict) else vertex.dtype.names
         if uv is None and u in names and v in names and len(vertex[u]) == count:
             uv = np.column_stack([vertex[u], vertex[v]])
@@ -306,5 +306,5 @@ def _file_colours(mesh: trimesh.Trimesh, linear: bool) -> NDArray[np.uint8] | No
     values = np.asarray(values)
     if not linear:
         return to_rgba(np.array(values))[:, :3].astype(np.uint8)
-    unit = values[:, :3] / 255.0 if values.dtype == np.uint8 else values[:, :3]  # a NaN that signals bears no division
+    unit = values[:, :3] / 255.0 if values.dtype == np.uint8 else values[:, :3]  # dividing a signalling NaN warns
     return srgb8_from_linear(np.nan_to_num(unit, nan=0.0, posinf=1.0, neginf=0.0))

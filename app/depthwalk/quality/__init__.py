@@ -1,5 +1,5 @@
-"""Measure how good pictures are, for the commands `compare`, `quality`, `bake --verify` and `bench`.
+"""Measure the quality of pictures, for the commands `compare`, `quality`, `bake --verify` and `bench`.
 
-Depth images are compared with meshes; anti-aliasing, depth of field and shadows with reference pictures that take far
-longer.
+Depth images are compared with meshes; anti-aliasing, depth of field and shadows with reference pictures that take much
+longer to draw.
 """

@@ -1,4 +1,4 @@
-"""Find by trial which resolution and number of layers an object needs to reach a PSNR, for `compare --want-psnr`."""
+"""Find by trial the resolution and number of layers with which an object reaches a PSNR, for `compare --want-psnr`."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from depthwalk.scene.render_settings import RenderSettings
 
 RESOLUTIONS = 256, 512, 1024
 LAYERS = 1, 2, 3, 4, 6, 8
-LEAST_GAIN = 0.1  # dB; where more layers bring less, still more are not tried
+LEAST_GAIN = 0.1  # dB; if more layers gain less, no further ones are tried
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Recommendation:
-    """Recommend the cheapest trial that reaches a PSNR, or else the best of all.
+    """Recommend the cheapest trial that reaches a PSNR, or otherwise the best of all.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Recommendation:
     best
         The recommended trial.
     trials
-        All trials, by rising number of texels.
+        All trials, by ascending number of texels.
     """
 
     wanted: float
@@ -90,7 +90,7 @@ def recommend(
     mesh
         The mesh, asset frame, metres.
     params
-        Parts and axis of the bakes. Resolution and layers are varied; surfaces are sampled by rays.
+        Parts and axis of the bakes. Resolution and layers are varied; surfaces are sampled by ray casting.
     settings
         How mesh and depth images are rendered.
     size
@@ -102,7 +102,7 @@ def recommend(
     resolutions
         Widths of depth images to try, texels.
     progress
-        Called with a text that says which trial begins.
+        Called with a text that describes the trial that begins.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def recommend(
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     trials: list[Trial] = []
     for resolution, layers in _by_cost(resolutions, trials):
@@ -138,7 +138,7 @@ def recommend(
 def mean_psnr(renderer: PairRenderer, viewpoints: Sequence[Viewpoint]) -> float:
     """Return the mean PSNR, dB, of the depth images that `renderer` draws against their mesh.
 
-    It is the mean over those `viewpoints` that show anything, and +inf where none does.
+    It is the mean over those `viewpoints` that show anything, and +inf if none does.
     """
     values = []
     for viewpoint in viewpoints:
@@ -150,9 +150,9 @@ def mean_psnr(renderer: PairRenderer, viewpoints: Sequence[Viewpoint]) -> float:
 
 
 def _by_cost(resolutions: Sequence[int], trials: Sequence[Trial]) -> Iterator[tuple[int, int]]:
-    """Yield resolution and layers to try next, by texels: resolution² · layers.
+    """Yield resolution and layers to try next, by number of texels: resolution² · layers.
 
-    A resolution is given up when its last step in layers brought less than `LEAST_GAIN`.
+    A resolution is abandoned when its last step in layers gained less than `LEAST_GAIN`.
     """
     for side, layers in sorted(product(resolutions, LAYERS), key=lambda pair: (pair[0] ** 2 * pair[1], pair[0])):
         same = [trial for trial in trials if trial.resolution == side]

@@ -1,4 +1,4 @@
-"""Measure what anti-aliasing brings, for `depthwalk quality` and docs/anti-aliasing.md.
+"""Measure the gain from anti-aliasing, for `depthwalk quality` and docs/anti-aliasing.md.
 
 Every kind of `render.aa` is compared with pictures of many samples per pixel, in the pixels that edges run through.
 """
@@ -27,22 +27,22 @@ from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 
 REFERENCE_SAMPLES = 8  # per pixel, along either axis
-JUMP = 0.02  # part of the distance by which the next sample is farther where an edge runs
+JUMP = 0.02  # of the distance: an edge runs where the next sample is farther by more than this
 REPRESENTATIONS = {"depth images": Representation.DPCI, "mesh": Representation.MESH}
 OURS = "gpaa-edge"
-GAINS = {"fxaa": 3.0, "smaa": 1.5, "msaa": 0.0}  # dB that it must have over others, against the same geometry
+GAINS = {"fxaa": 3.0, "smaa": 1.5, "msaa": 0.0}  # dB by which it must be better than others, for the same geometry
 SILHOUETTE_GAIN = 2.0  # dB that depth images must gain by it, against their mesh
-SHOWN = 4  # part of the picture's width and height that the page shows
+SHOWN = 4  # fraction of the picture's width and height that the page shows: a quarter
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Choose a way to smooth edges.
+    """Define a way to smooth edges.
 
     Attributes
     ----------
     title
-        What tables call this way.
+        Its name in tables.
     aa
         Value of the setting `render.aa`.
     samples
@@ -83,7 +83,7 @@ class Truth:
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
     """Compare each kind of anti-aliasing with the reference, in each scene; an `Examine`.
 
-    Rows also tell by how much the anti-aliasing that `OURS` names is better than others.
+    Rows also state by how much the anti-aliasing `OURS` is better than others.
     """
     for scene in scenes:
         truths = {name: _truth(scene, size, representation, report) for name, representation in REPRESENTATIONS.items()}
@@ -98,7 +98,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def truth(image: LinearImage) -> Truth:
-    """Make a reference picture of a large one, by averaging its pixels in linear light, and find its edges.
+    """Make a reference picture from a large one, by averaging its pixels in linear light, and find its edges.
 
     Parameters
     ----------
@@ -112,14 +112,14 @@ def truth(image: LinearImage) -> Truth:
     """
     samples = REFERENCE_SAMPLES
     height, width = (side // samples for side in image.distance.shape)
-    near = 1 / image.distance  # 0 where nothing is
+    near = 1 / image.distance  # 0 for the background
     jumps = np.zeros(near.shape, bool)
     for axis in (0, 1):
         low, high = (np.take(near, range(first, near.shape[axis] - 1 + first), axis) for first in (0, 1))
         jump = np.abs(high - low) > JUMP * np.maximum(low, high)
         jumps[: jump.shape[0], : jump.shape[1]] |= jump
     edge = binary_dilation(jumps.reshape(height, samples, width, samples).any((1, 3)), np.ones((3, 3)))
-    colour = np.clip(image.colour[..., :3], 0, 1)  # what is too bright is white, not a glare
+    colour = np.clip(image.colour[..., :3], 0, 1)  # overexposed samples count as white, not as glare
     return Truth(srgb8_from_linear(colour.reshape(height, samples, width, samples, 3).mean((1, 3))), edge)
 
 
@@ -137,8 +137,8 @@ def _draw_all(headless: HeadlessRenderer, scene: Scene, report: Report) -> tuple
 
     Returns
     -------
-    The picture (H, W, 3) of each kind, and the milliseconds of its second frame: of all cores for software OpenGL, else
-    by the clock.
+    The picture (H, W, 3) of each kind, and the milliseconds of its second frame: processor time of all cores with
+    software OpenGL, otherwise wall-clock time.
     """
     view = View(scene.camera or headless.frame_all(), headless.size)
     clock = frame_clock(headless.device)
@@ -146,7 +146,7 @@ def _draw_all(headless: HeadlessRenderer, scene: Scene, report: Report) -> tuple
     for kind in KINDS:
         report(scene.path.stem, f"anti-aliasing: {kind.title}")
         kind.apply(scene.render)
-        headless.draw(view)  # makes what the kind needs
+        headless.draw(view)  # creates what the kind needs
         headless.device.context.finish()
         start = clock()
         headless.draw(view)
@@ -178,7 +178,7 @@ def _kinds(
 
 
 def _gains(subject: str, pictures: Sequence[Picture], own: Truth) -> Iterator[Row]:
-    """Yield what `OURS` gains over each of `GAINS` that was drawn."""
+    """Yield the gain of `OURS` over each of `GAINS` that was drawn."""
     reached = {kind.title: psnr(own.pixels, shown, own.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
     for peer, goal in GAINS.items():
         if peer in reached:
@@ -188,7 +188,7 @@ def _gains(subject: str, pictures: Sequence[Picture], own: Truth) -> Iterator[Ro
 
 
 def _silhouettes(subject: str, pictures: Sequence[Picture], mesh: Truth) -> Row:
-    """Yield what anti-aliasing brings to depth images, compared with the mesh that they show."""
+    """Return the gain from anti-aliasing for depth images, compared with the mesh that they show."""
     reached = {kind.title: psnr(mesh.pixels, shown, mesh.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
     gain = reached[OURS] - reached["none"]
     return Row(
@@ -200,7 +200,7 @@ def _silhouettes(subject: str, pictures: Sequence[Picture], mesh: Truth) -> Row:
 
 
 def _busiest(edge: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return rows and columns of that part of the picture, 1/`SHOWN` as high and wide, which has most edges."""
+    """Return rows and columns of the part of the picture, 1/`SHOWN` as high and wide, that has most edges."""
     height, width = (max(1, side // SHOWN) for side in edge.shape)
     count = uniform_filter(edge.astype(np.float64), (height, width), mode="constant")
     row, column = np.unravel_index(count.argmax(), count.shape)

@@ -28,7 +28,7 @@ from depthwalk.types import Array
 SAMPLES = 4000
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted
 LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02
-FOLIAGE = 0.15  # part of the surface that is thin, from which on the rest does not count, where outlines are wrong
+FOLIAGE = 0.15  # part of the surface that is thin, from which the other criteria do not count if silhouettes are wrong
 MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 
@@ -39,9 +39,9 @@ class Deeper:
     Attributes
     ----------
     now
-        What the present layers hold.
+        The result with the present layers.
     then
-        What the smallest number of layers would hold beyond which more bring next to nothing.
+        The result with the smallest number of layers beyond which more gain next to nothing.
     """
 
     now: Depth
@@ -50,15 +50,15 @@ class Deeper:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """Tell how well an object suits depth images.
+    """Describe how well an object suits depth images.
 
     Attributes
     ----------
     coverage
-        Part of the surface that is seen from the 42 views, 0 to 1, that has a triangle of the depth images within the
-        width of a texel.
+        Part of the surface visible from the 42 views, 0 to 1, that has a triangle of the depth images within the width
+        of a texel.
     thin
-        Part of the same surface, 0 to 1, behind which another surface is less than a texel away.
+        Part of the same surface, 0 to 1, with another surface less than a texel behind it.
     parts
         Number of connected pieces of at least `LEAST_PART` of the surface each.
     texel
@@ -66,7 +66,7 @@ class Candidate:
     left_out
         Part of the visible surface that no depth image holds, 0 to 1, see `measure_left_out`.
     deeper
-        What more layers would bring; None where that is less than `MUCH_DEEPER`.
+        The gain from more layers; None if that is less than `MUCH_DEEPER`.
     """
 
     coverage: float
@@ -123,8 +123,8 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
     candidate
         The findings about the object.
     outlines
-        Whether the object's silhouettes were found to be right. If so, it is not taken for foliage, though it may be as
-        thin: so is a sheet that lies on something.
+        Whether the object's silhouettes were found to be right. If so, it is not considered foliage, even if it is as
+        thin, as a sheet that lies on something is.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
 def count_parts(mesh: Mesh) -> int:
     """Return how many connected pieces `mesh` has, each of at least `LEAST_PART` of its surface's area.
 
-    Triangles are connected where they share the position of a vertex.
+    Triangles are connected if they share the position of a vertex.
     """
     _, welded = np.unique(mesh.positions, axis=0, return_inverse=True)
     faces = welded.reshape(-1)[mesh.faces]
@@ -175,7 +175,7 @@ def count_parts(mesh: Mesh) -> int:
 
 
 def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None:
-    """Return what more layers would bring to one object of counted layers; None for split ones, whose parts differ."""
+    """Return the gain from more layers for one object with counted layers; None for several parts, which differ."""
     if params.layers == "auto" or params.by_six_views or len(model.parts) > 1:
         return None
     part = model.parts[0]
@@ -186,7 +186,7 @@ def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None
 
 
 def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:
-    """Return which points (n, 3) of the surface at least one of the 42 views sees."""
+    """Return which points (n, 3) of the surface are visible from at least one of the 42 views."""
     sphere = bounding_sphere(mesh)
     viewers = np.asarray(sphere.centre) + 4 * sphere.radius * np.array([away(viewpoint) for viewpoint in SPHERE])
     ray = (points[None] - viewers[:, None]).reshape(-1, 3)
@@ -201,7 +201,7 @@ def _texel(baked: BakedObject) -> float:
 
 
 def _grid_mesh(model: BakedModel) -> Mesh:
-    """Return the shape of all depth images at full resolution as one mesh, in the asset's frame."""
+    """Return the surface of all depth images at full resolution as one mesh, in the asset's frame."""
     positions, faces = zip(*map(_grid_triangles, model.parts), strict=True)
     first = np.cumsum([0, *map(len, positions)])
     every = np.concatenate([part + start for part, start in zip(faces, first, strict=False)])

@@ -1,4 +1,4 @@
-"""Measure what baking an object costs, in a process of its own."""
+"""Measure the cost of baking an object, in a separate process."""
 
 import logging
 import multiprocessing
@@ -21,10 +21,10 @@ class BakeCosts:
     Attributes
     ----------
     seconds
-        Seconds from the mesh in memory to depth images in memory.
+        Time from the mesh in memory to depth images in memory, seconds.
     peak_bytes
-        Most bytes of memory that the process held until then, with interpreter, libraries and mesh; None where the
-        system does not tell.
+        Peak memory of the process until then, bytes, including interpreter, libraries and mesh; None if the system
+        does not report it.
     bytes_disk
         Size of the file, bytes.
     """
@@ -35,7 +35,7 @@ class BakeCosts:
 
 
 def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts:
-    """Bake a mesh to a file in a fresh process, whose memory nothing else has grown.
+    """Bake a mesh to a file in a fresh process, so that its peak memory is that of the bake.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts
     Returns
     -------
     BakeCosts
-        Time and memory that the bake took.
+        Time and memory of the bake.
 
     Raises
     ------
@@ -61,9 +61,9 @@ def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts
 
 
 def peak_memory() -> int | None:
-    """Return the most bytes of memory that this process has held so far; None on systems other than Linux.
+    """Return the peak memory of this process so far, bytes; None on systems other than Linux.
 
-    `getrusage` would not do: with it, a new process starts at what its parent held.
+    `getrusage` is unsuitable: with it, a new process starts with its parent's value.
     """
     status = Path("/proc/self/status")
     if not status.is_file():
@@ -73,7 +73,7 @@ def peak_memory() -> int | None:
 
 
 def _bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts:
-    logging.disable()  # whoever asked has read the mesh as well, and was warned
+    logging.disable()  # the caller has read the mesh as well, and logged its warnings
     mesh = read_mesh(spec)
     start = time.perf_counter()
     baked = bake_model(mesh, params, "compare")

@@ -1,8 +1,10 @@
-"""Measure how near depth of field comes to the mean of many frames, for `depthwalk quality` and docs/depth-of-field.md.
+"""Measure how close depth of field comes to the mean of many frames.
 
-A scene is seen by its camera through a fast lens; what is in the middle of the picture is in focus. Many points of the
-lens smooth edges that are off focus by a quarter of a pixel, as no filter of one frame can; so all modes are compared
-with the same anti-aliasing. Pixels in focus are compared without: no mean over samples then hides what changes.
+The measurements are for `depthwalk quality` and docs/depth-of-field.md.
+
+A scene is seen by its camera through a fast lens, focused on the middle of the picture. Many points on the lens also
+smooth edges that are out of focus by a quarter of a pixel, which no filter of a single frame can do; so all modes are
+compared with the same anti-aliasing. Pixels in focus are compared without it, so that no averaging hides changes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,9 +29,9 @@ from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 
 TRUTH = 256  # points of the lens
-REPEATS = 5  # of what is timed, the median counts
+REPEATS = 5  # of each timing, of which the median counts
 FOCAL_LENGTH, F_NUMBER = 85.0, 1.2  # mm; over the diameter
-SMOOTHED: Any = "ssaa"  # `render.aa` of what is compared with many frames
+SMOOTHED: Any = "ssaa"  # `render.aa` of pictures that are compared with many frames
 OURS = "gather"
 MODES = "none", "paper", OURS, "accumulate"
 LEAST_PSNR = 32.0  # dB
@@ -39,14 +41,14 @@ MOST_TIME = 1 / 20  # of the time of `TRUTH` frames
 
 @dataclass(frozen=True)
 class TimedPicture:
-    """Hold a picture, and how long its frame took.
+    """Hold a picture and the time of its frame.
 
     Attributes
     ----------
     picture
         (H, W, 3) uint8, sRGB.
     seconds
-        Seconds: processor time of all cores for software OpenGL, else the time by the clock.
+        Seconds: processor time of all cores with software OpenGL, otherwise wall-clock time.
     """
 
     picture: Picture
@@ -70,14 +72,14 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def _focus(headless: HeadlessRenderer, view: View, lens: DofParams) -> NDArray[np.bool_]:
-    """Focus on the middle, and return the pixels (H, W) in focus that nothing before them reaches."""
+    """Focus on the middle, and return the pixels (H, W) in focus that no blur in front of them reaches."""
     lens.mode = "none"
     headless.draw(view)
     distance = headless.distances()
     height, width = distance.shape
     lens.focus_distance = float(np.clip(distance[height // 2, width // 2], NEAREST_FOCUS, FARTHEST_FOCUS))
     largest = largest_radius(lens, view)
-    circles = np.clip(circle_radius(lens, view, distance), -largest, largest)  # as the shaders have them
+    circles = np.clip(circle_radius(lens, view, distance), -largest, largest)  # as in the shaders
     return np.asarray((np.abs(circles) < SHARP_RADIUS) & (ranges(circles[::-1], TILE)[0, ::-1] > -SHARP_RADIUS))
 
 
@@ -99,7 +101,7 @@ def _draw(
 
 
 def _changed(sharp: Picture, picture: Picture, still: NDArray[np.bool_]) -> float:
-    """Return how far the worst of the pixels `still` (H, W) is off, of 255."""
+    """Return the largest error, of 255, among the pixels `still` (H, W)."""
     return float(np.abs(picture.astype(int) - sharp)[still].max(initial=0))
 
 

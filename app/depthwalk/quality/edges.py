@@ -1,6 +1,6 @@
-"""Measure what geometric anti-aliasing saves by leaving out edges of a mesh that cannot be seen as lines.
+"""Measure what geometric anti-aliasing saves by skipping edges of a mesh that cannot be seen as lines.
 
-Only silhouettes and creases are chosen, see `render.antialiasing.silhouette_lines`. The measurements are for `depthwalk
+Only silhouettes and creases are drawn, see `render.antialiasing.silhouette_lines`. The measurements are for `depthwalk
 quality` and docs/anti-aliasing.md.
 """
 
@@ -25,23 +25,23 @@ from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Array
 
 Solid = tuple[Array, NDArray[np.intp]]
-"""Vertices (v, 3), metres, and the numbers (f, 3) of each triangle's, counter-clockwise seen from outside."""
+"""Vertices (v, 3), metres, and triangles (f, 3) of vertex numbers, counter-clockwise seen from outside."""
 
-MOST_OF_CLOSED, MOST_OF_SHAPES = 0.5, 0.7  # lines drawn, of all edges drawn
+MOST_OF_CLOSED, MOST_OF_SHAPES = 0.5, 0.7  # lines drawn, relative to all edges drawn
 MANY = 64  # objects of one mesh that are timed at once
-REPEATS = 15  # of what is timed in each view, by turns; the least counts: more is what else the machine does
+REPEATS = 15  # of each timing per view, alternating; the least counts, since the rest is other load on the machine
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Hold what it costs to find the lines of a mesh: first with all edges, then with the chosen edges alone.
+    """Hold the cost of finding the lines of a mesh: with all edges, then with the selected edges only.
 
     Attributes
     ----------
     lines
         (2,) float64, lines per view and object.
     outlines
-        How many lines per view and object are silhouettes, which no choice may leave out.
+        Number of lines per view and object that are silhouettes, which no selection may skip.
     milliseconds
         (2,) float64, time of one core per view: the least of `REPEATS` measurements, taken in turns.
     """
@@ -82,7 +82,7 @@ def canopy() -> Solid:
 
 
 def convex(positions: Array) -> Solid:
-    """Return the convex solid with the vertices `positions` (v, 3), metres, about the origin, outer sides in front."""
+    """Return the convex solid with the vertices `positions` (v, 3), metres, around the origin, fronts outside."""
     hull = ConvexHull(positions)
     flip = np.linalg.det(positions[hull.simplices]) < 0
     return positions, np.where(flip[:, None], hull.simplices[:, ::-1], hull.simplices)
@@ -98,7 +98,7 @@ SHAPES: dict[str, Callable[[], Solid]] = {
 
 
 def examine_solids(size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Measure what it saves to draw chosen edges alone, in lines drawn and in time, of the solids in `SHAPES`.
+    """Measure what drawing only selected edges saves, in lines drawn and in time, for the solids in `SHAPES`.
 
     They are the models of the GPAA paper's table, and are measured with `MANY` objects of each at once.
 
@@ -107,12 +107,12 @@ def examine_solids(size: tuple[int, int], report: Report) -> Iterator[Row]:
     size
         Width and height of the picture that lines are drawn into, pixels.
     report
-        Called with the name of a solid and what is being done.
+        Called with the name of a solid and the stage that begins.
 
     Yields
     ------
     Row
-        One measured value, as a part of what all edges take: the lines drawn, or the time.
+        One measured value, relative to that of all edges: the lines drawn, or the time.
     """
     for name, shape in SHAPES.items():
         report(name, "edges")
@@ -130,9 +130,9 @@ def examine_solids(size: tuple[int, int], report: Report) -> Iterator[Row]:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Measure how many lines it saves to draw chosen edges alone, of the meshes of scenes, one by one; an `Examine`.
+    """Measure how many lines drawing only selected edges saves, for the meshes of scenes, one by one; an `Examine`.
 
-    Meshes count once, where they are closed and lines are drawn of them. Rows hold the lines drawn as a part of all.
+    Only closed meshes whose lines are drawn count. Rows hold the number of lines drawn as a part of all.
     """
     meshes = {asset.mesh: asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)}
     for asset in meshes.values():
@@ -142,17 +142,17 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
         if edges.open.any():
             continue
         cost = _cost(edges, bounding_sphere(mesh), 1, size)
-        if cost.lines[0]:  # else it is all outlines, and none are drawn
+        if cost.lines[0]:  # otherwise everything is silhouettes, and none are drawn
             yield _drawn(asset.name, cost, MOST_OF_CLOSED)
 
 
 def shape_cost(shape: Callable[[], Solid], count: int, size: tuple[int, int]) -> Cost:
-    """Measure what the lines of a solid cost.
+    """Measure the cost of the lines of a solid.
 
     Parameters
     ----------
     shape
-        Makes the solid, one of `SHAPES`.
+        Creates the solid, one of `SHAPES`.
     count
         Number of objects that have its mesh, all at one place.
     size
@@ -161,7 +161,7 @@ def shape_cost(shape: Callable[[], Solid], count: int, size: tuple[int, int]) ->
     Returns
     -------
     Cost
-        The lines and the time that all edges take and that the chosen ones take.
+        The lines and the time for all edges and for the selected ones.
     """
     positions, triangles = shape()
     sphere = Sphere((0.0, 0.0, 0.0), float(np.linalg.norm(positions, axis=1).max()))
@@ -189,7 +189,7 @@ def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int
 
 
 def _shares(cost: Cost) -> tuple[float, float]:
-    """Return the part of the lines, and of the time, that the chosen edges take."""
+    """Return the ratio of the selected edges' lines, and time, to those of all edges."""
     return float(cost.lines[1] / cost.lines[0]), float(cost.milliseconds[1] / cost.milliseconds[0])
 
 

@@ -1,4 +1,4 @@
-"""Say what is measured of a picture and what goals it has, and summarise it over several views."""
+"""Define the measures of a picture and their goals, and summarise them over several views."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from depthwalk.quality.measure import ViewQuality
 from depthwalk.quality.views import Viewpoint
 
 GOAL_RESOLUTION, GOAL_LAYERS = 512, 3
-BAKE_SECONDS, GPU_BYTES = 8.0, 16_000_000  # goals of an object baked so
+BAKE_SECONDS, GPU_BYTES = 8.0, 16_000_000  # goals of an object baked this way
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,15 +22,15 @@ class Measure:
     key
         Name of the field.
     title
-        What tables call the measure.
+        Its name in tables.
     digits
         Number of digits that are shown after the decimal point.
     more_is_better
         Whether larger values are better.
     goal_mean
-        Goal for the mean over the views; None where there is none.
+        Goal for the mean over the views; None if there is none.
     goal_worst
-        Goal for every single view; None where there is none.
+        Goal for every single view; None if there is none.
     """
 
     key: str
@@ -41,7 +41,7 @@ class Measure:
     goal_worst: float | None
 
     def reached(self, value: float, goal: float | None) -> bool | None:
-        """Return whether `value` reaches `goal`; None where there is no goal, or the value is not a number."""
+        """Return whether `value` reaches `goal`; None if there is no goal, or the value is not a number."""
         if goal is None or np.isnan(value):
             return None
         return bool((ge if self.more_is_better else le)(value, goal))
@@ -76,11 +76,11 @@ class Summary:
     Attributes
     ----------
     mean
-        Mean over the views; NaN where no view has a value.
+        Mean over the views; NaN if no view has a value.
     worst
-        The worst view's value; NaN where no view has one.
+        Value of the worst view; NaN if no view has one.
     worst_view
-        The worst view; None where no view has a value.
+        The worst view; None if no view has a value.
     """
 
     mean: float
@@ -94,14 +94,14 @@ def summarise(measure: Measure, views: Sequence[ViewQuality]) -> Summary:
     Parameters
     ----------
     measure
-        The field of `ViewQuality` to summarise; it also says whether larger values are better.
+        The field of `ViewQuality` to summarise; it also defines whether larger values are better.
     views
-        What was measured of each view; views whose value is NaN do not count.
+        The measures of each view; views whose value is NaN do not count.
 
     Returns
     -------
     Summary
-        Mean and worst value, and the view of the worst; NaN and None where no view has a value.
+        Mean and worst value, and the view of the worst; NaN and None if no view has a value.
     """
     values = np.array([getattr(view, measure.key) for view in views], np.float64)
     valued = np.flatnonzero(~np.isnan(values))

@@ -1,6 +1,6 @@
-"""Lay a report out as one HTML page that needs no other file: sections with tables and pictures.
+"""Lay out a report as one self-contained HTML page: sections with tables and pictures.
 
-The markup is in `templates/`. Values are escaped as they are inserted, so callers hand over plain text.
+The markup is in `templates/`. Values are escaped as they are inserted, so callers pass plain text.
 """
 
 from base64 import b64encode
@@ -18,14 +18,14 @@ _TEMPLATES = Path(__file__).with_name("templates")
 
 @dataclass(frozen=True)
 class Figure:
-    """Hold pictures that stand side by side, with one caption.
+    """Hold pictures that are shown side by side, with one caption.
 
     Attributes
     ----------
     caption
         The common caption of the pictures.
     pictures
-        Contents of PNG files, by the names that stand below them.
+        Contents of PNG files, by the names shown below them.
     """
 
     caption: str
@@ -89,7 +89,7 @@ def render_page(
     str
         The page.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # only whoever asks for a page waits for it
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # here, since only pages need it
 
     environment = Environment(
         loader=FileSystemLoader([template.parent, _TEMPLATES]),

@@ -17,9 +17,9 @@ from depthwalk.quality.pair_renderer import Pair, PairRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 
-MOST_WAITING = 8  # views whose FLIP is not done: bounds the memory of their pictures
+MOST_WAITING = 8  # views whose FLIP is not computed yet: limits the memory of their pictures
 MOST_WORKERS = 4
-FLATTEST = 0.01  # height over extent; what lies flatter is measured by its extent
+FLATTEST = 0.01  # height over extent; flatter objects are measured by their extent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class ViewQuality:
     Attributes
     ----------
     viewpoint
-        Where the view looks from.
+        The viewpoint.
     pixels
         Number of pixels that the mesh covers.
     psnr
@@ -39,8 +39,8 @@ class ViewQuality:
     holes
         Pixels of holes, per cent of the mesh's pixels.
     depth_median, depth_p99
-        Median and 99th percentile of the error of depth, in parts of the object's height; NaN where no pixel shows the
-        object in both pictures.
+        Median and 99th percentile of the depth error, in parts of the object's height; NaN if no pixel shows the object
+        in both pictures.
     """
 
     viewpoint: Viewpoint
@@ -62,7 +62,7 @@ class Quality:
     views
         The views that show anything, in the order asked for.
     gpu_bytes
-        Bytes of GPU memory that the depth images take, at most, in any of the pictures.
+        Most GPU memory that the depth images took in any of the pictures, bytes.
     """
 
     views: tuple[ViewQuality, ...]
@@ -92,7 +92,7 @@ def measure(
     viewpoints
         The views to measure.
     pool
-        Other processes that compute FLIP, which takes longer than all else; None computes it in this process.
+        Other processes that compute FLIP, which takes longer than everything else; None computes it in this process.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def measure(
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     with PairRenderer(mesh, baked, settings, size) as renderer:
         return Quality(measure_views(renderer, object_height(mesh), viewpoints, pool), renderer.gpu_bytes)
@@ -120,7 +120,7 @@ def measure_views(
     Parameters
     ----------
     renderer
-        What draws the mesh and its depth images.
+        Draws the mesh and its depth images.
     height
         Length by which depth errors are divided, metres, see `object_height`.
     viewpoints
@@ -159,13 +159,13 @@ def object_height(mesh: Mesh) -> float:
 def flip_workers() -> Iterator[Executor]:
     """Start processes that compute FLIP, and end them with the `with` block.
 
-    In a thread, FLIP would stop the drawing: it holds Python's lock while it computes. The processes are spawned, since
-    no GL context survives a fork.
+    In a thread, FLIP would stop the drawing, since it holds Python's lock while it computes. The processes are spawned,
+    since no GL context survives a fork.
 
     Yields
     ------
     Executor
-        The processes, to be handed to `measure` or `measure_views`.
+        The processes, to be passed to `measure` or `measure_views`.
     """
     workers = min(os.cpu_count() or 1, MOST_WORKERS)
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
@@ -179,7 +179,7 @@ def flip_workers() -> Iterator[Executor]:
 def _start(
     pair: Pair, viewpoint: Viewpoint, height: float, pool: Executor | None
 ) -> tuple[ViewQuality, Future[float]] | None:
-    """Take the measures of a pair, and start FLIP, which follows later; None where neither picture shows anything."""
+    """Measure a pair, and start FLIP, which follows later; None if neither picture shows anything."""
     reference, test = pair.mesh.covered, pair.dpci.covered
     union = reference | test
     if not union.any():
@@ -202,7 +202,7 @@ def _start(
 
 
 def _submit(pool: Executor | None, work: Callable[..., float], *arguments: Any) -> Future[float]:
-    """`work` in the pool, or done here and now."""
+    """Run `work` in the pool, or immediately without one."""
     if pool is not None:
         return pool.submit(work, *arguments)
     done: Future[float] = Future()

@@ -1,6 +1,6 @@
-"""Compute by how much two pictures of one object differ.
+"""Compute how much two pictures of one object differ.
 
-Pure functions over arrays, which know nothing of how the pictures were made.
+These are pure functions over arrays, independent of how the pictures were made.
 """
 
 import flip_evaluator
@@ -12,7 +12,7 @@ from depthwalk.types import Mask, Picture
 
 FLIP_PIXELS_PER_DEGREE = 67.02064  # the paper's: 0.7 m from a screen 0.7 m and 3840 pixels wide
 FLIP_REACH = 16  # pixels; no filter of FLIP's reaches farther at this density
-HOLE_MARGIN = 2  # pixels by which the silhouette is eroded before holes are looked for
+HOLE_MARGIN = 2  # pixels by which the silhouette is eroded before searching for holes
 
 
 def psnr(reference: Picture, test: Picture, where: Mask) -> float:
@@ -32,7 +32,7 @@ def psnr(reference: Picture, test: Picture, where: Mask) -> float:
     Returns
     -------
     float
-        dB; +inf where the pictures are equal.
+        dB; +inf if the pictures are equal.
     """
     difference = reference[where].astype(np.float64) - test[where]
     error = float(np.mean(difference**2)) if difference.size else 0.0
@@ -42,7 +42,7 @@ def psnr(reference: Picture, test: Picture, where: Mask) -> float:
 def silhouette_iou(reference: Mask, test: Mask) -> float:
     """Return the intersection over union, 0 to 1, of the silhouettes `reference` and `test`, (H, W) bool each.
 
-    It is 1 where both are empty.
+    It is 1 if both are empty.
     """
     union = int((reference | test).sum())
     return float((reference & test).sum() / union) if union else 1.0
@@ -70,7 +70,7 @@ def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
 
 
 def flip_colours(reference: Picture, test: Picture) -> Picture:
-    """Return the `flip_map` of two pictures as a picture for the eye, in the colours of FLIP's authors.
+    """Return the `flip_map` of two pictures as a picture, in the colours of FLIP's authors.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def mean_flip(reference: Picture, test: Picture, where: Mask) -> float:
     Returns
     -------
     float
-        0 to 1; 0 where no pixel counts.
+        0 to 1; 0 if no pixel counts.
     """
     return float(flip_map(reference, test)[where].mean(dtype=np.float64)) if where.any() else 0.0
 
@@ -114,10 +114,10 @@ def hole_map(reference: Mask, test: Mask) -> Mask:
     Returns
     -------
     Mask
-        (H, W) bool; pixels within `HOLE_MARGIN` of the edge of the reference's silhouette are no holes.
+        (H, W) bool; pixels within `HOLE_MARGIN` of the edge of the reference's silhouette are not holes.
     """
     square = np.ones((2 * HOLE_MARGIN + 1,) * 2, bool)
-    inside = binary_erosion(reference, square, border_value=1)  # the picture's edge is not the silhouette's
+    inside = binary_erosion(reference, square, border_value=1)  # the picture's edge is not part of the silhouette
     return np.asarray(inside & ~test)
 
 
@@ -132,7 +132,7 @@ def hole_percent(reference: Mask, test: Mask) -> float:
     Returns
     -------
     float
-        0 to 100; 0 where the reference shows nothing.
+        0 to 100; 0 if the reference shows nothing.
     """
     covered = int(reference.sum())
     return 100 * float(hole_map(reference, test).sum()) / covered if covered else 0.0
@@ -146,12 +146,12 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
     reference, test
         (H, W) float32, metres along the view axis, +inf where there is nothing.
     unit
-        What the errors are divided by, metres.
+        Unit by which errors are divided, metres.
 
     Returns
     -------
     tuple[float, float]
-        Median and percentile; NaN, NaN where the pictures share no pixel.
+        Median and percentile; NaN, NaN if the pictures share no pixel.
     """
     common = np.isfinite(reference) & np.isfinite(test)
     if not common.any():
@@ -162,12 +162,12 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
 
 def bounding_window(where: Mask, margin: int) -> tuple[slice, slice]:
-    """Return the smallest window of a picture that holds all chosen pixels and a margin around them.
+    """Return the smallest window of a picture that holds all selected pixels and a margin around them.
 
     Parameters
     ----------
     where
-        (H, W) bool: the chosen pixels, of which there must be one at least.
+        (H, W) bool: the selected pixels, of which there must be at least one.
     margin
         Width of the margin, pixels; the picture's edge may cut it off.
 

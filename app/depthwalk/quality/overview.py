@@ -1,4 +1,4 @@
-"""Show what `depthwalk quality` found, as text, as JSON and as a page.
+"""Show the results of `depthwalk quality`, as text, as JSON and as a page.
 
 The JSON is described in docs/quality-method.md.
 """
@@ -18,7 +18,7 @@ from depthwalk.quality.rows import Row
 
 @dataclass(frozen=True, kw_only=True)
 class Overview(Circumstances):
-    """Hold what `depthwalk quality` measured.
+    """Hold the measurements of `depthwalk quality`.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ def _verdict(overview: Overview) -> str:
 
 
 def _cells(row: Row) -> tuple[str, str, str]:
-    """Return the value with how it stands to its goal, the goal, and the details."""
+    """Return the value with its relation to the goal, the goal, and the details."""
     goal = "" if row.goal is None else f"{'≥' if row.more_is_better else '≤'} {row.goal:.{row.digits}f}"
     details = "; ".join(f"{name} {value:.4g}" for name, value in row.details.items())
     return f"{row.measured:.{row.digits}f}{mark(row.reached)}", goal, details

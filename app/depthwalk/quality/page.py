@@ -59,17 +59,17 @@ def worst_viewpoints(views: Sequence[ViewQuality]) -> dict[Viewpoint, tuple[str,
 
 
 def panels(pair: Pair) -> dict[str, bytes]:
-    """Make the four pictures of a view: mesh, depth images, FLIP error, and silhouettes with their holes.
+    """Create the four pictures of a view: mesh, depth images, FLIP error, and silhouettes with their holes.
 
     Parameters
     ----------
     pair
-        The pictures of mesh and depth images; some pixel must show the object.
+        The pictures of mesh and depth images; at least one pixel must show the object.
 
     Returns
     -------
     dict[str, bytes]
-        Contents of PNG files, cut to the object, by their captions.
+        Contents of PNG files, cropped to the object, by their captions.
     """
     union = pair.mesh.covered | pair.dpci.covered
     near = metrics.bounding_window(union, metrics.FLIP_REACH)

@@ -1,4 +1,4 @@
-"""Draw one object as its mesh and as its depth images, from the same views in the same light."""
+"""Draw one object as its mesh and as its depth images, from the same views under the same light."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Nodes, Scene
 from depthwalk.scene.similarity import identities
 
-BACKGROUND = (0.5, 0.5, 0.5)  # sRGB; neither bright nor dark surfaces gain by it
+BACKGROUND = (0.5, 0.5, 0.5)  # sRGB; favours neither bright nor dark surfaces
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class PairRenderer:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
 
     def __init__(self, mesh: Mesh, baked: BakedModel, settings: RenderSettings, size: tuple[int, int]) -> None:
@@ -94,7 +94,7 @@ class PairRenderer:
         self._sphere = bounding_sphere(mesh)
         self._most_bytes = 0
         library = _OneObject(mesh, baked)
-        scene = one_asset_scene(settings, Environment(background=BACKGROUND))  # and the light that is always there
+        scene = one_asset_scene(settings, Environment(background=BACKGROUND))  # with the default light
         self._headless = HeadlessRenderer(scene, library, size, Representation.DPCI)
 
     def __enter__(self) -> "PairRenderer":
@@ -129,7 +129,7 @@ class PairRenderer:
 
 
 class _OneObject:
-    """A library (`render.resources.library.Library`) of one asset that is in memory already."""
+    """Provide a single asset in memory as a library (`render.resources.library.Library`)."""
 
     def __init__(self, mesh: Mesh, baked: BakedModel) -> None:
         self._mesh, self._baked = mesh, baked
@@ -141,7 +141,7 @@ class _OneObject:
         return True
 
     def is_shipped_cooked(self, asset: int) -> bool:
-        """Return whether the asset is there cooked only: never."""
+        """Return whether the asset exists only in cooked form: never."""
         return False
 
     def has_height_field(self, asset: int) -> bool:
@@ -151,7 +151,7 @@ class _OneObject:
         return True
 
     def bake_missing(self, assets: Sequence[int]) -> None:
-        """Do nothing: the depth images are baked."""
+        """Do nothing: the depth images are already baked."""
 
     def key(self, asset: int) -> str:
         return ""
@@ -178,7 +178,7 @@ class _OneObject:
         return self._mesh if self._mesh.is_translucent else None
 
     def forget_mesh(self, asset: int) -> None:
-        """Do nothing: the mesh stays."""
+        """Do nothing: the mesh is kept."""
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
         raise LookupError(f"the scene of one object names no textures: {path}")
@@ -194,7 +194,7 @@ def one_asset_scene(settings: RenderSettings, environment: Environment, *others:
     environment
         Light, background and ground of the scene.
     *others
-        Where there are more of the same, metres, world.
+        Positions of further objects of the same asset, metres, world.
 
     Returns
     -------

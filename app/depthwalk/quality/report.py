@@ -1,4 +1,4 @@
-"""Show what `depthwalk compare` found, as JSON and as tables of text.
+"""Show the results of `depthwalk compare`, as JSON and as tables of text.
 
 The JSON is described in docs/quality-method.md.
 """
@@ -23,14 +23,14 @@ _COSTS = "bake, s", "bake, MB", "disk, MB", "GPU, MB"
 
 @dataclass(frozen=True, kw_only=True)
 class Costs:
-    """Hold what depth images cost.
+    """Hold the costs of depth images.
 
     Attributes
     ----------
     bake_seconds
-        Seconds that baking took.
+        Time that baking took, seconds.
     bake_peak_bytes
-        Most bytes of memory while baking, see `BakeCosts`; None where the system does not tell.
+        Peak memory while baking, bytes, see `BakeCosts`; None if the system does not report it.
     bytes_disk
         Size of the baked file, bytes.
     bytes_gpu
@@ -45,7 +45,7 @@ class Costs:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelReport:
-    """Hold what was found about one mesh.
+    """Hold the results for one mesh.
 
     Attributes
     ----------
@@ -62,17 +62,17 @@ class ModelReport:
     deepest
         Greatest number of layers that any of its depth images has.
     costs
-        What the depth images cost.
+        Costs of the depth images.
     views
         The measures of views from all around.
     close
-        The measures of views from close by.
+        The measures of close views.
     candidate
         How well the object suits depth images.
     warnings
         Why the object suits depth images poorly, one line for each reason.
     recommendation
-        Recommended parameters; None where none were asked for.
+        Recommended parameters; None if not requested.
     """
 
     name: str
@@ -91,14 +91,14 @@ class ModelReport:
 
 @dataclass(frozen=True, kw_only=True)
 class Circumstances:
-    """Say by what pictures were measured, and of which size they were.
+    """Hold the circumstances of a measurement: version, driver and picture size.
 
     Attributes
     ----------
     version
         Version of the package.
     commit
-        Commit of the checkout that ran; None where the package is installed.
+        Commit of the checkout that ran; None if the package is installed.
     renderer
         Name of the GL driver.
     image_size
@@ -112,22 +112,22 @@ class Circumstances:
 
     @property
     def program(self) -> str:
-        """Return what measured them, for reading."""
+        """Return the name and version of the program, for reading."""
         return f"depthwalk {self.version} ({self.commit or 'installed'}), {self.renderer}"
 
     def json_head(self) -> dict[str, Any]:
-        """Return what reports in JSON begin with."""
+        """Return the first fields of reports in JSON."""
         return {name: getattr(self, name) for name in ("version", "commit", "renderer", "image_size")}
 
 
 @dataclass(frozen=True, kw_only=True)
 class CompareReport(Circumstances):
-    """Hold what `depthwalk compare` found.
+    """Hold the results of `depthwalk compare`.
 
     Attributes
     ----------
     models
-        The findings about each mesh.
+        The results for each mesh.
     """
 
     models: tuple[ModelReport, ...]
@@ -141,12 +141,12 @@ def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, s
     measure
         The measure.
     models
-        The findings about each mesh.
+        The results for each mesh.
 
     Returns
     -------
     tuple[Summary, str]
-        The mean of the models' means, with the worst of all views; and the name of the model in that view, "" where no
+        The mean of the models' means, with the worst of all views; and the name of the model in that view, "" if no
         view has a value.
     """
     means = [mean for model in models if not math.isnan(mean := summarise(measure, model.views).mean)]
@@ -159,7 +159,7 @@ def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, s
 def cost_goals(model: ModelReport) -> dict[str, bool | None]:
     """Return whether the costs "bake_seconds" and "bytes_gpu" of `model` reach their goals, by these two names.
 
-    The goals hold for one resolution and number of layers; for models baked otherwise, both values are None.
+    The goals apply to one resolution and number of layers; for models baked otherwise, both values are None.
     """
     if (model.params.resolution, model.params.layers) != (goals.GOAL_RESOLUTION, goals.GOAL_LAYERS):
         return {"bake_seconds": None, "bytes_gpu": None}
@@ -217,13 +217,13 @@ def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
 
 
 def headline(report: CompareReport) -> str:
-    """Return a line that says with which version, driver and picture size `report` was made."""
+    """Return a line that states with which version, driver and picture size `report` was made."""
     width, height = report.image_size
     return f"depth images against the mesh; {width} × {height} pixels; {report.program}"
 
 
 def costs_line(model: ModelReport) -> str:
-    """Return a line that says how `model` was baked and what it costs."""
+    """Return a line that states how `model` was baked and what it costs."""
     reached, costs, params = cost_goals(model), model.costs, model.params
     in_time = mark(reached["bake_seconds"], f" (goal {goals.BAKE_SECONDS:g} s)")
     in_memory = mark(reached["bytes_gpu"], f" (goal {goals.GPU_BYTES / 1e6:g} MB)")
@@ -246,12 +246,12 @@ def _megabytes(count: int | None) -> str:
 
 
 def mark(reached: bool | None, goal: str = "") -> str:
-    """Return the mark behind a value: " ok" where its goal is `reached`, else " FAIL" and `goal`; "" for no goal."""
+    """Return the mark behind a value: " ok" if its goal is `reached`, otherwise " FAIL" and `goal`; "" for no goal."""
     return "" if reached is None else " ok" if reached else f" FAIL{goal}"
 
 
 def cell(measure: Measure, value: float, goal: float | None = None) -> str:
-    """Return the text of a `value` of `measure`, with a mark that says whether it reaches `goal`; None: no goal."""
+    """Return the text of a `value` of `measure`, with a mark for whether it reaches `goal`; None: no goal."""
     shown = "–" if math.isnan(value) else f"{value:.{measure.digits}f}"
     return shown + mark(measure.reached(value, goal))
 
@@ -274,7 +274,7 @@ def _table(model: ModelReport) -> Iterator[str]:
 
 
 def _goals(measure: Measure) -> str:
-    """Return what the goals of `measure` are for the mean and, after a comma, for the worst view."""
+    """Return the goals of `measure` for the mean and, after a comma, for the worst view."""
     sign = "≥" if measure.more_is_better else "≤"
     return ", ".join(f"{sign} {goal:g}" for goal in (measure.goal_mean, measure.goal_worst) if goal is not None)
 
@@ -310,9 +310,9 @@ def _summary(measure: Measure, summary: Summary, name: str | None = None, aims: 
     Parameters
     ----------
     name
-        The model in the worst view, where there are several.
+        The model in the worst view, if there are several.
     aims
-        Say which goals are reached.
+        Whether to state which goals are reached.
     """
     document: dict[str, Any] = {"mean": summary.mean, "worst": summary.worst}
     if name is not None:

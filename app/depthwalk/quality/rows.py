@@ -1,4 +1,4 @@
-"""Hold what the parts of `depthwalk quality` find: values, their goals, and pictures; `overview` shows them."""
+"""Define the results of the parts of `depthwalk quality`: values, goals and pictures; `overview` shows them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,11 +21,11 @@ class Row:
     subject
         Name of the scene or asset that was examined.
     name
-        What was measured of it.
+        Name of the measured quantity.
     measured
         The value.
     goal
-        Value that it must reach; None where there is no goal.
+        Value that it must reach; None if there is no goal.
     more_is_better
         Whether larger values are better.
     digits
@@ -47,7 +47,7 @@ class Row:
 
     @property
     def reached(self) -> bool | None:
-        """Return whether the goal is reached, None where there is none; a value that is no number never reaches one."""
+        """Return whether the goal is reached, None if there is none; a value that is not a number never reaches one."""
         return None if self.goal is None else bool((ge if self.more_is_better else le)(self.measured, self.goal))
 
 
@@ -60,11 +60,11 @@ class Examine(Protocol):
         Parameters
         ----------
         scenes
-            The scenes, each seen by its own camera, or their assets alone; settings may be changed.
+            The scenes, each seen by its own camera, or only their assets; settings may be changed.
         size
             Width and height of the pictures, pixels.
         report
-            Called with the name of a scene or asset and what is being done.
+            Called with the name of a scene or asset and the stage that begins.
 
         Yields
         ------
@@ -76,13 +76,13 @@ class Examine(Protocol):
         InputError
             For assets that cannot be used.
         GpuError
-            Where no OpenGL 3.3 context can be created.
+            If no OpenGL 3.3 context can be created.
         """
         ...
 
 
 def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
-    """Return PNG files of a picture, of the truth, and of their difference.
+    """Return PNG files of a picture, of the reference, and of their difference.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
-"""Measure how like the shadows of depth images are to those of their meshes.
+"""Measure how closely the shadows of depth images match those of their meshes.
 
 The measurements are for `depthwalk quality` and docs/shadows.md. Shadows are measured in two ways: cast by depth images
-alone, and as scenes draw them, where the mesh takes the place of images that a shadow map would magnify.
+alone, and as scenes draw them, where the mesh replaces images that a shadow map would magnify.
 
-Each object hangs alone over level ground, high enough for a viewer straight above the shadow to see all of it. All
-light is the sun's, so that the ground is dark exactly where the sun does not reach it.
+Each object hangs alone over level ground, high enough that a viewer straight above sees its whole shadow. The sun is
+the only light, so that the ground is dark exactly where the sun does not reach it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,18 +30,18 @@ from depthwalk.types import Picture
 
 Direction = tuple[float, float, float]
 
-SUNS: dict[str, Direction] = {  # by how high they stand: where their light goes
+SUNS: dict[str, Direction] = {  # direction of the light, by the elevation of the sun
     "20°": (-0.92, -0.34, 0.20),
     "35°": (0.80, -0.57, 0.19),
     "50°": (0.1, -0.77, -0.63),
 }
 LEAST_IOU = 0.99  # of images alone
 ALONE = "images alone"
-WAYS = {ALONE: Representation.DPCI, "as drawn": None}  # the latter with meshes in place where they are finer
-HEIGHT, RISE = 8.0, 2.0  # of the viewer and of what hangs, over the ground, radii of the object
-REACH = 1.5 * HEIGHT  # of the shadow map, radii: beyond where shadows fade there is nothing to see
-FAR = 10 * REACH  # of the object that is seen nowhere, radii
-LEVEL = 0.01  # part of the viewer's height by which ground may seem to be off
+WAYS = {ALONE: Representation.DPCI, "as drawn": None}  # the latter with meshes where they are finer
+HEIGHT, RISE = 8.0, 2.0  # of the viewer and of the object, above the ground, radii of the object
+REACH = 1.5 * HEIGHT  # of the shadow map, radii: farther away, where shadows fade, nothing is visible
+FAR = 10 * REACH  # distance of the object that is never seen, radii
+LEVEL = 0.01  # part of the viewer's height by which ground may appear to be off
 _BOTH, _MISSING, _EXTRA, _LIT, _OBJECT = (70, 70, 70), (214, 20, 20), (40, 90, 220), (225, 225, 225), (160, 190, 150)
 
 
@@ -64,8 +64,8 @@ class Ground:
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
     """Compare the shadows of depth images with those of their meshes; an `Examine`.
 
-    Every mesh asset with depth images has two rows: its shadow is cast by images alone, and as scenes draw it. Each row
-    holds the intersection over union of this shadow and the mesh's, the least over the heights of the sun in `SUNS`.
+    Every mesh asset with depth images has two rows: for its shadow cast by images alone, and as scenes draw it. Each
+    row holds the intersection over union of this shadow and the mesh's, the smallest over the elevations in `SUNS`.
     """
     meshes = [asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)]
     assets = {(asset.mesh, str(asset.dpci)): asset for asset in meshes if asset.dpci is not None}
@@ -82,7 +82,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def _row(asset: str, way: str, pairs: Mapping[str, tuple[Ground, Ground]]) -> Row:
-    """Return the row of one way, from the ground below the mesh and below the images for each height of the sun."""
+    """Return the row of one way, from the ground below the mesh and below the images for each elevation of the sun."""
     ious = {name: _iou(*pair) for name, pair in pairs.items()}
     worst = min(ious, key=ious.__getitem__)
     caption = f"{way}, sun {worst} high; only the mesh's red, only the depth images' blue"
@@ -101,9 +101,9 @@ def _row(asset: str, way: str, pairs: Mapping[str, tuple[Ground, Ground]]) -> Ro
 
 
 def _stage(sphere: Sphere) -> Scene:
-    """Return a scene of the object at the origin over white ground, and of another that is seen nowhere.
+    """Return a scene with the object at the origin over white ground, and another one that is never seen.
 
-    Without that one, shadow maps would be fitted to the object, by bounds which its representations have not in common.
+    Without the latter, shadow maps would be fitted to the object, whose bounds differ between representations.
     """
     shadows = {"enabled": True, "cascades": 1, "distance": REACH * sphere.radius, "resolution": 2048}
     settings = RenderSettings.model_validate({"shadows": shadows})
@@ -124,7 +124,7 @@ def _grounds(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tupl
     assert environment.ground is not None  # the stage has one
     centre, radius, ground = np.asarray(sphere.centre), sphere.radius, environment.ground.height
     below = centre + np.asarray(sun) * (ground - centre[1]) / sun[1]
-    above = below + np.array([0, HEIGHT, 0.01]) * radius  # a little aside, or nothing would tell what is up
+    above = below + np.array([0, HEIGHT, 0.01]) * radius  # slightly to the side, so that "up" is defined
     camera = Camera(tuple(above.tolist()), tuple(below.tolist()), float(np.radians(FOV)))
     view = View(camera, headless.size, (HEIGHT - RISE - 2) * radius, (HEIGHT + 1) * radius)
     mesh = _ground(headless, view, ground, Representation.MESH)
@@ -139,7 +139,7 @@ def _ground(headless: HeadlessRenderer, view: View, ground: float, representatio
     x, y = (np.arange(width) + 0.5) / width * 2 - 1, 1 - (np.arange(height) + 0.5) / height * 2
     up = (np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1) @ view.ray_from_screen.T)[..., 1]
     above = view.position[1] - ground
-    with np.errstate(invalid="ignore"):  # the sky is nowhere
+    with np.errstate(invalid="ignore"):  # the sky has no position
         shown = np.abs(above + image.distance * up) < LEVEL * above
     light = image.colour[..., :3].max(-1)
     return Ground(shown, shown & (light < np.median(light[shown]) / 2))

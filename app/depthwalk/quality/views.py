@@ -1,4 +1,4 @@
-"""Choose where the measured pictures are taken from: 42 views on a sphere, and a few from close by."""
+"""Choose the viewpoints of the measured pictures: 42 views on a sphere, and a few close ones."""
 
 import math
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
 FOV = 40.0  # degrees, vertical
-FILL = 0.9  # of the frame's shorter side, by the bounding sphere's outline
+FILL = 0.9  # of the frame's shorter side, filled by the bounding sphere's outline
 CLOSE = 1.3  # radii from the centre of the bounding sphere
 
-# Elevation, degrees: number of views. Every view stands for about the same part of the sphere.
+# Elevation, degrees: number of views. Every view represents about the same part of the sphere.
 SPHERE_RINGS = {-50: 7, -22: 10, 5: 10, 33: 9, 60: 5, 88: 1}
 CLOSE_RINGS = {-20: 2, 10: 4, 45: 2}
 
@@ -40,7 +40,7 @@ class Viewpoint:
 
 
 def _on_rings(rings: dict[int, int], close: bool = False) -> tuple[Viewpoint, ...]:
-    """Spread views evenly over each ring; every second ring is turned by half a step."""
+    """Spread views evenly over each ring; every second ring is rotated by half a step."""
     return tuple(
         Viewpoint(float(elevation), round((k + ring % 2 / 2) * 360 / count, 3), close)
         for ring, (elevation, count) in enumerate(rings.items())
@@ -98,7 +98,7 @@ def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View
     shorter = math.tan(fov / 2) * min(1.0, size[0] / size[1])
     distance = sphere.radius * (CLOSE if viewpoint.close else 1 / math.sin(math.atan(FILL * shorter)))
     position = glm.dvec3(*sphere.centre) + away(viewpoint) * distance
-    # Planes by the object's size, not in metres: the depth buffer is as fine for a coin as for a cathedral.
+    # Relative to the object's size, not in metres: the depth buffer is as precise for a coin as for a cathedral.
     near, far = 0.02 * distance, distance + 4 * sphere.radius
     return View(Camera(components(position), sphere.centre, fov), size, near, far)
 

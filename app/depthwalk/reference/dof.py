@@ -45,9 +45,9 @@ def gather(
     tile: int = TILE,
     passed_on: Callable[[Array], Array] = np.asarray,
 ) -> Array:
-    """Return the picture that a lens takes: each pixel is the mean of what rays from all over the lens meet.
+    """Return the picture taken by a lens: each pixel is the mean of what rays from all over the lens hit.
 
-    Where circles are wide, rays are traced in a picture of half or a quarter of the size, which is magnified.
+    Where circles are wide, rays are traced in a picture of half or a quarter of the size, which is then magnified.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def gather(
     tile
         Edge of a tile whose circles are found together, pixels.
     passed_on
-        What the passes behind make of colours (…, 4), before reduced pictures are magnified; by default, nothing.
+        Applies the later passes to colours (…, 4), before reduced pictures are magnified; by default the identity.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def gather(
 
 
 def _counts(radius: Array, samples: int) -> NDArray[np.intp]:
-    """Return how many rays a pixel of the whole picture sends, by the `radius` that they reach, pixels."""
+    """Return how many rays a pixel of the whole picture sends, given the `radius` that they reach, pixels."""
     return np.asarray(np.clip((RAY_DENSITY * radius**2).astype(int), min(MIN_RAYS, samples), samples), np.intp)
 
 
@@ -112,7 +112,7 @@ def _gathered(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return what reduced.frag draws (h, w, 4), and which of its pixels have wide circles (h, w); others are 0.
 
-    `even` (H, W): pixels of the whole picture in tiles where no ray is traced. `spread`: what `ranges` returns.
+    `even` (H, W): pixels of the whole picture in tiles where no ray is traced. `spread`: the result of `ranges`.
     """
     block = picture.block
     own = picture.circles / block
@@ -137,7 +137,7 @@ def _gathered(
 
 
 def _averaged(lit: Array, where: NDArray[np.bool_], reach: Array, count: NDArray[np.intp]) -> Array:
-    """Return the means (n, 4) over discs about the pixels that `where` (h, w) has, by `count` (n,) points each.
+    """Return the means (n, 4) over discs about the pixels selected by `where` (h, w), with `count` (n,) points each.
 
     `reach` (n,) are the radii, pixels of `where`. `lit` (h', w', 4) may be smaller.
     """
@@ -153,7 +153,7 @@ def _averaged(lit: Array, where: NDArray[np.bool_], reach: Array, count: NDArray
 
 
 def _traced(picture: Reduced, where: NDArray[np.bool_], spread: Array, count: NDArray[np.intp]) -> Array:
-    """Return what `count` (n,) rays from each of the pixels `where` (h, w) has meet on average, (n, 4).
+    """Return the mean (n, 4) of what `count` (n,) rays from each of the pixels `where` (h, w) hit.
 
     `spread` (2, h, w) is the range of circles that they are traced through, pixels of `picture`.
     """
@@ -207,12 +207,12 @@ def _ray_ends(
     own
         (n,) circles at the pixels.
     low, high
-        (n,) what `ranges` returns at the pixels.
+        (n,) results of `ranges` at the pixels.
 
     Returns
     -------
     tuple[Array, Array]
-        (2, n) y and x, in which whole numbers are the pixels' middles, and (n,) what each ray counts.
+        (2, n) y and x, in which whole numbers are the pixels' centres, and (n,) the weight of each ray.
     """
     last_pixel = circles.shape[1] - 1, circles.shape[0] - 1
 

@@ -24,7 +24,7 @@ def paper(lit: Array, circles: Array, weights: Array, disc: Array, most: float) 
         (13, 2) x and y of points of the unit disc. A pixel looks up its surroundings at these points, scaled by its
         circle.
     most
-        The radius from which on only the blurred picture counts, pixels.
+        The radius above which only the blurred picture counts, pixels.
 
     Returns
     -------

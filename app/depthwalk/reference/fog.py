@@ -1,7 +1,7 @@
-"""Compute how fog, whose density falls off with height, dims light; this is the twin of shaders/fog/fog.frag.
+"""Compute how fog, whose density decreases with height, dims light; this is the twin of shaders/fog/fog.frag.
 
-Light is lost along a ray as Beer and Lambert say: what comes through is exp(−∫ density ds). The density is constant up
-to a height and falls off exponentially above it, for which the integral has a closed form (Wenzel 2006, "Real-Time
+Light is lost along a ray by the Beer–Lambert law: the transmittance is exp(−∫ density ds). The density is constant up
+to a height and decreases exponentially above it, for which the integral has a closed form (Wenzel 2006, "Real-Time
 Atmospheric Effects in Games", volumetric fog with exponential height falloff).
 
 All functions take the same three parameters of the fog: `density`, the part of the light lost per metre up to the
@@ -40,8 +40,8 @@ def fog_density(y: Array, density: float, height: float, falloff: float) -> Arra
 def fog_through(viewer_y: float, way: Array, density: float, height: float, falloff: float) -> Array:
     """Return the transmittance between the viewer and points: the part of the light that comes through the fog.
 
-    The mean density on the way is the integral of the density over height, divided by the rise of the way. Where the
-    way is level, it is the density in the middle of the way.
+    The mean density along the way is the integral of the density over height, divided by the way's rise. If the way is
+    horizontal, it is the density at its middle.
 
     Parameters
     ----------
@@ -90,10 +90,11 @@ def fog_before_sky(viewer_y: float, rise: Array, density: float, height: float, 
 
 
 def fog_colour(sky: Sky, direction: Array) -> Array:
-    """Return the colour of fog that has none of its own: that of the sky at the horizon, on the same side.
+    """Return the colour of fog that has no colour set: that of the sky at the horizon, on the same side.
 
-    The level part of the direction stands for the direction to the horizon. It gets shorter the steeper one looks, so
-    that the angle to the sun tends to a right one, whatever the azimuth; a unit vector would show a star there, of all
+    The horizontal component of the direction represents the direction to the horizon. It gets shorter the steeper one
+    looks, so that the angle to the sun tends to a right angle, whatever the azimuth; a unit vector would show a star
+    there, with all horizons in one point.
     horizons in one point.
 
     Parameters

@@ -11,17 +11,17 @@ from depthwalk.types import Array
 
 
 def part_beyond(ends: Array, middle: Array) -> Array:
-    """Return the part of each pixel that lies beyond a line, seen from the pixel's middle.
+    """Return the part of each pixel that lies beyond a line, seen from the pixel's centre.
 
-    The area is exact for the infinite line through the two ends. Only lines shorter than a pixel are taken to cross
-    the pixel parallel to their major axis, since their slope is not known well enough.
+    The area is exact for the infinite line through the two ends. Only lines shorter than a pixel are assumed to cross
+    the pixel parallel to their major axis, since their slope is not known precisely enough.
 
     Parameters
     ----------
     ends
         (n, 4) x and y of the line's first end, then of its second, pixels.
     middle
-        (n, 2) x and y of the pixels' middles, pixels; a pixel is a square of edge 1 about its middle.
+        (n, 2) x and y of the pixels' centres, pixels; a pixel is a square of edge 1 about its centre.
 
     Returns
     -------
@@ -37,5 +37,5 @@ def part_beyond(ends: Array, middle: Array) -> Array:
     away = np.abs(start[:, 1] + slope * (at[:, 0] - start[:, 0]) - at[:, 1])
     spread = np.where(np.abs(major[:, 0]) < 1, 0, np.abs(slope))
     overlap = np.maximum(0.5 + 0.5 * spread - away, 0)
-    corner = overlap**2 / np.maximum(2 * spread, 1e-6)  # the triangle that a line past the middle cuts off
+    corner = overlap**2 / np.maximum(2 * spread, 1e-6)  # the triangle cut off by a line past the centre
     return np.asarray(np.where(away <= 0.5 - 0.5 * spread, 0.5 - away, corner))

@@ -1,7 +1,7 @@
-"""Find where rays meet a height field, by a search as fine as one likes.
+"""Find where rays hit a height field, by a search of arbitrary precision.
 
 Twin of shaders/common/height_field.glsl: the same coordinates, and the same surface. With few steps it is the search of
-shaders/relief/relief.frag (Policarpo, Oliveira and Comba 2005); with many it finds the true surface, by which the
+shaders/relief/relief.frag (Policarpo, Oliveira and Comba 2005); with many it finds the true surface, against which the
 other ways to draw a height field are judged.
 """
 
@@ -13,7 +13,7 @@ from depthwalk.types import Array, Rows
 
 
 def surface_depth(depth: NDArray[np.floating], across: Array) -> Array:
-    """Return the depth of a height field at points of its picture, between texels interpolated linearly.
+    """Return the depth of a height field at points of its picture, interpolated linearly between texels.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ def surface_depth(depth: NDArray[np.floating], across: Array) -> Array:
 
 
 def box_interval(shape: tuple[int, int], viewer: Array, direction: Array) -> tuple[Array, Array]:
-    """Return where rays enter the box about a height field, and where they leave it.
+    """Return where rays enter the box around a height field, and where they leave it.
 
-    The box ends in the middles of the outermost texels, as the surface does.
+    The box ends at the centres of the outermost texels, as the surface does.
 
     Parameters
     ----------
@@ -72,14 +72,14 @@ def first_hits(
     direction
         (n, 3) directions of the rays, field coordinates, of any length.
     linear_steps
-        Number of steps in the box, all of one length. What is thinner than a step may be missed.
+        Number of equal steps in the box. Anything thinner than a step may be missed.
     binary_steps
-        How often the step in which the ray meets the surface is halved.
+        How often the step in which the ray hits the surface is halved.
 
     Returns
     -------
     Array
-        (n,) multiples of `direction`; NaN for rays that do not meet the surface.
+        (n,) multiples of `direction`; NaN for rays that do not hit the surface.
     """
     enters, leaves = box_interval((depth.shape[0], depth.shape[1]), viewer, direction)
 
@@ -106,6 +106,6 @@ def first_hits(
         is_behind = ahead(rays, middle) <= 0
         before, behind = np.where(is_behind, before, middle), np.where(is_behind, middle, behind)
     at = viewer + (enters[rays] + before * (leaves - enters)[rays])[:, None] * direction[rays]
-    beside = surface_depth(depth, at[:, :2]) > 1  # the edge of a surface, which is no wall
+    beside = surface_depth(depth, at[:, :2]) > 1  # past the edge of a surface, which is not a wall
     found[rays] = np.where(beside, np.nan, enters[rays] + behind * (leaves - enters)[rays])
     return found

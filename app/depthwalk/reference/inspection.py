@@ -18,7 +18,7 @@ def distance_grey(distance: Array, half_distance: float) -> Array:
     distance
         Distances along the view axis, metres, any shape.
     half_distance
-        Metres over which grey falls to the half.
+        Metres over which the grey falls by half.
 
     Returns
     -------

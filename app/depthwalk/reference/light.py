@@ -52,12 +52,12 @@ def phong(
     """Return the light that surfaces send to the viewer, lit by the sun and by a scene's ambient light.
 
     Three quarters of the ambient light are the same for all surfaces. The last quarter is multiplied by the normal's y,
-    so that surfaces which look down get less.
+    so that surfaces facing down get less.
 
     Parameters
     ----------
     albedo, specular, shininess, normal, view
-        The surfaces, shapes as for `reflected`; vectors in the world's frame.
+        The surfaces, with shapes as in `reflected`; vectors in the world's frame.
     to_sun
         (3,) unit vector to the sun, world.
     sun, ambient

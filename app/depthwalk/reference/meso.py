@@ -1,8 +1,8 @@
 """Displace points by meso-structure, a tiling relief, as the twin of shaders/common/meso.glsl at full resolution.
 
 A tile of relief modulates the depth of an object's depth images before they are warped (Liu, Liu and Wu 2007, §3.4).
-The tile winds round the object's axis and moves all points toward that axis, whichever depth image they belong to, so
-that the images stay joined. Surfaces which face along the axis would only slide along themselves then; so caps and box
+The tile winds around the object's axis and moves all points toward that axis, whichever depth image they belong to, so
+that the images stay joined. Surfaces that face along the axis would then only slide along themselves; so caps and box
 faces also have the relief straight below them, by the share that `bake.meso.straight_share` gives.
 
 The shader fades relief that covers few pixels; the twin always displaces by all of it.
@@ -20,7 +20,7 @@ from depthwalk.types import Array
 
 @dataclass(frozen=True, kw_only=True)
 class TilePlacement:
-    """Hold where n points lie on the tile of relief, and how the tile is turned at each of them.
+    """Hold the positions of n points on the tile of relief, and the tile's orientation at each of them.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class TilePlacement:
 
 
 def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
-    """Place the tile at points, wound round the object's axis.
+    """Place the tile at points, wound around the object's axis.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
     meso
         The tile of relief.
     radius
-        The radius of the object's cylinder, metres, which decides how many tiles go round it.
+        The radius of the object's cylinder, metres, which determines how many tiles go round it.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float)
 
 
 def _even_radius(meso: Meso, radius: float) -> float:
-    """Return the radius, metres, at which a whole number of tiles, each of its own width, goes round the axis."""
+    """Return the radius, metres, at which a whole number of tiles, each of its own width, goes around the axis."""
     return meso.tiles_per_turn(radius) * meso.tile[0] / (2 * np.pi)
 
 

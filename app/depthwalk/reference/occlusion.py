@@ -1,7 +1,7 @@
 """Reduce a depth buffer for occlusion tests, as the twin of shaders/occlusion/farthest.frag.
 
-An object cannot be seen where it is farther than the farthest depth of every cell that it covers (Greene, Kass and
-Miller 1993, "Hierarchical Z-Buffer Visibility"; here one level of the pyramid is read back and searched on the CPU).
+An object is hidden if it is farther than the farthest depth of every cell that it covers (Greene, Kass and Miller 1993,
+"Hierarchical Z-Buffer Visibility"; here one level of the pyramid is read back and searched on the CPU).
 """
 
 import numpy as np

@@ -17,7 +17,7 @@ def blended_views(direction: Array, params: CaptureParams) -> tuple[NDArray[np.i
     Parameters
     ----------
     direction
-        (3,) from the object's middle to the viewer, asset frame, of any length.
+        (3,) from the object's centre to the viewer, asset frame, of any length.
     params
         The views, of a sphere or hemisphere.
 
@@ -78,17 +78,17 @@ def first_hits(
 
 
 def _place(eye: Array, ray: Array, height: Array) -> Array:
-    """Return where (n, 2) rays are in a view when they are so high (n,) above its middle."""
+    """Return the positions (n, 2) of rays in a view at a given height (n,) above its centre."""
     return np.asarray(eye[:2] + ((height - eye[2]) / ray[:, 2])[:, None] * ray[:, :2])
 
 
 def _height(views: CapturedViews, number: int, at: Array) -> Array:
-    """Return how high (n,) the surface is above a view's middle at places (n, 2), −1 to 1."""
+    """Return the height (n,) of the surface above a view's centre at positions (n, 2), −1 to 1."""
     return 1 - 2 * _bilinear(views.surface[number, ..., 3], at)
 
 
 def _bilinear(texels: NDArray[np.uint8], at: Array) -> Array:
-    """Return values (n,) from 0 to 1 of texels (H, H) at places (n, 2), −1 to 1, clamped at the edges."""
+    """Return values (n,) from 0 to 1 of texels (H, H) at positions (n, 2), −1 to 1, clamped at the edges."""
     last = len(texels) - 1
     place = np.clip((at * 0.5 + 0.5) * len(texels) - 0.5, 0, last)
     low = np.minimum(np.floor(place).astype(int), last - 1)

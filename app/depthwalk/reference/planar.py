@@ -2,7 +2,7 @@
 
 Liu, Liu and Wu 2007, §2.2 (warp) and §2.4 (shading). No shader works in texture space: depthwalk warps and lights all
 depth images by the general equations of shaders/warp/warp.vert and shaders/common/phong.glsl. This twin is the paper's
-own formulation for a single plane, from which the tests show that both give the same.
+own formulation for a single plane, with which the tests show that both give the same result.
 
 Texture space has u to the right and v upward on the image's plane and depth into it, all in metres, so that angles are
 those of the world. It is left-handed: a normal (x, y, z) of the image points to (x, y, −z) there.
@@ -35,11 +35,11 @@ class Placement:
     scale: float
 
     def direction(self, world: Array) -> Array:
-        """Return the directions `world` (…, 3) of the world in texture space; they keep their lengths."""
+        """Return the directions `world` (…, 3) in texture space; their lengths are preserved."""
         return (world @ self.rotation) * [1, 1, -1]
 
     def point(self, world: Array) -> Array:
-        """Return the points `world` (…, 3) of the world, metres, in texture space, metres of the image."""
+        """Return the points `world` (…, 3), metres, in texture space, metres of the image."""
         return self.direction(world - self.position) / self.scale
 
     def world(self, texture: Array) -> Array:
@@ -50,7 +50,7 @@ class Placement:
 def warp_samples(samples: Array, viewer: Array) -> Array:
     """Warp samples within the image's plane: each moves toward the epipole (u_e, v_e) (§2.2).
 
-    `reference.warp.table` gives the part of that way that a sample moves, by its depth.
+    `reference.warp.table` gives the fraction of this way that a sample moves, by its depth.
 
     Parameters
     ----------

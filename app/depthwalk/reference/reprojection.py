@@ -42,7 +42,7 @@ def nearest_in_cells(distances: Array) -> NDArray[np.float64]:
 def _cells(distances: Array, edge: int, steps: NDArray[np.integer]) -> NDArray[np.float64]:
     """Return those pixels of each cell of a picture that are `steps` (k,) from its first: (rows, columns, k, k).
 
-    edge: of a cell, pixels. Beyond the picture its last pixels are repeated.
+    edge: of a cell, pixels. Beyond the picture, its last pixels are repeated.
     """
     rows, columns = (
         (np.arange(-(-side // edge))[:, None] * edge + steps).clip(0, side - 1) for side in distances.shape
@@ -51,9 +51,9 @@ def _cells(distances: Array, edge: int, steps: NDArray[np.integer]) -> NDArray[n
 
 
 def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
-    """Return how far ahead of another camera the nearest surface of a picture is, by cells of that camera's view.
+    """Return the distance along another camera's axis to the nearest surface of a picture, by cells of that view.
 
-    Each cell of the picture goes where its nearest surface appears, with a border of half a cell
+    Each cell of the picture is moved to where its nearest surface appears, with a border of half a cell
     (shaders/reprojection/moved_cell.vert).
 
     Parameters
@@ -68,7 +68,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     Returns
     -------
     NDArray[np.float64]
-        (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where nothing comes.
+        (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where no surface appears.
     """
     rays, viewer, _ = seen_from(picture, view)
     nearest = nearest_in_cells(distances)
@@ -80,7 +80,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     found = np.full(np.ceil(cells).astype(int)[::-1], float(BEYOND))
     drawn = np.flatnonzero((nearest.ravel() < BEYOND) & (ahead >= LEAST_AHEAD))
     at = (0.5 + 0.5 * seen[drawn, :, :2] / seen[drawn, :, 2:]) * cells
-    low, high = np.ceil(at.min(1) - 1), np.floor(at.max(1))  # of the cells whose middles are within
+    low, high = np.ceil(at.min(1) - 1), np.floor(at.max(1))  # of the cells whose centres are inside
     first, last = (edge.clip(0, np.array(found.shape)[::-1]).astype(int) for edge in (low, high + 1))
     for k, (x, y), (right, top) in zip(drawn, first, last, strict=True):
         found[y:top, x:right] = np.minimum(found[y:top, x:right], ahead[k])
@@ -88,7 +88,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
 
 
 def beside_nearer(distances: Array) -> Mask:
-    """Return at which pixels of a picture a nearer surface begins beside, as shaders/reprojection/distance.frag does.
+    """Return the pixels of a picture that are beside a nearer surface, as shaders/reprojection/distance.frag does.
 
     Parameters
     ----------
@@ -106,14 +106,14 @@ def beside_nearer(distances: Array) -> Mask:
 
 
 class _Found(NamedTuple):
-    """Hold what the search of shaders/reprojection/search.glsl finds for n rays.
+    """Hold the result of the search of shaders/reprojection/search.glsl for n rays.
 
     Attributes
     ----------
     place
-        (n, 2) in the picture, 0 to 1: of what is shown.
+        (n, 2) position in the picture, 0 to 1, of what is shown.
     hidden
-        (n,) whether what should be seen is hidden in the picture.
+        (n,) whether what should be visible is hidden in the picture.
     """
 
     place: NDArray[np.float64]
@@ -121,15 +121,15 @@ class _Found(NamedTuple):
 
 
 def _place_of(picture: View, points: Array) -> NDArray[np.float64]:
-    """Return where a picture shows points (…, 3), right, up and ahead of its camera."""
+    """Return the positions in a picture of points (…, 3), right, up and ahead of its camera."""
     half_extent = np.array(picture.half_extent)
     return np.asarray(0.5 + 0.5 * points[..., :2] / (np.maximum(points[..., 2:], 1e-3) * half_extent))
 
 
 def _near_points(picture: View, view: View, nearest: Array, at: Array) -> tuple[Array, Array]:
-    """Return the rays through places (n, 2) of a screen, and the points on them that are as far as `nearest` says.
+    """Return the rays through positions (n, 2) of a screen, and the points on them at the distance `nearest`.
 
-    Arguments: see `sources`; `nearest`, (n,), is how far ahead of the viewer.
+    Arguments: see `sources`; `nearest`, (n,), is the distance along the viewer's axis.
     """
     rays_of, viewer, _ = seen_from(picture, view)
     rays = np.column_stack([2 * at - 1, np.ones(len(at))]) @ rays_of.T
@@ -137,7 +137,7 @@ def _near_points(picture: View, view: View, nearest: Array, at: Array) -> tuple[
 
 
 def _search(picture: View, distances: Array, view: View, nearest: Array, at: Array) -> _Found:
-    """Look for what places (n, 2) of another camera's screen show. Other arguments: see `_near_points`."""
+    """Find what positions (n, 2) of another camera's screen show. Other arguments: see `_near_points`."""
     _, viewer, axis = seen_from(picture, view)
     rays, points = _near_points(picture, view, nearest, at)
     place = behind = _place_of(picture, points)
@@ -155,7 +155,7 @@ def _search(picture: View, distances: Array, view: View, nearest: Array, at: Arr
 
 
 def roughness(distances: Array) -> NDArray[np.float64]:
-    """Return how far from plane the cells of a picture are, as shaders/reprojection/roughness.frag measures it.
+    """Return how far from planar the cells of a picture are, as shaders/reprojection/roughness.frag measures it.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def roughness(distances: Array) -> NDArray[np.float64]:
     Returns
     -------
     NDArray[np.float64]
-        (⌈h / ROUGHNESS_CELL⌉, ⌈w / ROUGHNESS_CELL⌉), 1/m: the most by which an inverse distance is off the plane
+        (⌈h / ROUGHNESS_CELL⌉, ⌈w / ROUGHNESS_CELL⌉), 1/m: largest difference of an inverse distance from the plane
         through those at the corners.
     """
     inverse = 1 / _cells(distances, ROUGHNESS_CELL, np.arange(ROUGHNESS_CELL + 1))
@@ -177,7 +177,7 @@ def roughness(distances: Array) -> NDArray[np.float64]:
 
 
 def tiles(picture: View, distances: Array, view: View) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return how the tiles of a screen are drawn, and the places of their corners (shaders/reprojection/classes.frag).
+    """Return how the tiles of a screen are drawn, and the sources of their corners (shaders/reprojection/classes.frag).
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def tiles(picture: View, distances: Array, view: View) -> tuple[NDArray[np.int64
     classes : NDArray[np.int64]
         (rows, columns) of `TileClass`.
     corners : NDArray[np.float64]
-        (rows + 1, columns + 1, 2) places in the picture that the corners of tiles show.
+        (rows + 1, columns + 1, 2) positions in the picture that the corners of tiles show.
     """
     size, viewer = np.array(view.size), seen_from(picture, view)[1]
     columns, rows = -(-size // TILE)
@@ -221,19 +221,19 @@ def tiles(picture: View, distances: Array, view: View) -> tuple[NDArray[np.int64
 
 
 def _between(corners: Array, count: int, at: Array | None = None) -> NDArray[np.float64]:
-    """Return `count` × `count` places between four corners (2, 2, 2), at parts (count,) of the edges; None: evenly."""
+    """Return `count` × `count` positions between corners (2, 2, 2), at parts (count,) of the edges; None: evenly."""
     part = (np.linspace(0, 1, count) if at is None else at)[:, None]
     lower, upper = (row[0] + part * (row[1] - row[0]) for row in corners)
     return np.asarray(lower + part[..., None] * (upper - lower))
 
 
 def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
-    """Return which place of a picture each pixel of another view is filled from.
+    """Return the position in a picture from which each pixel of another view is filled.
 
-    The surface on a pixel's ray is found by fixed-point steps, which take turns between how far away it is and where in
-    the picture it therefore lies (Bowles et al. 2012, "Iterative Image Warping"). They begin with the nearest surface
-    that has come there. Beside nearer surfaces a pixel of the picture keeps to itself, so that its middle is the place.
-    In the tiles that are smooth, places are interpolated between the corners.
+    The surface on a pixel's ray is found by fixed-point iteration, which alternates between its distance and its
+    position in the picture (Bowles et al. 2012, "Iterative Image Warping"). It begins with the nearest surface that has
+    moved there. Beside nearer surfaces, pixels of the picture are not interpolated, so the position is a pixel's
+    centre. In smooth tiles, positions are interpolated between the corners.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     Returns
     -------
     NDArray[np.float64]
-        (H, W, 2) places in the picture, from (0, 0), its lower left corner, to (1, 1); lower row first.
+        (H, W, 2) positions in the picture, from (0, 0), its lower left corner, to (1, 1); lower row first.
     """
     width, height = view.size
     pixel = np.indices((height, width))[::-1].reshape(2, -1).T
@@ -255,7 +255,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     place, hidden = _search(picture, distances, view, near, (pixel + 0.5) / view.size)
     alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
     inside = place.clip(0, 1)
-    beyond = np.abs(place - inside) % (2 * REFLECTED)  # mirrored to and fro
+    beyond = np.abs(place - inside) % (2 * REFLECTED)  # mirrored back and forth
     place = np.abs(inside - np.minimum(beyond, 2 * REFLECTED - beyond))
     size = np.array(picture.size)
     found: NDArray[np.float64] = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place)
@@ -269,7 +269,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
 
 
 def look_up(texture: Array, place: Array) -> NDArray[np.float64]:
-    """Return the texels (…) of a texture (h, w) at places (…, 2), 0 to 1, without filtering."""
+    """Return the texels (…) of a texture (h, w) at positions (…, 2), 0 to 1, without filtering."""
     rows, columns = texture.shape
     texel = np.clip((place * (columns, rows)).astype(int), 0, (columns - 1, rows - 1))
     return np.asarray(texture[texel[..., 1], texel[..., 0]], np.float64)

@@ -1,8 +1,8 @@
 """Look up shadow maps, as the twin of shaders/common/shadow_map.glsl and of the shaders that include it.
 
-A point is lit where nothing is nearer to the light; averaging that answer over neighbouring texels softens the edges
+A point is lit if nothing is nearer to the light; averaging that answer over neighbouring texels softens the edges
 (percentage-closer filtering: Reeves, Salesin and Cook 1987, "Rendering Antialiased Shadows with Depth Maps"). Points
-are moved along their normals first, so that the filter does not find the surface itself in front of them.
+are first moved along their normals, so that the filter does not find the surface itself in front of them.
 """
 
 import numpy as np
@@ -13,11 +13,11 @@ from depthwalk.types import Array
 
 
 def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filter_width: int, error: float) -> Array:
-    """Move points along their normals so far that a plane does not shadow itself.
+    """Move points along their normals just far enough that a plane does not shadow itself.
 
     Let w be half the filter's width, and α the angle between the normal and `axis`. Over the distance w, the plane
-    comes nearer to the light by w tan α. Moving a point along the normal by w sin α makes up for it. Half a texel is
-    added because the map holds depths at the middles of texels alone.
+    comes nearer to the light by w tan α. Moving a point along the normal by w sin α compensates for this. Half a texel
+    is added because the map holds depths only at the centres of texels.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filte
     filter_width
         Width of the filter, texels.
     error
-        By how much the surfaces in the map may be off, texels.
+        Possible error of the surfaces in the map, texels.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filte
 
 
 def light_share(depth: Array, view: LightView, point: Array, filter_width: int) -> Array:
-    """Return what part of the light reaches points, by a filtered look-up in a shadow map.
+    """Return the part of the light that reaches points, by a filtered lookup in a shadow map.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def light_share(depth: Array, view: LightView, point: Array, filter_width: int) 
     low = np.floor(np.where(inside[:, None, None], texels, 0)).astype(int)
     fraction = texels - low
     share = np.zeros(len(point))
-    for corner in np.ndindex(2, 2):  # bilinear comparison, as the hardware does it
+    for corner in np.ndindex(2, 2):  # bilinear comparison, as in hardware
         column, row = np.clip(low + corner, 0, view.resolution - 1).transpose(2, 0, 1)
         weight = np.abs(1 - np.array(corner) - fraction).prod(-1)
         share += (weight * (at[:, 2:] <= depth[row, column])).mean(1)

@@ -1,7 +1,7 @@
 """Compute the areas of subpixel morphological anti-aliasing, as the twin of shaders/smaa/line.glsl.
 
-SMAA (Jimenez et al. 2012, "SMAA: Enhanced Subpixel Morphological Antialiasing", §4.2) sees the jagged edge of pixels as
-a line, and blends every pixel along the edge by the area which that line cuts off. It looks the areas up in a
+SMAA (Jimenez et al. 2012, "SMAA: Enhanced Subpixel Morphological Antialiasing", §4.2) interprets the jagged edge of
+pixels as a line, and blends every pixel along the edge by the area that this line cuts off. It looks the areas up in a
 precomputed table; the shader and this twin compute them in closed form.
 """
 
@@ -11,9 +11,9 @@ from depthwalk.types import Array
 
 
 def areas_cut(before: Array, after: Array, heights: Array) -> Array:
-    """Return the areas that a line cuts off the two pixels, above and below, at a place of an edge between pixel rows.
+    """Return the areas that a line cuts off the pixels above and below at a position on an edge between pixel rows.
 
-    The line crosses the edge in the edge's middle, so that each half of the line cuts off a wedge.
+    The line crosses the edge at the edge's midpoint, so that each half of the line cuts off a wedge.
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ def areas_cut(before: Array, after: Array, heights: Array) -> Array:
     after
         (n,) number of pixels between the place and the edge's end.
     heights
-        (n, 2) height of the line at the edge's beginning and end, pixels: ½ where the edge goes on a row above, −½
-        where it goes on a row below, 0 where it does not go on.
+        (n, 2) height of the line at the edge's beginning and end, pixels: ½ where the edge continues a row above, −½
+        where it continues a row below, 0 where it ends.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Keep and look up what lies around a viewer: the twin of shaders/reprojection/capture.frag and surround.glsl."""
+"""Store and look up the surroundings of a viewer: the twin of shaders/reprojection/capture.frag and surround.glsl."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from depthwalk.types import Array, Mask
 
 
 def captured(picture: View, distances: Array, places: Array) -> NDArray[np.float64]:
-    """Return what a map of all directions keeps of a picture.
+    """Return what a map of all directions stores of a picture.
 
     Parameters
     ----------
@@ -21,13 +21,13 @@ def captured(picture: View, distances: Array, places: Array) -> NDArray[np.float
     distances
         (h, w) metres along the picture's view axis, lower row first.
     places
-        (n, 2) of the map, 0 to 1.
+        (n, 2) positions in the map, 0 to 1.
 
     Returns
     -------
     NDArray[np.float64]
-        (n, 4) from where each direction was seen, world, and how far away its surface is, metres; 0 where the picture
-        shows nothing.
+        (n, 4) position from which each direction was seen, world, and distance of its surface, metres; 0 where the
+        picture shows nothing.
     """
     seen = direction_from_square(2 * places - 1, False) @ picture.axes.T
     inside = shows(picture, seen)
@@ -41,13 +41,13 @@ def captured(picture: View, distances: Array, places: Array) -> NDArray[np.float
 def places_around(surfaces: Array, viewer: Array, rays: Array) -> tuple[NDArray[np.float64], Mask]:
     """Return where in a map of all directions the surfaces on a viewer's rays were seen.
 
-    Fixed-point steps take turns between how far away the surface in a place of the map is and where in the map what is
-    so far along the ray lies.
+    Fixed-point iteration alternates between the distance of the surface at a position of the map, and the position in
+    the map of the point at that distance along the ray.
 
     Parameters
     ----------
     surfaces
-        (size, size, 4) as `captured` returns them, for the middles of all texels, lowest row first.
+        (size, size, 4) as `captured` returns them, for the centres of all texels, lowest row first.
     viewer
         (3,) world, metres.
     rays
@@ -56,7 +56,7 @@ def places_around(surfaces: Array, viewer: Array, rays: Array) -> tuple[NDArray[
     Returns
     -------
     tuple[NDArray[np.float64], Mask]
-        (n, 2) places, 0 to 1, and (n,) whether anything is known there.
+        (n, 2) positions, 0 to 1, and (n,) whether anything is known there.
     """
 
     def surface_at(place: Array) -> NDArray[np.float64]:

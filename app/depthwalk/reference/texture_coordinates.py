@@ -15,17 +15,17 @@ def coordinates_at(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], Mask]:
     """Return texture coordinates between texels.
 
-    Between four texels of one chart they are interpolated. Elsewhere they are those of the nearest texel that has any,
-    continued at the rate at which they change in the cell on the texel's far side, if that is of one chart.
+    Between four texels of one chart they are interpolated. Elsewhere they are extrapolated from the nearest texel that
+    has any, at the rate at which they change in the cell on that texel's far side, if that cell is in one chart.
 
     Parameters
     ----------
     codes
         (H, W, 2) uint16, see `DepthImage.coordinates`.
     place
-        (n, 2) columns and rows, texels; 0.5 is the middle of the first texel. At least 1.5 texels from the edges.
+        (n, 2) columns and rows, texels; 0.5 is the centre of the first texel. At least 1.5 texels from the edges.
     border
-        Whether four texels may show several surfaces although they are of one chart.
+        Whether four texels may show several surfaces even if they are in one chart.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def coordinates_at(
 def step_within(
     cylinder: Cylinder, face: Face, point: Array, normal: Array, sight: Array, change: Array
 ) -> NDArray[np.float64]:
-    """Return how far a point of a face moves within its image by a pixel's step along the surface.
+    """Return how far a point of a face moves within its image for one pixel's step along the surface.
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ def step_within(
     normal
         (n, 3) unit normals, object frame.
     sight
-        (n, 3) ways from the viewer to the points, metres.
+        (n, 3) vectors from the viewer to the points, metres.
     change
-        (n, 3) change of `sight` from a pixel to the next if the surface stood across it, metres.
+        (n, 3) change of `sight` from one pixel to the next for a surface perpendicular to it, metres.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def _marked(codes: NDArray[np.uint16], at: NDArray[np.integer], part: int, mark:
 
 
 def _shortest(difference: Array) -> NDArray[np.float64]:
-    """Return differences of coordinates that repeat after 1, from −1/2 to 1/2."""
+    """Wrap differences of coordinates, which repeat after 1, to −1/2 … 1/2."""
     return np.asarray((difference + 0.5) % 1.0 - 0.5)
 
 

@@ -12,10 +12,10 @@ from depthwalk.types import Array, Mask
 
 
 def surface_point(corners: Array, lam: Array, share: Array) -> Array:
-    """Return the points of a triangle that positions on the plane show.
+    """Return the points of a triangle shown at positions on the plane.
 
     λ and λ·P are linear over the plane (see `reference.warp.unwarp`), where the rasteriser interpolates. P, the point
-    itself, is not: between two samples its middle on the plane is nearer to the sample that is nearer to the viewer.
+    itself, is not: between two samples, the midpoint on the plane shows a point closer to the sample nearer the viewer.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def forward_light(
     sun
         (3,) linear RGB of the sun's light.
     ambient
-        (n, 3) linear RGB that light from everywhere adds on a white surface of these normals.
+        (n, 3) linear RGB that ambient light adds on a white surface with these normals.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def forward_light(
 
 
 def filtered_light(light: Array, filled: Mask, position: Array) -> Array:
-    """Filter the lit texels around positions bilinearly, of those that are not empty (§2.5).
+    """Filter the lit texels around positions bilinearly, ignoring empty ones (§2.5).
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def filtered_light(light: Array, filled: Mask, position: Array) -> Array:
 
 
 def shadowed_light(tile_light: Array, lit: Array, unshadowed: Array) -> Array:
-    """Put surfaces that pass 1 lit into shadow: each colour keeps the part that it keeps without a tile.
+    """Put surfaces lit in pass 1 into shadow: each colour keeps the same part that it keeps without a tile.
 
     Parameters
     ----------

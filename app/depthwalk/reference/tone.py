@@ -42,9 +42,9 @@ def aces(light: Array) -> Array:
 def agx(light: Array) -> Array:
     """Apply AgX (Sobotka 2022), a curve over 16.5 stops of brightness, to `light` (n, 3), linear RGB.
 
-    The curve is the polynomial of Wrensch 2023, "Minimal AgX Implementation". Light is first taken to a narrower space
-    of colours, so that strong colours turn to white as they brighten. After the curve it is taken back. Returns (n, 3)
-    linear RGB, from 0 to about 1.
+    The curve is the polynomial of Wrensch 2023, "Minimal AgX Implementation". Light is first converted to a narrower
+    colour space, so that strong colours turn to white as they brighten, and converted back after the curve. Returns
+    (n, 3) linear RGB, from 0 to about 1.
     """
     stops = np.log2(np.maximum(light @ _AGX_FROM_RGB.T, 1e-10))
     curve = np.polyval(_CURVE, np.clip((stops - _DARKEST) / (_BRIGHTEST - _DARKEST), 0, 1))

@@ -22,9 +22,9 @@ def translucent_light(
     ambient: Array,
     emission: Array | float = 0.0,
 ) -> Array:
-    """Return what translucent surfaces add to a picture: diffuse light by their opacity, highlights as a whole.
+    """Return what translucent surfaces add to a picture: diffuse light by their opacity, and complete highlights.
 
-    Highlights are mirrored where light enters a surface, so how much passes on does not dim them.
+    Highlights are reflected where light enters a surface, so transmitted light does not dim them.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def translucent_light(
     opacity
         (n,) part of the light from behind that each surface hides, 0 to 1.
     emission
-        (n, 3) linear RGB that the surfaces send out where they are opaque.
+        (n, 3) linear RGB that the surfaces emit where they are opaque.
 
     Returns
     -------
@@ -46,9 +46,9 @@ def translucent_light(
 
 
 def in_fog(light: Array, through: Array, colour: Array) -> Array:
-    """Return premultiplied light as it is seen through fog, which hides as much of it as of what is behind it.
+    """Return premultiplied light as seen through fog, which hides as much of it as of what is behind it.
 
-    Blended over a picture that has its fog already, this is what fog before, between and behind the layers makes.
+    Blended over a picture that already has its fog, this equals fog in front of, between and behind the layers.
 
     Parameters
     ----------

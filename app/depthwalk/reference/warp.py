@@ -12,7 +12,7 @@ from depthwalk.types import Array
 
 
 def table(depth: Array, distance: float) -> Array:
-    """Return Table(depth) = 1 / (1 + D_t / depth): the part of the way to the epipole that a sample moves (§2.2).
+    """Return Table(depth) = 1 / (1 + D_t / depth): the fraction of the way to the epipole that a sample moves (§2.2).
 
     Parameters
     ----------

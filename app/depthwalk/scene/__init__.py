@@ -1,6 +1,6 @@
 """Read scene and path files: YAML text, checked key by key, then flattened into arrays.
 
-`loader.load_scene` is the way in. `schema`, `environment` and `render_settings` (objects, rivals, effects) declare what
-a file may hold; `scene` and `arrays` are what comes out. Nothing here needs OpenGL, trimesh, Pillow or SciPy to be
-imported.
+The entry point is `loader.load_scene`. `schema`, `environment` and the settings modules (`render_settings`,
+`object_settings`, `effect_settings`, `rival_settings`) declare what a file may hold; `scene` and `arrays` define the
+result. Importing this package needs no OpenGL, trimesh, Pillow or SciPy.
 """

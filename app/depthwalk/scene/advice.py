@@ -21,42 +21,42 @@ _MOST_SIZES = 64
 
 
 class MeasuredParams(FileParams):
-    """Hold what one representation took at one size."""
+    """Hold the measurements of one representation at one size."""
 
-    ms: float = param(..., "What a copy adds to a frame, milliseconds of the machine", ge=0, le=1e9)
-    flip: float = param(..., "Mean FLIP against the mesh with 16 samples a pixel", ge=0, le=1)
+    ms: float = param(..., "Time that one copy adds to a frame, milliseconds on that machine", ge=0, le=1e9)
+    flip: float = param(..., "Mean FLIP against the mesh drawn with 16 samples per pixel", ge=0, le=1)
 
 
 class SizeParams(FileParams):
-    """Hold what was found for an asset at one size on the screen."""
+    """Hold the results for an asset at one size on the screen."""
 
-    pixels: float = param(..., "Larger of height and width of the object", unit="pixels", ge=1, le=1e5)
-    mesh: bool = param(..., "Whether `auto` draws its mesh, not its depth images")
-    quickest: str = param(..., "The quickest representation of all that reach the wanted FLIP")
-    measured: dict[str, MeasuredParams] = Field({}, description="By representation, what was measured")
+    pixels: float = param(..., "Height or width of the object, whichever is larger", unit="pixels", ge=1, le=1e5)
+    mesh: bool = param(..., "Whether `auto` draws the mesh at this size, rather than the depth images")
+    quickest: str = param(..., "The quickest of all representations that reach the wanted FLIP")
+    measured: dict[str, MeasuredParams] = Field({}, description="Measurements by representation")
 
 
 class AdviceFile(FileParams):
     """Describe a file of advice as it is written."""
 
     version: Version = param(..., "Version of the file format")
-    renderer: str = param(..., "The GL driver's name of what drew")
+    renderer: str = param(..., "Name of the renderer, from the GL driver")
     want_flip: float = param(..., "The mean FLIP that was asked for", ge=0, le=1)
     assets: Annotated[
         dict[str, Annotated[list[SizeParams], Field(max_length=_MOST_SIZES)]], Field(max_length=MAX_ASSETS)
-    ] = Field({}, description="By asset, what was found at each size")
+    ] = Field({}, description="Results at each size, by asset")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Advice:
-    """Say how an asset is drawn best, by its size on the screen.
+    """Hold how an asset is drawn best, by its size on the screen.
 
     Attributes
     ----------
     pixels
-        (n,) the larger of height and width, pixels, rising; n ≥ 1.
+        (n,) height or width, whichever is larger, pixels, ascending; n ≥ 1.
     mesh
-        (n,) whether its mesh is drawn at that size; else its depth images are.
+        (n,) whether its mesh is drawn at that size, rather than its depth images.
     """
 
     pixels: tuple[float, ...]
@@ -64,7 +64,7 @@ class Advice:
 
 
 def load_advice(path: Path) -> dict[str, Advice]:
-    """Read the file of advice `path`: by asset, for those of which anything was measured.
+    """Read the advice file `path`; return the advice by asset, for assets with measurements.
 
     Raises InputError with one located line per mistake.
     """
@@ -80,9 +80,9 @@ def load_advice(path: Path) -> dict[str, Advice]:
 
 
 def advice_text(renderer: str, want_flip: float, assets: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
-    """Return the text of a file of advice, JSON, from which `load_advice` reads it.
+    """Return the text of an advice file, JSON, as `load_advice` reads it.
 
-    `assets` holds the fields of `SizeParams` of each size, by asset.
+    `assets` holds, by asset, the fields of `SizeParams` for each size.
     """
     values = {"version": 1, "renderer": renderer, "want_flip": want_flip, "assets": assets}
     checked = AdviceFile.model_validate(values).model_dump()

@@ -1,4 +1,4 @@
-"""Define the objects of a scene as a structure of arrays, which every later stage works on, and its camera."""
+"""Define the camera, and the objects of a scene as a structure of arrays, which every later stage works on."""
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -11,40 +11,40 @@ from depthwalk.geometry.soa import StructOfArrays
 
 
 class Representation(IntEnum):
-    """Say how an object is drawn; the values are stored in `Objects.representation`."""
+    """Name the ways to draw an object; the values are stored in `Objects.representation`."""
 
     MESH = 0  # its triangles
-    DPCI = 1  # depth images warped onto a plane (the paper)
+    DPCI = 1  # depth images warped onto a plane, as in the paper
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
     MESH_LOD = 3  # a simplified mesh, as coarse as the error on the screen allows
     MESH_CLUSTERS = 4  # patches of simplified meshes, each as coarse as its own error allows
-    RELIEF = 5  # relief mapping: rays meet the height field of a planar depth image after linear and binary search
-    DISTANCE = 6  # rays cross the same height field in steps as long as a volume of distances allows
-    PARALLAX = 7  # parallax occlusion mapping of the same: linear steps and one secant, no silhouettes
-    BUMP = 8  # the plane of the picture, with its normals
+    RELIEF = 5  # relief mapping: a linear, then a binary search along the ray in a planar depth image's height field
+    DISTANCE = 6  # the same height field, traversed in steps whose lengths come from a distance volume
+    PARALLAX = 7  # parallax occlusion mapping of the height field: linear steps and one secant, no silhouettes
+    BUMP = 8  # the flat picture, shaded with its normals
     DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
-    RELIEF_TEXTURE = 10  # relief texture mapping: pre-warped by the processor, then drawn as a texture
+    RELIEF_TEXTURE = 10  # relief texture mapping: pre-warped on the CPU, then drawn as a texture
     OCTAHEDRAL = 11  # octahedral impostors: the three nearest of many captured views, blended
     BILLBOARD = 12  # one captured view on an upright rectangle that faces the viewer
-    AUTO = 13  # as MESH or DPCI, whichever is quicker; what is drawn is one of these
+    AUTO = 13  # MESH or DPCI, whichever is quicker; replaced by one of these before drawing
 
     @property
     def label(self) -> str:
-        """Return the name by which scene files and the command line ask for this representation."""
+        """Return the name of this representation in scene files and on the command line."""
         return self.name.lower().replace("_", "-")
 
 
 MESHES = (Representation.MESH, Representation.MESH_LOD, Representation.MESH_CLUSTERS)
-"""What is drawn as polygons."""
+"""Representations drawn as polygons."""
 
 CAPTURED = (Representation.OCTAHEDRAL, Representation.BILLBOARD)
-"""Rivals of the impostors: pictures of an asset's mesh, captured before; numbered without a gap, above all others."""
+"""Captured views of an asset's mesh, rivals of the impostors; their numbers are consecutive and above all others."""
 
 OF_MESH = (*MESHES, *CAPTURED)
-"""What is made of an asset's mesh, by its number."""
+"""Representations made from an asset's mesh, by number."""
 
 SIMPLIFIED = (Representation.MESH_LOD, Representation.MESH_CLUSTERS, *CAPTURED)
-"""What needs the simplified levels of meshes; clusters and captured views cast shadows by them."""
+"""Representations that need the simplified levels of a mesh; clusters and captured views cast shadows with them."""
 
 HEIGHT_FIELDS = (
     Representation.RELIEF,
@@ -54,7 +54,7 @@ HEIGHT_FIELDS = (
     Representation.DISPLACEMENT,
     Representation.RELIEF_TEXTURE,
 )
-"""Rivals of the warp, for assets of one planar depth image; numbered without a gap."""
+"""Rivals of the warp, for assets with a single planar depth image; their numbers are consecutive."""
 
 
 @dataclass(kw_only=True)
@@ -66,13 +66,13 @@ class Objects(StructOfArrays):
     asset : (n,) int32
         Index into `Scene.assets`.
     position : (n, 3) float32
-        Metres, world: where the centre of the base of the asset's bounding box is.
+        Where the centre of the base of the asset's bounding box is placed, metres, world.
     rotation : (n, 4) float32
         Unit quaternion (x, y, z, w), world from asset.
     scale : (n,) float32
         Size relative to the asset, > 0.
     representation : (n,) uint8
-        How each is drawn: the number of a Representation.
+        How each object is drawn: the number of a Representation.
     """
 
     asset: NDArray[np.int32]
@@ -82,27 +82,27 @@ class Objects(StructOfArrays):
     representation: NDArray[np.uint8]
 
     def __len__(self) -> int:
-        """Return how many objects there are."""
+        """Return the number of objects."""
         return len(self.asset)
 
     @property
     def of_mesh(self) -> NDArray[np.bool_]:
-        """Return which objects, (n,) bool, are drawn by what is made of their mesh, and cast shadows as that."""
+        """Return which objects, (n,) bool, are drawn from their mesh, and so cast shadows as their mesh."""
         return np.asarray(np.logical_or.reduce([self.representation == kind for kind in OF_MESH]))
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Describe a pinhole camera in plain numbers, as scene files hold it.
+    """Describe a pinhole camera in plain numbers, as scene files do.
 
     Attributes
     ----------
     position
-        Where the camera stands, metres, world.
+        Position of the camera, metres, world.
     target
-        A point in the middle of the picture, metres, world.
+        The point at the centre of the picture, metres, world.
     fov
-        Vertical angle of view, radians.
+        Vertical field of view, radians.
     """
 
     position: tuple[float, float, float]

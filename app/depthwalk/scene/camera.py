@@ -12,15 +12,15 @@ from depthwalk.scene.arrays import Camera
 
 _UP = glm.dvec3(0, 1, 0)
 _SOUTH = glm.dvec3(0, 0, 1)
-_AHEAD = glm.dvec3(0, 0, -1)  # where a camera looks whose target is its position
-_VERTICAL = 1e-6  # sine of the angle to the vertical below which no direction of the picture is "up"
+_AHEAD = glm.dvec3(0, 0, -1)  # viewing direction of a camera whose target is its position
+_VERTICAL = 1e-6  # sine of the angle to the vertical below which a camera counts as looking straight up or down
 
 
 def view_from_world(camera: Camera) -> glm.dmat4:
     """Return the rigid transform from world to view coordinates, metres, of `camera`.
 
-    The top of the picture is the side towards +y. Where the camera looks straight up it is the side towards +z, and
-    where it looks straight down the side towards −z.
+    The top of the picture faces +y. Where the camera looks straight up the top faces +z, and where it looks straight
+    down, −z.
     """
     eye, look = glm.dvec3(*camera.position), camera.look
     forward = glm.normalize(look) if glm.length(look) > 0 else _AHEAD
@@ -32,14 +32,14 @@ def view_from_world(camera: Camera) -> glm.dmat4:
 def clip_from_view(fov: float, aspect: float, near: float, far: float) -> glm.dmat4:
     """Return OpenGL's perspective projection, which gives depth −1 at `near` and 1 at `far`.
 
-    It is written out because `glm.perspective` has single precision only.
+    It is written out because `glm.perspective` computes in single precision only.
 
     Parameters
     ----------
     fov
-        Vertical angle of view, radians.
+        Vertical field of view, radians.
     aspect
-        Width over height of the picture.
+        Width of the picture over its height.
     near, far
         Metres along the view axis, 0 < near < far; `far` may be infinite.
 

@@ -1,7 +1,7 @@
-"""Read YAML text into plain values that remember where they stand, so that every error can cite line and column.
+"""Parse YAML text into plain values that remember their position, so that every error can cite line and column.
 
-ruamel.yaml composes the text into nodes, which know their place; the values are made here, because a scene file needs
-few of YAML's types, and because what aliases and nesting may take is limited here.
+ruamel.yaml composes the text into nodes with positions. This module turns them into values itself, because scene files
+need few of YAML's types, and because it limits what aliases and nesting may take.
 """
 
 import math
@@ -22,28 +22,28 @@ from depthwalk.ingest.formats import MESH_SUFFIXES
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
 
 Loc = tuple[str | int, ...]
-"""Where a value stands in a document: keys and list indices from the root."""
+"""Location of a value in a document: keys and list indices from the root."""
 
-MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # a nested group is a list, its item and the group's own mapping
-MAX_ALIASED_NODES = 10_000  # what aliases may add to the text; a "billion laughs" file adds 10^9
-_LONGEST_LABEL = 68  # 64 nested groups would fill a screen
-_MAX_INTEGER = 2**53  # beyond it a double is no longer exact
+MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # each nested group is a list, its item and the group's own mapping
+MAX_ALIASED_NODES = 10_000  # that aliases may add to the text; a "billion laughs" file adds 10^9
+_LONGEST_LABEL = 68  # characters; the label of 64 nested groups would fill a screen
+_MAX_INTEGER = 2**53  # above it a double no longer holds every integer
 
 _TAG = "tag:yaml.org,2002:"
 _SCALAR_TAGS = {_TAG + name for name in ("null", "bool", "int", "float")}
-_TEXT_TAGS = {_TAG + name for name in ("str", "timestamp", "merge", "value")}  # a date is text: no field holds one
+_TEXT_TAGS = {_TAG + name for name in ("str", "timestamp", "merge", "value")}  # no field holds a date: it is text
 
 
 @dataclass(frozen=True)
 class Document:
-    """Hold a parsed YAML file: its values, and where in the text each of them stands.
+    """Hold a parsed YAML file: its values, and the position of each in the text.
 
     Attributes
     ----------
     name
         The path as the user gave it; errors cite it.
     root
-        The node of the whole text, as ruamel.yaml parses it.
+        The root node of the text, as ruamel.yaml parses it.
     value
         The values of the file: None, bool, int, float, str, list or dict, nested.
     """
@@ -53,18 +53,18 @@ class Document:
     value: Any
 
     def holds(self, loc: Loc) -> bool:
-        """Return whether the text itself holds a value at the place `loc`, keys and list indices from the root."""
+        """Return whether the text itself holds a value at the location `loc`, keys and list indices from the root."""
         return len(list(_nodes_along(self.root, loc))) == len(loc) + 1
 
     def where(self, loc: Loc, *, at_key: bool = False) -> str:
-        """Return the place of a value in the text, or of its nearest parent that the text holds.
+        """Return the position of a value in the text, or of its nearest parent that the text holds.
 
         Parameters
         ----------
         loc
             Keys and list indices from the root to the value.
         at_key
-            Whether to return the place of the value's key instead.
+            Whether to return the position of the value's key instead.
 
         Returns
         -------
@@ -72,7 +72,7 @@ class Document:
             `file:line:column`, counted from 1.
         """
         key, value = list(_nodes_along(self.root, loc))[-1]
-        nothing = isinstance(value, ScalarNode) and value.value == ""  # `key:` alone: YAML puts it on the next line
+        nothing = isinstance(value, ScalarNode) and value.value == ""  # `key:` alone: YAML puts the value a line later
         return _where(self.name, key if key is not None and (at_key or nothing) else value)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
@@ -85,7 +85,7 @@ class Document:
         message
             What is wrong with it.
         at_key
-            Whether to cite the place of the value's key instead of its own.
+            Whether to cite the position of the value's key instead of its own.
 
         Returns
         -------
@@ -96,20 +96,20 @@ class Document:
 
 
 def label(loc: Loc) -> str:
-    """Return the place `loc`, keys and list indices, as text: `objects[3].scale` for ("objects", 3, "scale")."""
+    """Return the location `loc` as text: `objects[3].scale` for ("objects", 3, "scale")."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{_printable(part)}" for part in loc).removeprefix(".")
     return text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL // 2]}...{text[-_LONGEST_LABEL // 2 :]}"
 
 
 def located(name: str, line: int, column: int, message: str) -> InputError:
-    """Return the error `message` about a place in a file.
+    """Return an error about a position in a file.
 
     Parameters
     ----------
     name
-        The file, as the error cites it.
+        The file's name in the message.
     line, column
-        Line and column of the place, counted from 0.
+        Line and column of the position, counted from 0.
     message
         What is wrong.
 
@@ -127,25 +127,25 @@ def read_document(path: Path) -> Document:
     Parameters
     ----------
     path
-        The file; errors cite it as it is given.
+        The file; errors cite it as given.
 
     Returns
     -------
     Document
-        The values of the file and their places.
+        The values of the file and their positions.
 
     Raises
     ------
     InputError
-        With line and column, where the file cannot be read, is not YAML, or is larger or nested deeper than the limits.
+        With line and column, if the file cannot be read, is not YAML, or is larger or nested deeper than the limits.
     """
     return parse_document(_read_text(path), str(path))
 
 
 def parse_document(text: str, name: str) -> Document:
-    """Return the document in the YAML `text`, which errors cite as the file `name`.
+    """Parse YAML text, which errors cite as the file `name`.
 
-    Raises InputError, with line and column, where the text is not YAML or is nested deeper than the limits.
+    Raises InputError, with line and column, if the text is not YAML or is nested deeper than the limits.
     """
     root = _compose(text, name)
     if root is None:
@@ -155,7 +155,7 @@ def parse_document(text: str, name: str) -> Document:
 
 def _read_text(path: Path) -> str:
     try:
-        if not path.is_file():  # a named pipe would be waited for
+        if not path.is_file():  # reading a named pipe would block
             raise missing_file(path)
         with path.open("rb") as file:
             data = file.read(MAX_SCENE_BYTES + 1)
@@ -207,7 +207,7 @@ def _compose(text: str, name: str) -> Node | None:
         message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
         raise _at_offset(name, text[: error.position], message) from None
     except (YAMLError, ValueError, AssertionError, AttributeError, IndexError, TypeError, KeyError) as error:
-        # ruamel lets Python's own errors out on some broken directives, tags and escapes.
+        # On some broken directives, tags and escapes ruamel raises Python's own exceptions.
         raise located(name, 0, 0, f"not valid YAML: {_one_line(error) or type(error).__name__}") from None
     except RecursionError:
         raise located(name, 0, 0, "nested too deeply") from None
@@ -248,7 +248,7 @@ def _nodes_along(root: Node, loc: Loc) -> Iterator[tuple[Node | None, Node]]:
 
 
 class _Reader:
-    """Turn nodes into plain values. Raises a located InputError for what a scene file has no use for."""
+    """Turn nodes into plain values. Raises a located InputError for YAML features that scene files do not use."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -306,7 +306,7 @@ class _Reader:
         try:
             value: bool | int | float | None = self.scalars.construct_object(node)
         except (YAMLError, ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError):
-            # An explicit tag on text that is none, as in `!!int many`.
+            # An explicit tag that does not fit its text, as in `!!int many`.
             raise self.error(node, loc, f"{_shown(node.value)} is not a YAML {tag.removeprefix(_TAG)}") from None
         if isinstance(value, float) and not math.isfinite(value):
             raise self.error(node, loc, f"must be a finite number, not {_shown(node.value)}")

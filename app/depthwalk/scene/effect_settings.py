@@ -1,4 +1,4 @@
-"""Declare the settings of light, shadows, anti-aliasing, the lens and the picture that comes out."""
+"""Declare the settings of light, shadows, anti-aliasing, the lens and the output."""
 
 from typing import Literal
 
@@ -6,19 +6,19 @@ from depthwalk.params import Params, param
 
 
 class LightParams(Params):
-    """Set when light is computed."""
+    """Set at which stage light is computed."""
 
     mode: Literal["deferred", "forward", "warp"] = param(
         "deferred",
-        "Light depth images together with everything else after all is drawn (deferred); or by sun and ambient light "
-        "only, once for each pixel that shows them (forward), or while they are warped, so that impostors hold lit "
-        "colours, which are filtered when these are drawn, as in the paper (warp)",
+        "Light depth images together with everything else, after all is drawn (deferred); or by sun and ambient light "
+        "only, either once for each pixel that shows them (forward), or while they are warped, so that impostors hold "
+        "lit colours, which are then filtered, as in the paper (warp)",
     )
 
 
-MAX_SHADOW_LAMPS = 16  # lamps that can have a shadow map at a time
+MAX_SHADOW_LAMPS = 16  # lamps that can have a shadow map at the same time
 
-WORST_ERROR = 4.0  # times `ShadowParams.error`: the error to expect where the limit on triangles coarsens casters more
+WORST_ERROR = 4.0  # multiple of `ShadowParams.error` to expect where triangles_per_texel coarsens casters further
 
 MAX_CASCADES = 4
 
@@ -34,28 +34,28 @@ class ShadowParams(Params):
     distance: float = param(80.0, "Distance from the camera at which the sun's shadows end", unit="m", ge=0.01, le=1e6)
     split: float = param(
         0.8,
-        "How the distance is divided among the cascades: 0 evenly, 1 logarithmically (each reaches the same number of "
-        "times as far as the one before), between them a blend of both",
+        "How the distance is divided among the cascades: 0 evenly, 1 logarithmically (each reaches the same factor "
+        "farther than the one before), in between a blend of both",
         ge=0,
         le=1,
     )
     filter_width: int = param(3, "Width over which the edges of shadows are blurred", unit="texels", ge=2, le=8)
     error: float = param(
         0.125,
-        "Largest geometric error of what casts shadows, as far as triangles_per_texel allows",
+        "Largest geometric error of shadow casters, as far as triangles_per_texel allows",
         unit="texels",
         ge=0,
         le=100,
     )
     triangles_per_texel: float = param(
         10.0,
-        "Most triangles per texel that an object covers in a shadow map, a quarter of this in each map after the "
-        "first; finer grids are replaced by coarser ones",
+        "Most triangles of an object per texel that it covers in a shadow map; a quarter of this in each map after the "
+        "first. Finer grids are replaced by coarser ones",
         ge=0.01,
         le=1e6,
     )
     lamps: int = param(
-        8, "Most lamps that cast shadows at a time; the brightest in view come first", ge=0, le=MAX_SHADOW_LAMPS
+        8, "Most lamps that cast shadows at the same time; the brightest in view come first", ge=0, le=MAX_SHADOW_LAMPS
     )
     lamp_resolution: int = param(512, "Width and height of a lamp's shadow map", unit="texels", ge=64, le=4096)
 
@@ -63,13 +63,13 @@ class ShadowParams(Params):
     def worst_error(self) -> float:
         """Return the geometric error to expect of shadow casters, texels of a shadow map.
 
-        It is larger than the `error` that is asked for, which `triangles_per_texel` may be too low to reach.
+        It exceeds the requested `error`, since `triangles_per_texel` may be too low to reach that.
         """
         return WORST_ERROR * self.error
 
 
 class GpaaParams(Params):
-    """Set geometric anti-aliasing, in effect with `render.aa: gpaa` and `gpaa-edge`."""
+    """Set geometric anti-aliasing, used with `render.aa: gpaa` and `gpaa-edge`."""
 
     samples: int = param(
         2,
@@ -80,7 +80,7 @@ class GpaaParams(Params):
     )
     crease_angle: float = param(
         30.0,
-        "Smallest angle between two visible faces at which the edge between them is smoothed, as outlines are",
+        "Smallest angle between two visible faces at which the edge between them is smoothed, like a silhouette",
         unit="degrees",
         ge=0,
         le=180,
@@ -88,7 +88,7 @@ class GpaaParams(Params):
 
 
 class FxaaParams(Params):
-    """Set fast approximate anti-aliasing, in effect with `render.aa: fxaa`."""
+    """Set fast approximate anti-aliasing, used with `render.aa: fxaa`."""
 
     edge_threshold: float = param(
         0.125,
@@ -99,7 +99,7 @@ class FxaaParams(Params):
 
 
 class SmaaParams(Params):
-    """Set enhanced subpixel morphological anti-aliasing, in effect with `render.aa: smaa`."""
+    """Set enhanced subpixel morphological anti-aliasing, used with `render.aa: smaa`."""
 
     edge_threshold: float = param(
         0.05, "Smallest difference in perceived brightness that counts as an edge", ge=0, le=1
@@ -113,7 +113,7 @@ NEAREST_FOCUS, FARTHEST_FOCUS = 0.5, 10000.0  # metres; the former is beyond any
 
 
 class DofParams(Params):
-    """Set the depth of field of a thin lens. Focal length and the camera's `fov` say how high its sensor is."""
+    """Set the depth of field of a thin lens. Its focal length and the camera's `fov` determine the sensor's height."""
 
     mode: Literal["none", "paper", "gather", "accumulate"] = param(
         "none",
@@ -132,28 +132,28 @@ class DofParams(Params):
         le=FARTHEST_FOCUS,
     )
     samples: int = param(
-        64, "Points on the lens: frames to average (accumulate), most rays of a pixel (gather)", ge=1, le=1024
+        64, "Points on the lens: frames to average (accumulate), or most rays per pixel (gather)", ge=1, le=1024
     )
     max_blur: float = param(
         8.0,
-        "Largest diameter of the circle of confusion, of `paper` and `gather`",
+        "Largest diameter of the circle of confusion, with `paper` and `gather`",
         unit="% of the picture's height",
         ge=0.5,
         le=25,
     )
-    autofocus: bool = param(False, "In the window: focus on what is in the middle of the picture")
+    autofocus: bool = param(False, "In the window: focus on whatever is in the middle of the picture")
 
 
 class InspectionParams(Params):
-    """Set what is shown in the place of the lit picture, to find out what is wrong with a model."""
+    """Set what is shown instead of the lit picture, to find out what is wrong with a model."""
 
     show: Literal["picture", "normals", "distance", "albedo"] = param(
         "picture",
         "What is shown: the lit picture; the normals in world axes, from −1 to 1, as red, green and blue; the distance "
-        "along the view axis, the brighter the nearer; or the colours before light (albedo). Where nothing is, black",
+        "along the view axis, nearer is brighter; or the colours before lighting (albedo). The background is black",
     )
     half_distance: float = param(
-        10.0, "Distance over which the grey of `show: distance` falls to the half", unit="m", ge=0.001, le=100_000
+        10.0, "Distance over which the grey of `show: distance` falls by half", unit="m", ge=0.001, le=100_000
     )
 
 
@@ -161,7 +161,7 @@ class OutputParams(Params):
     """Set how the lit picture is converted to what a screen can show."""
 
     tone_mapping: Literal["none", "reinhard", "aces", "agx"] = param(
-        "none", "Curve that brings light of any strength into the range of a screen; none clips it at white"
+        "none", "Curve that compresses light of any strength into the range of a screen; none clips it at white"
     )
     exposure: float = param(
         0.0, "Brightens the picture before tone mapping; each +1 doubles its light", unit="EV", ge=-16, le=16

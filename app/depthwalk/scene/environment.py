@@ -19,25 +19,25 @@ def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 MIN_SPEED, MAX_SPEED = 0.001, 10_000.0  # m/s
-MAX_SHADOW_ANGLE = 150  # degrees: beyond, a flat map has few texels left for the middle of the cone
+MAX_SHADOW_ANGLE = 150  # degrees; beyond this a flat map has few texels left for the middle of the cone
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
 class SkyParams(FileParams):
-    """Describe a sky: two colours that blend from the horizon to the zenith, or clear daylight around the sun."""
+    """Describe a sky: two colours blended from the horizon to the zenith, or clear daylight around the sun."""
 
     model: Literal["gradient", "preetham"] = param(
         "gradient",
-        "Two colours (gradient), or daylight scattered in air (Preetham et al. 1999); with the latter, `sun` is the "
-        "sun above the air, which dims and reddens it, and gives the sky its brightness",
+        "Two colours (gradient), or daylight scattered in air (Preetham et al. 1999). In the latter, `sun` is "
+        "the sun above the atmosphere, which dims and reddens it, and whose light makes the sky bright",
     )
-    zenith: Colour = param((0.25, 0.46, 0.78), "Colour overhead, of `gradient`", unit="sRGB")
-    horizon: Colour = param((0.80, 0.87, 0.93), "Colour at the horizon, of `gradient`", unit="sRGB")
-    turbidity: float = param(2.5, "Haze of `preetham`: 2 is very clear, 3 clear, 6 hazy, 10 close to fog", ge=2, le=10)
+    zenith: Colour = param((0.25, 0.46, 0.78), "Colour overhead, with `gradient`", unit="sRGB")
+    horizon: Colour = param((0.80, 0.87, 0.93), "Colour at the horizon, with `gradient`", unit="sRGB")
+    turbidity: float = param(2.5, "Haze, with `preetham`: 2 very clear, 3 clear, 6 hazy, 10 close to fog", ge=2, le=10)
     sun_size: float = param(
-        0.0, "Diameter of the visible sun, which is 0.53 in reality; 0 draws none", unit="degrees", ge=0, le=20
+        0.0, "Diameter of the visible sun; 0.53 in reality, 0 draws none", unit="degrees", ge=0, le=20
     )
-    light: bool = param(False, "Light the scene by this sky and by what the ground reflects of it, not by `ambient`")
+    light: bool = param(False, "Light the scene by the sky and by what the ground reflects of it, instead of `ambient`")
 
 
 class FogParams(FileParams):
@@ -48,7 +48,7 @@ class FogParams(FileParams):
     falloff: float = param(
         20.0, "Height above that over which the density falls to 1/e (37 %)", unit="m", ge=0.1, le=10_000
     )
-    colour: Colour | None = param(None, "Colour; left out: that of the sky at the horizon", unit="sRGB")
+    colour: Colour | None = param(None, "Colour; if left out, the sky's colour at the horizon", unit="sRGB")
 
 
 class GroundParams(FileParams):
@@ -58,15 +58,15 @@ class GroundParams(FileParams):
     colour: Colour = param((0.45, 0.47, 0.40), "Colour; multiplies the texture", unit="sRGB")
     texture: FilePath | None = param(None, "Image that is repeated over the ground, a path relative to the scene file")
     tile: Length = param(2.0, "Side of one repetition of the texture", unit="m")
-    half_size: Length = param(10_000.0, "Half the side of the square; the default ends at the horizon", unit="m")
+    half_size: Length = param(10_000.0, "Half the side of the square; the default reaches the horizon", unit="m")
 
 
 class SunParams(FileParams):
-    """Describe the sun: light that has the same direction everywhere."""
+    """Describe the sun: light from the same direction everywhere."""
 
-    direction: Direction = param((-0.4, -0.8, -0.6), "Direction in which the light travels, of any length")
+    direction: Direction = param((-0.4, -0.8, -0.6), "Direction in which the light travels, a vector of any length")
     colour: Colour = param((1.0, 0.96, 0.90), "Colour of the light", unit="sRGB")
-    intensity: float = param(1.0, "Strength; 1 lights a white surface that faces the sun to white", ge=0, le=100)
+    intensity: float = param(1.0, "Strength; at 1, a white surface facing the sun is lit to white", ge=0, le=100)
 
 
 class AmbientParams(FileParams):
@@ -82,13 +82,13 @@ class LampParams(FileParams):
     position: Vector = param(..., "Position in the world", unit="m")
     colour: Colour = param((1.0, 0.85, 0.65), "Colour of the light", unit="sRGB")
     intensity: float = param(
-        1.0, "Strength at a distance of 1 m, in the unit of the sun's; it falls with the square", ge=0, le=10_000
+        1.0, "Strength at 1 m, in the unit of the sun's; it falls with the square of the distance", ge=0, le=10_000
     )
     range: Length = param(10.0, "Distance at which the light ends", unit="m")
-    direction: Direction | None = param(None, "Direction of a spot light; left out: a point light")
+    direction: Direction | None = param(None, "Direction of a spot light; if left out, the lamp is a point light")
     angle: float = param(60.0, "Full opening angle of a spot light's cone", unit="degrees", ge=1, le=180)
     shadow: bool = param(
-        False, f"Let a spot light cast shadows; its cone may then be {MAX_SHADOW_ANGLE} degrees wide at most"
+        False, f"Let a spot light cast shadows; its cone may then be at most {MAX_SHADOW_ANGLE} degrees wide"
     )
 
     @model_validator(mode="after")
@@ -103,22 +103,22 @@ class LampParams(FileParams):
 class Environment(FileParams):
     """Describe sky, ground and lights. A file without it has neither sky nor ground, and the default sun."""
 
-    background: Colour = param((0.18, 0.19, 0.21), "Colour behind everything where there is no sky", unit="sRGB")
-    sky: SkyParams | None = param(None, "Sky; left out: none is drawn")
-    ground: GroundParams | None = param(None, "Ground; left out: none is drawn")
+    background: Colour = param((0.18, 0.19, 0.21), "Colour behind everything if there is no sky", unit="sRGB")
+    sky: SkyParams | None = param(None, "Sky; if left out, none is drawn")
+    ground: GroundParams | None = param(None, "Ground; if left out, none is drawn")
     sun: SunParams = Field(default_factory=SunParams, description="Directional light")
     ambient: AmbientParams = Field(default_factory=AmbientParams, description="Light from all directions")
     lights: Annotated[list[LampParams], Field(max_length=MAX_LIGHTS)] = param(
         [], "Lamps, in world coordinates; groups cannot hold any"
     )
-    fog: FogParams | None = param(None, "Fog; left out: none")
+    fog: FogParams | None = param(None, "Fog; if left out, there is none")
 
 
 class CameraParams(FileParams):
     """Describe a pinhole camera."""
 
     position: Vector = param(..., "Position of the camera", unit="m")
-    target: Vector = param(..., "Point it looks at, in the middle of the picture", unit="m")
+    target: Vector = param(..., "Point it looks at, at the centre of the picture", unit="m")
     fov: float = param(60.0, "Vertical field of view", unit="degrees", ge=MIN_FOV, le=MAX_FOV)
 
     @model_validator(mode="after")
@@ -129,11 +129,11 @@ class CameraParams(FileParams):
 
 
 class WalkParams(FileParams):
-    """Say how somebody walks through the scene in the window."""
+    """Describe how the user walks through the scene in the window."""
 
     speed: float | None = param(
         None,
-        "Walking speed at the start; left out: 3 m/s, or another that takes 5 s to 2 min to cross the objects",
+        "Initial walking speed; if left out, 3 m/s, or another that takes 5 s to 2 min to cross the objects",
         unit="m/s",
         ge=MIN_SPEED,
         le=MAX_SPEED,

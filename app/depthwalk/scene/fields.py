@@ -1,4 +1,4 @@
-"""Define the types of values that scene and path files share: numbers in sane ranges, vectors, colours."""
+"""Define the value types that scene and path files share: numbers in sane ranges, vectors, colours."""
 
 import re
 from collections.abc import Sequence
@@ -15,15 +15,15 @@ MIN_SCALE, MAX_SCALE = 1e-4, 1e4
 
 
 class FileParams(Params):
-    """Hold keys of a file, more strictly typed than `Params`: no text is taken for a number, nor `true` for 1."""
+    """Hold keys of a file, typed more strictly than `Params`: text is not taken for a number, nor `true` for 1."""
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 def numbers(*names: str) -> BeforeValidator:
-    """Return a check that a value is a list of as many items as there are `names`, by which errors call the items.
+    """Return a validator for lists with as many items as there are `names`; errors call the items by these.
 
-    pydantic alone would speak of missing fields.
+    pydantic's own errors would speak of missing fields.
     """
 
     def check(value: Any) -> Any:

@@ -1,6 +1,6 @@
 """Flatten the scene graph into arrays.
 
-Python loops over the items of the file only; the objects of an item, millions for a grid, are placed all at once.
+Python loops only over the items of the file; all objects of an item, millions for a grid, are placed at once.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -36,7 +36,7 @@ MAX_WORLD_COORDINATE = 1e7  # metres
 MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
 
 Spec = ObjectParams | GridParams | PlacesParams | ScatterParams | GroupParams
-Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items, by the place of the item
+Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items, by the item's location
 
 _BY_LABEL = {kind.label: kind for kind in Representation}
 _HEIGHT_FIELDS = tuple(kind.label for kind in HEIGHT_FIELDS)
@@ -50,13 +50,13 @@ class ListedItem:
     Attributes
     ----------
     loc
-        Where the item stands in the file: keys and list indices from the root.
+        Location of the item in the file: keys and list indices from the root.
     spec
         The values that the file gives the item.
     parent
-        The number of the row of the group that holds the item, −1 at the top.
+        Row of the group that holds the item, −1 at the top.
     depth
-        How many groups hold the item.
+        Number of groups that enclose the item.
     """
 
     loc: Loc
@@ -67,7 +67,7 @@ class ListedItem:
 
 @dataclass(frozen=True, kw_only=True)
 class Flat:
-    """Hold the arrays into which a scene graph of m nodes and n objects flattens, as `Scene` has them too.
+    """Hold the arrays into which a scene graph of m nodes and n objects is flattened, the same as in `Scene`.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Flat:
     nodes
         The m nodes that hold them.
     instances
-        n transforms, float32, metres: where each object stands in the frame of its node.
+        n transforms, float32, metres: the placement of each object in the frame of its node.
     owner
         (n,) int32, the row in `nodes` of the node that holds each object.
     """
@@ -88,14 +88,14 @@ class Flat:
 
 
 def list_items(items: list[ItemParams], source: Source) -> list[ListedItem]:
-    """Return the items of a scene file in its order, groups before their members.
+    """List the items of a scene file in order, groups before their members.
 
     Parameters
     ----------
     items
         The file's `objects`.
     source
-        Where the values came from, to locate errors.
+        Origin of the values, to locate errors.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def list_items(items: list[ItemParams], source: Source) -> list[ListedItem]:
     Raises
     ------
     InputError
-        Where groups are nested too deeply.
+        If groups are nested too deeply.
     """
     rows: list[ListedItem] = []
     stack: list[Iterator[tuple[Loc, ItemParams, int]]] = [_members(("objects",), items, -1)]
@@ -127,7 +127,7 @@ def list_items(items: list[ItemParams], source: Source) -> list[ListedItem]:
 def reference_errors(
     rows: list[ListedItem], assets: Mapping[str, AssetParams], source: Source, missing: Collection[str] = ()
 ) -> list[InputError]:
-    """Return errors about assets that do not exist, and about representations that an asset does not have.
+    """Return errors about assets that do not exist, and about representations that an asset cannot be drawn as.
 
     Parameters
     ----------
@@ -136,9 +136,9 @@ def reference_errors(
     assets
         The assets by name.
     source
-        Where the values came from, to locate errors.
+        Origin of the values, to locate errors.
     missing
-        Names of the assets of which no mesh was found, and that are drawn by depth images only.
+        Names of baked assets whose mesh was not found, so that only their depth images can be drawn.
 
     Returns
     -------
@@ -175,11 +175,11 @@ def flatten(rows: list[ListedItem], assets: Mapping[str, AssetParams], places: P
     rows
         The items of the file, as `list_items` returns them.
     assets
-        The assets by name, which all exist (see `reference_errors`).
+        The assets by name; all referenced ones must exist (see `reference_errors`).
     places
-        For each `places` item, by its place in the scene file, the transforms that its own file lists.
+        For each `places` item, by its location in the scene file, the transforms that its own file lists.
     source
-        Where the values came from, to locate errors.
+        Origin of the values, to locate errors.
 
     Returns
     -------
@@ -189,8 +189,8 @@ def flatten(rows: list[ListedItem], assets: Mapping[str, AssetParams], places: P
     Raises
     ------
     InputError
-        Where there are too many objects (before memory is allocated), where a scatter finds no room, and where nested
-        transforms leave the range of the arrays.
+        If there are too many objects (before memory is allocated), if a scatter finds no room, or if nested transforms
+        leave the range of the arrays.
     """
     own = _own_counts(rows, places, source)
     nodes = _nodes(rows, own)
@@ -232,7 +232,7 @@ def _unwrap(loc: Loc, item: ItemParams) -> tuple[Loc, Spec]:
 
 
 def _representations(asset: AssetParams) -> tuple[str, ...]:
-    """Return what an asset can be drawn as, the default first."""
+    """Return the representations that an asset can be drawn as, the default first."""
     if isinstance(asset, DepthImageAssetParams):
         return ("dpci", "dmesh", *_HEIGHT_FIELDS) if asset.depth_image.size else ("dpci", "dmesh")
     if isinstance(asset, BakedAssetParams):
@@ -253,7 +253,7 @@ def _looks(rows: list[ListedItem], assets: Mapping[str, AssetParams]) -> tuple[N
 
 
 def _own_counts(rows: list[ListedItem], places: Places, source: Source) -> list[int]:
-    """Return how many objects each row holds itself."""
+    """Return how many objects each row holds directly."""
     counts, total = [], 0
     for row in rows:
         match row.spec:
@@ -283,7 +283,7 @@ def _nodes(rows: list[ListedItem], own: list[int]) -> Nodes:
     local = Similarity(
         np.array([row.spec.position for row in rows], float).reshape(-1, 3),
         np.radians(np.array([row.spec.yaw for row in rows], float)),
-        # The scale of a grid, of places or a scatter is its objects': spacing stays in metres.
+        # The scale of a grid, a scatter or places applies to their objects only: spacing stays in metres.
         np.array([row.spec.scale if isinstance(row.spec, ObjectParams | GroupParams) else 1 for row in rows], float),
     )
     return Nodes(
@@ -304,7 +304,7 @@ def _instances(rows: list[ListedItem], own: list[int], places: Places, source: S
     for row, count in zip(rows, own, strict=True):
         spec = row.spec
         if isinstance(spec, GridParams):
-            from depthwalk.scene.scatter import grid_instances  # here, as below: many scenes place nothing so
+            from depthwalk.scene.scatter import grid_instances  # here and below: many scenes need none of these
 
             instances[slice(first, first + count)] = grid_instances(spec.count, spec.spacing, spec.scale)
         elif isinstance(spec, ScatterParams):
@@ -328,7 +328,7 @@ def _scattered(loc: Loc, spec: ScatterParams, source: Source) -> Similarity:
 
 
 def _check_range(world: Similarity, rows: list[ListedItem], source: Source) -> None:
-    """Raise InputError where transforms, multiplied through nested groups, come near the ends of float32."""
+    """Raise InputError if transforms, multiplied through nested groups, come near the limits of float32."""
     scale_fits = (world.scale >= MIN_WORLD_SCALE) & (world.scale <= MAX_WORLD_SCALE)
     if not scale_fits.all():
         i = int(np.argmin(scale_fits))

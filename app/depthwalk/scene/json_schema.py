@@ -1,4 +1,4 @@
-"""Make the JSON schema of scene files, which gives completion and checks in editors.
+"""Generate the JSON schema of scene files, for completion and checks in editors.
 
 `python -m depthwalk.scene.json_schema [FILE]` writes it.
 """
@@ -28,7 +28,7 @@ def scene_json_text() -> str:
 
 
 def main() -> None:
-    """Write the schema to the file given as argument, else in the place of the shipped one."""
+    """Write the schema to the file given as argument, or else over the shipped one."""
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else scene_root() / FILE_NAME
     write_bytes(target, scene_json_text().encode())
 

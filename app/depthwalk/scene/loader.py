@@ -1,7 +1,7 @@
 """Load a scene file: parse it, apply overrides, check it, find the files it names, and flatten its scene graph.
 
-No mesh and no picture is opened here, so that loading takes no longer for large models; of a model in place of a scene
-the head is read, which says whether any of it is opaque.
+No mesh or picture is opened here, so that loading does not take longer with large models. Only if a model is loaded in
+place of a scene is its head read, to see whether any of it is opaque.
 """
 
 import json
@@ -37,17 +37,17 @@ if TYPE_CHECKING:
 def load_scene(
     path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
-    """Load a scene file; or a mesh, or depth images, as a scene that holds nothing else.
+    """Load a scene file; a mesh or a file of depth images is loaded as a scene that holds nothing else.
 
-    Of the files that the scene names, only its advice and the lists of positions of `places` items are opened; of all
-    others it is made sure that they exist.
+    Of the files that the scene names, only its advice and the lists of positions of `places` items are opened; all
+    others are only checked to exist.
 
     Parameters
     ----------
     path
         The scene file, mesh or depth images; errors cite it as given.
     asset_roots
-        Folders besides the scene's own in which its files may lie; the program's own assets come last.
+        Folders, besides the scene's own, in which to look for its files; the program's own assets come last.
     overrides
         Values to replace: YAML text by dotted path in the file, as `--set` gives them; None replaces none.
 
@@ -95,7 +95,7 @@ def load_scene(
 
 
 def _advice(file: Path | None) -> "dict[str, Advice]":
-    """Return what a file of advice says, by asset; nothing where the scene names none, as most do."""
+    """Return the advice in a file, by asset; empty if the scene names none, as most do."""
     if file is None:
         return {}
     from depthwalk.scene.advice import load_advice
@@ -115,12 +115,12 @@ _NOT_FOUND = "not found"
 class FileFinder:
     """Look up the files that a scene names: in its folder, in the asset roots, and among the program's own assets.
 
-    Errors are collected, not raised, so that all of a scene are reported at once.
+    Errors are collected instead of raised, so that all mistakes of a scene are reported at once.
 
     Attributes
     ----------
     source
-        Where the scene's values came from, to locate errors.
+        Origin of the scene's values, to locate errors.
     roots
         The folders to search, in this order, absolute and without symbolic links.
     errors
@@ -132,9 +132,9 @@ class FileFinder:
     errors: list[InputError] = field(default_factory=list)
 
     def find(self, loc: Loc, name: Path) -> Path:
-        """Return the absolute path of the file `name`, which the scene names at the place `loc`.
+        """Return the absolute path of the file `name`, which the scene names at the location `loc`.
 
-        Where there is no such file, this adds to `errors` and returns a path that must not be used.
+        If there is no such file, this adds to `errors` and returns a path that must not be used.
         """
         found = self._searched(name)
         if isinstance(found, Path):
@@ -147,7 +147,7 @@ class FileFinder:
     def find_named(self, loc: Loc, name: Path, check: Callable[[Path], None]) -> Path:
         """Return the absolute path of the file `name`, as `find` does.
 
-        The name of a file that is there, for which `check` raises InputError, adds to `errors`, too.
+        If the file exists but `check` raises InputError for its name, this also adds to `errors`.
         """
         searched = self._searched(name)
         if isinstance(searched, Path):
@@ -158,22 +158,19 @@ class FileFinder:
         return self.find(loc, name)
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
-        """Return the absolute path of the file `name`, which the scene names at the place `loc`, as `find` does.
-
-        Where the scene names none and `name` is None, the result is None too.
-        """
+        """Return the absolute path of the file `name`, as `find` does; None if `name` is None."""
         return None if name is None else self.find(loc, name)
 
     def find_if_present(self, loc: Loc, name: Path | None, check: Callable[[Path], None]) -> Path | None:
-        """Return the absolute path of the file `name`, which the scene names at the place `loc`, where it exists.
+        """Return the absolute path of the file `name`, which the scene names at the location `loc`, if it exists.
 
-        The result is None where `name` is None or there is no such file. Names that may not be used at all add to
+        The result is None if `name` is None or there is no such file. Names that are not allowed at all add to
         `errors`, as with `find_named`.
         """
         return None if name is None or self._searched(name) == _NOT_FOUND else self.find_named(loc, name, check)
 
     def _searched(self, name: Path) -> Path | str:
-        """Return the absolute path of the file `name`; where there is no such file, say what is wrong with the name."""
+        """Return the absolute path of the file `name`; if there is no such file, return what is wrong with the name."""
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
             return "is absolute; paths are relative to the scene file"
         try:
@@ -186,7 +183,7 @@ class FileFinder:
             if not inside:
                 return "leaves the scene's folder and every asset root"
             return "is a folder, not a file" if any(path.is_dir() for path in inside) else _NOT_FOUND
-        except (OSError, ValueError, RuntimeError):  # a name too long, a null character, a loop of links
+        except (OSError, ValueError, RuntimeError):  # the name is too long, has a null character or a loop of links
             return "is not a usable path"
 
     def _complain(self, loc: Loc, name: Path, problem: str) -> Path:
@@ -195,7 +192,7 @@ class FileFinder:
 
 
 def _finder(scene: Path, asset_roots: Sequence[Path | str], source: Source) -> FileFinder:
-    """Return what finds the files of `scene`. Raises InputError for an asset root that is no folder."""
+    """Return the finder for the files of `scene`. Raises InputError for an asset root that is not a folder."""
     for root in asset_roots:
         if not Path(root).is_dir():
             raise InputError(f"--asset-root {root}: no such folder")
@@ -203,17 +200,17 @@ def _finder(scene: Path, asset_roots: Sequence[Path | str], source: Source) -> F
 
 
 def _model_document(path: Path) -> Document:
-    """Return the scene file that one would write to look at a mesh or at depth images: those, and nothing around.
+    """Return the scene file that a user would write to look at a single mesh or a file of depth images.
 
-    Its asset is called `model`, so that `--set assets.model.…` reaches it; links are followed, so that the file lies in
-    the scene's folder. Raises InputError where there is no such file.
+    Its asset is called `model`, so that `--set assets.model.…` works. Links are followed, so that the file lies in the
+    scene's folder. Raises InputError if there is no such file.
     """
     if not path.is_file():
         raise missing_file(path)
-    from depthwalk.ingest.mesh_head import is_all_translucent  # here: scenes need none of it
+    from depthwalk.ingest.mesh_head import is_all_translucent  # here, since scenes need none of it
 
     name = json.dumps(path.resolve().name, ensure_ascii=False)
-    images = "" if is_all_translucent(path) else ", dpci: {}"  # which would show nothing
+    images = "" if is_all_translucent(path) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
     asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}{images}}}"
     return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
 
@@ -249,7 +246,7 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
 
 
 def _source(name: str, spec: BakedAssetParams, finder: FileFinder) -> MeshAsset | None:
-    """Return the mesh that depth images were made from, where it and its texture exist."""
+    """Return the mesh that depth images were made from, if it and its texture exist."""
     mesh = finder.find_if_present(("assets", name, "mesh"), spec.mesh, check_suffix)
     if mesh is None:
         return None
@@ -266,7 +263,7 @@ def _dpci(loc: Loc, dpci: DpciParams | None, finder: FileFinder) -> DpciParams |
 
 
 def _read_places(files: dict[Loc, Path]) -> dict[Loc, Similarity]:
-    """Return the transforms that the files of places hold, by where the scene file names them."""
+    """Return the transforms from the files of places, by the location where the scene names each file."""
     from depthwalk.scene.places import read_places  # here: few scenes name such a file
 
     return {loc: read_places(file) for loc, file in files.items()}

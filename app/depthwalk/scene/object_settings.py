@@ -10,8 +10,8 @@ class MeshLodParams(Params):
 
     error: float = param(
         1.0,
-        "Largest error of a simplified mesh on the screen, of its surface or its light, at the point of its bounds "
-        "that is nearest to the camera: those of the object (mesh-lod) or of each patch (mesh-clusters)",
+        "Largest error of a simplified mesh on the screen, in its surface or its shading, measured at the point of the "
+        "bounds nearest to the camera: the bounds of the object (mesh-lod) or of each patch (mesh-clusters)",
         unit="pixels",
         ge=0,
         le=1000,
@@ -21,11 +21,11 @@ class MeshLodParams(Params):
 class MeshParams(MeshLodParams):
     """Set how polygon meshes are drawn."""
 
-    wireframe: bool = param(False, "Draw the edges of the triangles only")
+    wireframe: bool = param(False, "Draw only the edges of the triangles")
 
 
 class CompositeParams(Params):
-    """Set how impostors, the images that depth images were warped into, are drawn to the screen."""
+    """Set how impostors, the pictures into which depth images are warped, are drawn to the screen."""
 
     parallax_steps: int = param(
         1,
@@ -38,7 +38,7 @@ class CompositeParams(Params):
 
 
 class TileParams(Params):
-    """Set how impostors are laid out and for how long they are reused."""
+    """Set how impostors are laid out and how long they are reused."""
 
     tile_mapping: Literal["screen", "plane"] = param(
         "screen",
@@ -48,8 +48,7 @@ class TileParams(Params):
     tile_scale: float = param(1.0, "Texels of an impostor per pixel of the screen, along either axis", ge=0.1, le=4)
     cluster_pixels: float = param(
         16.0,
-        "Far neighbouring objects that are smaller than this on the screen share an impostor; 0 gives every object its "
-        "own",
+        "Distant neighbouring objects smaller than this on the screen share an impostor; 0 gives every object its own",
         unit="pixels",
         ge=0,
         le=256,
@@ -64,22 +63,22 @@ class TileParams(Params):
     )
     triangle_budget: int = param(
         200_000,
-        "Most triangles that are warped again in one frame; impostors beyond it wait for a later frame, until their "
-        "error is four times reuse_error",
+        "Most triangles that are re-warped in one frame; impostors beyond it wait for a later frame, until their error "
+        "is four times reuse_error",
         unit="triangles",
         ge=0,
     )
 
 
 class WarpParams(TileParams):
-    """Set how depth images are warped into impostors, and for how long impostors are reused."""
+    """Set how depth images are warped into impostors, and how long impostors are reused."""
 
     order: Literal["depth", "epipole"] = param(
         "depth",
-        "What decides which sample is in front: the depth buffer, or the drawing order of the paper, which needs a "
-        "draw call per object",
+        "What decides which sample is in front: the depth buffer, or the paper's drawing order, which needs a draw "
+        "call per object",
     )
-    wireframe: bool = param(False, "Draw the edges of the warped grids only")
+    wireframe: bool = param(False, "Draw only the edges of the warped grids")
 
 
 class LodParams(Params):
@@ -90,16 +89,15 @@ class LodParams(Params):
     )
     error: float = param(
         0.5,
-        "Largest geometric error on the screen, measured at the point of the object's bounds that is nearest to the "
-        "camera",
+        "Largest geometric error on the screen, measured at the point of the object's bounds nearest to the camera",
         unit="pixels",
         ge=0,
         le=100,
     )
     bias: float = param(
         0.0,
-        "Added to the level of detail: each +1 doubles the error that is allowed, or halves the resolution of the "
-        "grid, and so makes drawing faster and coarser",
+        "Added to the level of detail: each +1 doubles the allowed error, or halves the resolution of the grid, which "
+        "makes drawing faster and coarser",
         unit="levels",
         ge=-4,
         le=8,
@@ -109,14 +107,14 @@ class LodParams(Params):
     )
     triangles_per_pixel: float = param(
         8.0,
-        "Most triangles per pixel that an object covers; finer grids are replaced by coarser ones",
+        "Most triangles of an object per pixel that it covers; finer grids are replaced by coarser ones",
         ge=0.1,
         le=1e6,
     )
     magnification: float = param(
         1.0,
         "Draw an object as its mesh, in shadow maps too, when it is so near that one texel of its depth images could "
-        "cover more than this; 0 never does, not even where `auto` takes the mesh for quicker, nor does a "
+        "cover more than this. 0 turns this off, even where `auto` finds the mesh quicker; so does any "
         "`--representation` other than scene and auto",
         unit="pixels",
         ge=0,
@@ -127,32 +125,32 @@ class LodParams(Params):
     )
     meso_fade: float = param(
         1.0,
-        "Show meso-structure by shading only when its height covers fewer pixels than this",
+        "Show meso-structure by shading alone when its height covers fewer pixels than this",
         unit="pixels",
         ge=0,
         le=1000,
     )
     cases: Literal["complete", "paper", "side", "cap"] = param(
         "complete",
-        "What of an object is left out: the top, the bottom and those parts of the side that cannot be seen "
-        "(complete); the top or the bottom by the camera's height alone (paper); both (side), or all but the one that "
-        "`paper` would draw with the side (cap), to see what each image adds",
+        "What is left out of an object: the top, the bottom and the parts of the side that cannot be seen (complete); "
+        "the top or the bottom, by the camera's height alone (paper); both top and bottom (side); or all but the cap "
+        "that `paper` would draw with the side (cap). The last two show what each image contributes",
     )
 
     @property
     def allowed_error(self) -> float:
-        """Return the geometric error that `error` and `bias` together allow on the screen, pixels."""
+        """Return the geometric error on the screen that `error` and `bias` together allow, pixels."""
         return self.error * 2**self.bias
 
 
 class CullingParams(Params):
-    """Set which objects are left out because they cannot be seen."""
+    """Set which objects are culled because they cannot be seen."""
 
     min_pixels: float = param(
         0.5,
-        "Leave out objects whose bounding sphere is smaller than this on the screen, in diameter",
+        "Cull objects whose bounding sphere has a smaller diameter than this on the screen",
         unit="pixels",
         ge=0,
         le=64,
     )
-    occlusion: bool = param(True, "Leave out objects that are hidden behind others")
+    occlusion: bool = param(True, "Cull objects that are hidden behind others")

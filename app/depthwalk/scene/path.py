@@ -41,7 +41,7 @@ class PathFile(FileParams):
     version: Version = param(..., "Version of the file format")
     fps: float = param(30.0, "Frames per second", unit="1/s", ge=0.001, le=1000)
     interpolation: Literal["smooth", "step"] = param(
-        "smooth", "Between keyframes: a smooth curve, or the camera of the last keyframe until the next"
+        "smooth", "Between keyframes: a smooth curve, or the camera of the previous keyframe until the next"
     )
     keyframes: Annotated[list[KeyframeParams], Field(min_length=1, max_length=MAX_KEYFRAMES)] = param(
         ..., "The camera at different times, in order"
@@ -50,7 +50,7 @@ class PathFile(FileParams):
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPath:
-    """Hold a camera over time, by k keyframes.
+    """Hold a camera that moves over time, as k keyframes.
 
     Attributes
     ----------
@@ -59,11 +59,11 @@ class CameraPath:
     interpolation
         "smooth", a curve through the keyframes, or "step", which holds each keyframe until the next.
     times
-        (k,) float64, seconds, ascending: when each keyframe is.
+        (k,) float64, seconds, ascending: the time of each keyframe.
     views
         (k, 6) float64, position and target of the camera at each keyframe, metres, world.
     fovs
-        (k,) float64, vertical angle of view at each keyframe, radians.
+        (k,) float64, vertical field of view at each keyframe, radians.
     """
 
     fps: float
@@ -77,7 +77,7 @@ class CameraPath:
         return [k / self.fps for k in range(_frame_count(self.fps, self.times[-1]))]
 
     def sample(self, time: float) -> Camera:
-        """Return the camera at `time`, seconds. Before the first and after the last keyframe it stands still."""
+        """Return the camera at `time`, seconds. It stands still before the first and after the last keyframe."""
         k = int(np.searchsorted(self.times, time + _ROUNDING, side="right")) - 1
         last = len(self.times) - 1
         if self.interpolation == "step" or k < 0 or k >= last:
@@ -89,24 +89,24 @@ class CameraPath:
         return Camera((x, y, z), (u, v, w), fov)
 
     def curve(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sample a smooth path of two keyframes or more at many times at once.
+        """Sample a smooth path of at least two keyframes at many times at once.
 
         Parameters
         ----------
         times
-            (n,) seconds, each from the first to the last keyframe.
+            (n,) seconds, none before the first or after the last keyframe.
 
         Returns
         -------
         tuple
-            Positions and targets (n, 6) float64, metres, world, and vertical angles of view (n,) float64, radians.
+            Positions and targets (n, 6) float64, metres, world; and vertical fields of view (n,) float64, radians.
         """
         return self._view_curve(times), self._fov_curve(times)
 
     @cached_property
     def _view_curve(self) -> "CubicHermiteSpline":
         """The Catmull–Rom spline for uneven times: continuous velocity, tangents by second-order differences."""
-        from scipy.interpolate import CubicHermiteSpline  # half a second, for smooth paths only
+        from scipy.interpolate import CubicHermiteSpline  # takes half a second, and only smooth paths need it
 
         return CubicHermiteSpline(self.times, self.views, np.gradient(self.views, self.times, axis=0))
 
@@ -142,13 +142,13 @@ def load_path(path: Path) -> CameraPath:
 def is_path_file(path: Path) -> bool:
     """Return whether the file `path` is a camera path rather than a scene.
 
-    Raises InputError where it cannot be read as YAML.
+    Raises InputError if it cannot be read as YAML.
     """
     return read_document(path).holds(("keyframes",))
 
 
 def path_text(path: CameraPath) -> str:
-    """Return the text of a file from which `load_path` reads the camera `path`; numbers have nine digits."""
+    """Return the text of a path file that `load_path` reads back as `path`; numbers have nine digits."""
     header = f"version: 1\nfps: {_number(path.fps)}\ninterpolation: {path.interpolation}\nkeyframes:\n"
     keys = zip(path.times, path.views[:, :3], path.views[:, 3:], np.degrees(path.fovs), strict=True)
     return header + "".join(

@@ -14,19 +14,19 @@ from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_PLACES_BYTES
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
 from depthwalk.scene.similarity import Similarity
 
-_COLUMNS = "x", "y", "z", "yaw", "scale"  # metres, degrees; the first three must be there
+_COLUMNS = "x", "y", "z", "yaw", "scale"  # metres, degrees; the first three are required
 _LIMITS = {"x": (-MAX_COORDINATE, MAX_COORDINATE), "yaw": (-36000, 36000), "scale": (MIN_SCALE, MAX_SCALE)}
 _LIMITS |= {"y": _LIMITS["x"], "z": _LIMITS["x"]}
 
 
 def read_places(path: Path) -> Similarity:
-    """Read where the objects of a `places` item stand, in the frame of its node.
+    """Read the transforms of the objects of a `places` item, in the frame of its node.
 
     Parameters
     ----------
     path
         The file: `.npy`, an array (n, 3 to 5) of x, y, z, yaw and scale; or CSV text whose first line names those
-        columns, in any order. Yaw and scale may be left out. Lengths are metres, angles degrees.
+        columns in any order. Yaw and scale are optional. Lengths are metres, angles degrees.
 
     Returns
     -------
@@ -36,15 +36,15 @@ def read_places(path: Path) -> Similarity:
     Raises
     ------
     InputError
-        `path:line: defect`, or with the row of an array, counted from 0, in place of the line; also for more than
-        MAX_INSTANCES rows.
+        `path:line: defect`, where arrays have a row counted from 0 instead of a line; also for more than MAX_INSTANCES
+        rows.
     """
     if path.stat().st_size > MAX_PLACES_BYTES:
         raise InputError(f"{path}: too large: the limit is {MAX_PLACES_BYTES} bytes")
     names, values, first = _read_npy(path) if path.suffix.lower() == ".npy" else _read_text(path)
     for name, column in zip(names, values.T, strict=True):
         low, high = _LIMITS[name]
-        fits = (column >= low) & (column <= high)  # nor is NaN
+        fits = (column >= low) & (column <= high)  # False for NaN
         if not fits.all():
             row = int(np.argmin(fits))
             raise InputError(f"{path}:{row + first}: {name} is {column[row]:g}; it must be {low:g} to {high:g}")
@@ -58,7 +58,7 @@ def read_places(path: Path) -> Similarity:
 
 
 def _read_npy(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
-    """Return the columns' names, the values (n, columns), and the number of the first row in error messages."""
+    """Return the columns' names, the values (n, columns), and the number that messages give the first row."""
     values = map_npy(path)
     if values.ndim != 2 or not 3 <= values.shape[1] <= len(_COLUMNS) or values.dtype.kind not in "fiu":
         raise InputError(f"{path}: must be numbers of shape (n, 3 to 5), not {values.dtype} of {values.shape}")
@@ -67,7 +67,7 @@ def _read_npy(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
 
 
 def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
-    """Return what `_read_npy` returns, of a CSV file."""
+    """Return the same as `_read_npy`, from a CSV file."""
     try:
         head, _, body = path.read_text("utf-8-sig").partition("\n")
     except (OSError, ValueError):
@@ -85,9 +85,9 @@ def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
 
 
 def _numbers(path: Path, lines: list[str], columns: int) -> NDArray[np.float64]:
-    """Return the numbers (n, columns) on the second and all later lines of the file."""
+    """Return the numbers (n, columns) in `lines`, the file's second line and all after it."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # there are no lines
+        warnings.simplefilter("ignore", UserWarning)  # raised if there are no lines
         try:
             values = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2).reshape(-1, columns)
             if len(values) == len(lines):

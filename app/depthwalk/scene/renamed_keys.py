@@ -1,7 +1,7 @@
-"""Keep scene and path files working in which a key still has the name of an earlier version.
+"""Keep scene and path files working that still use the name a key had in an earlier version.
 
-`RENAMED_KEYS` is the only thing to edit when a key gets a better name. A former name is accepted, with a warning that
-tells the present one, until the next minor version; then its line goes. The JSON schema knows the present names only.
+To rename a key, edit `RENAMED_KEYS` only. The former name is accepted until the next minor version, with a warning that
+gives the present one; then its line is removed. The JSON schema lists only present names.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ from typing import Any
 from depthwalk.scene.document import Loc
 
 RENAMED_KEYS = {
-    # Former place in the file, with * for any name or list index → the present name of its last part.
+    # Former location in the file, with * for any name or list index → the present name of its last part.
     # Renamed after 0.1, to be dropped after 0.2.
     "environment.ground.size": "half_size",
     "render.composite.parallax": "parallax_steps",
@@ -28,9 +28,9 @@ Report = Callable[[Loc, Loc, bool], None]
 
 
 def present_place(place: Loc) -> Loc:
-    """Return where a value stands today that formerly stood at `place`.
+    """Return the present location of a value that was formerly at `place`.
 
-    Without a renamed key on the way, that is `place` itself.
+    If no key on the way was renamed, that is `place` itself.
     """
     for former, name in _renamed():
         if _matches(former, place[: len(former)]):
@@ -46,10 +46,10 @@ def rename_keys(value: Any, place: Loc, report: Report) -> None:
     value : dict, list or scalar
         The part of the document.
     place : tuple of str and int
-        Where that part stands in the document.
+        Location of that part in the document.
     report : callable
-        Called for every renamed key with its former place, its present place, and whether the mapping has a value under
-        the present name as well. It may raise; where it does not, that other value is kept.
+        Called for every renamed key with its former location, its present location, and whether the mapping has a value
+        under the present name as well. It may raise; if it does not, that other value is kept.
     """
     for former, name in _renamed():
         if len(place) < len(former) and _matches(former[: len(place)], place):
@@ -69,7 +69,7 @@ def _matches(pattern: tuple[str, ...], place: Loc) -> bool:
 
 
 def _mappings(value: Any, place: Loc, pattern: tuple[str, ...]) -> Iterator[tuple[dict[str, Any], Loc]]:
-    """Yield the mappings within `value`, which stands at `place`, that a pattern leads to, with their places."""
+    """Yield the mappings within `value`, which is at `place`, that match a pattern, with their locations."""
     if not pattern:
         if isinstance(value, dict):
             yield value, place

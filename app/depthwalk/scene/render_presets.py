@@ -1,7 +1,7 @@
-"""Name sets of render settings, so that one word in a scene file stands for all that belongs together.
+"""Define named sets of render settings, so that one word in a scene file selects all that belong together.
 
 `PRESETS` is plain data: under each name, the settings that differ from their defaults, as `render:` of a scene file
-would hold them. What a file says itself wins over its preset, key by key.
+would hold them. A file's own values override those of its preset, key by key.
 """
 
 from collections.abc import Mapping
@@ -9,8 +9,8 @@ from typing import Any
 
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
-    # Liu, Liu and Wu 2007, as it was published: what this program adds is off. With `dpci: {method: paper}` of the
-    # assets this is the whole method; docs/paper.md says what each key stands for.
+    # Liu, Liu and Wu 2007, as it was published: what this program adds is off. Together with `dpci: {method: paper}` in
+    # the assets this is the whole method; docs/paper.md says what each key corresponds to.
     "paper": {
         "lod": {"mode": "paper", "cases": "paper", "triangles_per_pixel": 1e6, "magnification": 0.0},
         "culling": {"occlusion": False},
@@ -22,7 +22,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 def with_preset(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return render settings with those of their preset wherever they say nothing themselves.
+    """Return render settings completed with the values of their preset.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def with_preset(values: Mapping[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        All of `values`, and what they lack of the preset's. An unknown name adds nothing.
+        All of `values`, and the preset's settings for keys that are missing. An unknown name adds nothing.
     """
     name = values.get("preset")
     merged = dict(values)

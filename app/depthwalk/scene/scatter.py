@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from depthwalk.scene.similarity import Similarity, identities
 
-_DENSEST = math.pi / math.sqrt(12)  # share of the plane that equal discs can cover
+_DENSEST = math.pi / math.sqrt(12)  # largest part of the plane that equal discs can cover
 _IDLE_ROUNDS = 40  # rounds of darts without a hit after which the area counts as full
 
 
@@ -52,12 +52,12 @@ def scatter_instances(
     scale
         Lowest and highest size of an object relative to its asset.
     seed
-        Start of the random numbers; the same seed gives the same objects.
+        Seed of the random numbers; the same seed gives the same objects.
 
     Returns
     -------
     Similarity
-        Transforms, float32, metres and radians; fewer than `count` where no more found room.
+        Transforms, float32, metres and radians; fewer than `count` if there is no room for more.
     """
     random = np.random.default_rng(seed)
     places = _spaced_places(random, count, np.asarray(area), spacing)
@@ -69,7 +69,7 @@ def scatter_instances(
 
 
 def room_for(area: tuple[float, float], spacing: float) -> float:
-    """Return an upper bound on the number of points that fit a rectangle at a given distance from each other.
+    """Return an upper bound on the number of points in a rectangle that keep a given distance from each other.
 
     It is the number of discs in their densest packing, which is hexagonal (Thue 1910).
 
@@ -83,7 +83,7 @@ def room_for(area: tuple[float, float], spacing: float) -> float:
     Returns
     -------
     float
-        The number; +inf where the spacing is 0.
+        The number; +inf if the spacing is 0.
     """
     if spacing == 0:
         return math.inf
@@ -104,7 +104,7 @@ def _spaced_places(
         darts = (random.random((min(wanted, crowd), 2)) - 0.5) * area
         hits, _ = _close_pairs(darts, places, np.nextafter(spacing, 0))
         darts = np.delete(darts, np.unique(hits), axis=0)
-        # Of two darts too close to each other the later one goes, even where it would have been spared.
+        # Of two darts too close to each other the later one is dropped, even if the earlier one is dropped as well.
         one, other = _close_pairs(darts, darts, spacing)
         keep = np.ones(len(darts), bool)
         keep[one[other < one]] = False
@@ -118,8 +118,8 @@ def _close_pairs(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return all pairs of a point and another at most `reach` apart.
 
-    Looks only into the nine square cells about each point. For a million points this takes 3 s, twice as long as
-    SciPy's trees; but importing those takes a third of a second, for which every start would wait.
+    Searches only the nine square cells around each point. For a million points this takes 3 s, twice as long as
+    SciPy's trees; but importing those would delay every start by a third of a second.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def _close_pairs(
 
     Returns
     -------
-    Their numbers (k,) among `points` and (k,) among `others`.
+    Their indices (k,) into `points` and (k,) into `others`.
     """
     if not len(points) or not len(others):
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
@@ -140,7 +140,7 @@ def _close_pairs(
         (places[:, 0] * columns + places[:, 1])
         for places in (((all_places - low) / side).astype(np.int64) + 1 for all_places in (points, others))
     )
-    # Both in the order of their cells, so that neighbours are near each other in memory too.
+    # Both are sorted by cell, so that neighbours are near each other in memory too.
     turn, order = np.argsort(cell), np.argsort(other_cell)
     points, others, cell = points[turn], others[order], cell[turn]
     first = np.concatenate([[0], np.cumsum(np.bincount(other_cell, minlength=rows * columns))])

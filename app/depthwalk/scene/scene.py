@@ -1,6 +1,6 @@
 """Define a loaded scene: its assets, the table of its nodes, and the objects that they flatten into.
 
-Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes the objects below it, and nothing else.
+Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes only the objects below it.
 """
 
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ class MeshAsset:
     name
         Name of the asset in the scene file.
     mesh, texture
-        Absolute paths. The texture replaces the mesh file's own; None keeps these.
+        Absolute paths. The texture replaces the mesh file's own; None keeps those.
     up
         The file's upward axis.
     height
@@ -38,7 +38,7 @@ class MeshAsset:
     dpci
         How to bake its depth images; None for an asset without depth images.
     up_is_given
-        Whether the user said which axis points upward; where not, a model that is shown alone is turned by a guess.
+        Whether the user set `up`; if not, a model that is shown alone is turned upright by a guess.
     """
 
     name: str
@@ -65,7 +65,7 @@ class DepthImageAsset:
     size
         Width and height of a relief, metres; None for others.
     range
-        Metres between white, in front, and black; None where the file has a unit or holds floats.
+        Metres between white, in front, and black; None if the file has a unit or holds floats.
     unit
         Metres per unit of the depth file; None: floats are metres.
     intrinsics
@@ -90,7 +90,7 @@ class DepthImageAsset:
 
 @dataclass(frozen=True, kw_only=True)
 class BakedAsset:
-    """Describe an asset whose depth images are a file.
+    """Describe an asset whose depth images are read from a file.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class BakedAsset:
     baked
         Absolute path of the depth images, cooked or not.
     source
-        The mesh that they were made from, without depth images of its own; None where there is none.
+        The mesh that they were made from, with `dpci` None; None if there is no mesh.
     """
 
     name: str
@@ -119,17 +119,17 @@ class Nodes:
     Attributes
     ----------
     name : m strings
-        "" where the file gives none.
+        "" for unnamed nodes.
     parent : (m,) int32
-        The group that holds the node, −1 at the top.
+        Row of the group that holds the node, −1 at the top.
     depth : (m,) int32
-        How many groups hold the node.
+        Number of groups that enclose the node.
     end : (m,) int32
         One past the last node of the subtree.
     first_object, object_count : (m,) int32
-        The run of objects of the subtree.
+        The run of objects in the subtree.
     local : m transforms, float64
-        Parent from node: where the node stands in its group.
+        Parent from node: the placement of the node in its group.
     world : m transforms, float64
         World from node, kept up to date by `set_node_transform`.
     """
@@ -144,7 +144,7 @@ class Nodes:
     world: Similarity
 
     def __len__(self) -> int:
-        """Return how many nodes there are."""
+        """Return the number of nodes."""
         return len(self.name)
 
 
@@ -152,7 +152,7 @@ class Nodes:
 class Scene:
     """Hold everything that a scene file says, checked and resolved.
 
-    Its arrays change through `set_node_transform` only.
+    Its arrays change only through `set_node_transform`.
 
     Attributes
     ----------
@@ -165,19 +165,19 @@ class Scene:
     nodes : Nodes
         The m nodes that hold them.
     instances : n transforms, float32
-        Where each object stands in the frame of its node, metres.
+        Placement of each object in the frame of its node, metres.
     owner : (n,) int32
         The row in `nodes` of the node that holds each object.
     environment : Environment
         Sky, ground, lights and fog.
     camera : Camera or None
-        The first view; None for one that shows all objects, which the renderer chooses since it knows their bounds.
+        The first view; None for one that shows all objects, which the renderer computes since it knows their bounds.
     render : RenderSettings
-        How the picture is made.
+        How the picture is drawn.
     walk : WalkParams
-        How the camera of the window moves.
+        How the camera moves in the window.
     advice : dict of Advice
-        By name of the asset, what `depthwalk advise` found for it.
+        The findings of `depthwalk advise`, by name of the asset.
     """
 
     path: Path
@@ -201,7 +201,7 @@ def set_node_transform(
     Parameters
     ----------
     scene
-        The scene, which changes.
+        The scene, which is changed.
     node
         Index of the node in `scene.nodes`.
     position
@@ -219,9 +219,9 @@ def set_node_transform(
     Raises
     ------
     IndexError
-        Where there is no such node.
+        If there is no such node.
     ValueError
-        Where a value is not finite, or the scale not positive; the scene is then unchanged.
+        If a value is not finite, or the scale is not positive; the scene is then unchanged.
     """
     if not 0 <= node < len(scene.nodes):
         raise IndexError(f"no node {node}: the scene has {len(scene.nodes)}")
@@ -244,7 +244,7 @@ def place_nodes(nodes: Nodes, first: int, end: int) -> None:
     nodes
         All nodes of a scene, whose `world` changes.
     first, end
-        The run is the nodes `first` to `end − 1`; it consists of whole subtrees.
+        The run is the nodes `first` to `end − 1`; it must consist of whole subtrees.
     """
     depth = nodes.depth[first:end]
     if not len(depth):
@@ -267,7 +267,7 @@ def place_objects(
     nodes
         All nodes of the scene, with their present world transforms.
     instances
-        n transforms, metres: where each object stands in the frame of its node.
+        n transforms, metres: the placement of each object in the frame of its node.
     owner
         (n,) int32, the row in `nodes` of the node that holds each object.
     which

@@ -1,7 +1,8 @@
 """Declare the scene file, version 1: its keys, with defaults, units, ranges and help.
 
-Angles are degrees, lengths metres, colours sRGB, as in the file. pydantic checks files against these classes; the JSON
-schema for editors and docs/scene-file.md are made from them. `environment` and `render_settings` declare the rest.
+Angles are degrees, lengths metres, colours sRGB, as in the file. pydantic checks files against these classes, and the
+JSON schema for editors and docs/scene-file.md are generated from them. The rest is declared in `environment` and
+`render_settings`.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -92,10 +93,10 @@ Axis = Annotated[AxisName | Vector, BeforeValidator(_axis)]
 
 
 class MesoParams(FileParams):
-    """Describe meso-structure: a small relief that is repeated all over an object and changes its silhouette too."""
+    """Describe meso-structure: a small relief repeated all over an object, which changes its silhouette too."""
 
     depth: FilePath = param(..., "Seamless depth image: white is on the surface, black `height` below it")
-    normal: FilePath | None = param(None, "Normal map of the relief; left out: computed from the depth")
+    normal: FilePath | None = param(None, "Normal map of the relief; if left out, computed from the depth")
     height: Length = param(..., "Depth between white and black", unit="m")
     tile: ImageSize = param(
         ..., "Width and height of one repetition, the width measured along the cylinder's circumference", unit="m"
@@ -103,7 +104,7 @@ class MesoParams(FileParams):
 
 
 class DpciParams(FileParams):
-    """Say how to bake an asset to depth images on a cylinder: one around its side, one each for top and bottom."""
+    """Set how an asset is baked to depth images on a cylinder: one around its side, one each for top and bottom."""
 
     resolution: int = param(
         DEFAULT_DPCI_RESOLUTION,
@@ -114,13 +115,13 @@ class DpciParams(FileParams):
     )
     layers: Layers = param(
         DEFAULT_DPCI_LAYERS,
-        "Depth layers: surfaces kept along each ray, from the outside inward; auto: as many as hold what can be seen; "
-        "six-view and paper have 1",
+        "Depth layers: surfaces kept along each ray, from the outside inward; auto: as many as show something visible; "
+        "six-view and paper allow only 1",
     )
     method: BakeMethod = param(
         "raycast",
-        "How surfaces are sampled: by casting rays, or from six orthographic views that the GPU draws; paper: so, and "
-        "with no triangle cut, no other layer and no face but side, top and bottom, as it was published",
+        "How surfaces are sampled: by ray casting, or from six orthographic views drawn on the GPU (six-view); paper: "
+        "six-view without cut triangles, further layers, or faces other than side, top and bottom, as published",
     )
     parts: Parts = param(
         1,
@@ -132,10 +133,10 @@ class DpciParams(FileParams):
     )
     coordinates: Coordinates = param(
         "auto",
-        "Texture coordinates in each texel, so that a textured mesh is as sharp as its texture; auto: where the "
-        "texture is finer than the depth images; never: a colour in each texel only, which takes less memory",
+        "Texture coordinates in each texel, so that a textured mesh is as sharp as its texture; auto: if the texture "
+        "is finer than the depth images; never: only a colour in each texel, which takes less memory",
     )
-    meso: MesoParams | None = param(None, "Relief added when the depth images are drawn; needs no new bake")
+    meso: MesoParams | None = param(None, "Relief added when the depth images are drawn; needs no re-bake")
 
     @model_validator(mode="before")
     @classmethod
@@ -154,24 +155,24 @@ class MeshAssetParams(FileParams):
     mesh: FilePath = param(..., "OBJ, PLY, STL, GLB or glTF file, a path relative to the scene file")
     texture: FilePath | None = param(None, "Colour image that replaces the textures of the mesh file")
     up: Literal["y", "z"] = param("y", "Axis of the file that points upward")
-    height: Length | None = param(None, "Height to scale the asset to; left out: its size in the file", unit="m")
-    dpci: DpciParams | None = param(None, "Depth images to bake; left out: the mesh itself is drawn")
+    height: Length | None = param(None, "Height to which the asset is scaled; if left out, as in the file", unit="m")
+    dpci: DpciParams | None = param(None, "Depth images to bake; if left out, the mesh itself is drawn")
 
 
 class BakedAssetParams(FileParams):
-    """Describe an asset whose depth images are a file: nothing is read, baked or cooked before it is seen."""
+    """Describe an asset whose depth images are a file, so that no mesh is read, baked or cooked to show it."""
 
-    baked: FilePath = param(..., "Cooked depth images, .dpci.npz, or depth images, .dpci.exr, made by `depthwalk bake`")
+    baked: FilePath = param(..., "Depth images made by `depthwalk bake`: .dpci.npz (cooked) or .dpci.exr")
     mesh: FilePath | None = param(
-        None, "Mesh that the depth images were made from; where the file is missing, no mesh is drawn"
+        None, "Mesh that the depth images were made from; if the file is missing, no mesh is drawn"
     )
     texture: FilePath | None = param(None, "Colour image that replaces the textures of the mesh file")
     up: Literal["y", "z"] = param("y", "Axis of the mesh file that points upward")
-    height: Length | None = param(None, "Height to scale the mesh to; left out: its size in the file", unit="m")
+    height: Length | None = param(None, "Height to which the mesh is scaled; if left out, as in the file", unit="m")
 
 
 class IntrinsicsParams(FileParams):
-    """Describe the pinhole camera of a range image, without distortion; 0, 0 is the centre of the top left pixel."""
+    """Describe the pinhole camera of a range image, without distortion; (0, 0) is the centre of the top left pixel."""
 
     fx: Focal = param(..., "Horizontal focal length", unit="pixels")
     fy: Focal = param(..., "Vertical focal length", unit="pixels")
@@ -180,10 +181,10 @@ class IntrinsicsParams(FileParams):
 
 
 class PanoramaParams(FileParams):
-    """Describe a cylindrical panorama: a full turn with square pixels, upright, seen from one point."""
+    """Describe a cylindrical panorama: an upright full turn with square pixels, seen from one point."""
 
     horizon: Coordinate | None = param(
-        None, "Row of the horizon, from the centre of the top row; left out: the middle of the picture", unit="pixels"
+        None, "Row of the horizon, from the centre of the top row; if left out, the picture's middle", unit="pixels"
     )
 
 
@@ -191,25 +192,25 @@ class DepthImageParams(FileParams):
     """Describe a picture with a depth per pixel: a relief (`size`), a range image (`intrinsics`) or a `panorama`."""
 
     depth: FilePath = param(..., "Depths: PNG, TIFF, EXR (channel Z) or NPY; whole numbers need `unit` or `range`")
-    colour: FilePath | None = param(None, "Colour image; left out: light grey")
-    normal: FilePath | None = param(None, "Normal map; left out: computed from the depth")
+    colour: FilePath | None = param(None, "Colour image; if left out, light grey")
+    normal: FilePath | None = param(None, "Normal map; if left out, computed from the depth")
     size: ImageSize | None = param(None, "Width and height of a relief", unit="m")
     intrinsics: IntrinsicsParams | None = param(
         None, "Camera that took a range image; depth is measured along its axis"
     )
     panorama: PanoramaParams | None = param(
         None,
-        "Says that the picture is a cylindrical panorama, {} where nothing is to be added; depth is the level distance "
-        "from the point that it is seen from, which is above the object's position",
+        "Marks the picture as a cylindrical panorama; {} if there is nothing else to set. Depth is the horizontal "
+        "distance from the viewpoint, which is above the object's position",
     )
     range: Length | None = param(None, "Depth between white, in front, and black, of a relief", unit="m")
     unit: Length | None = param(
-        None, "Metres per unit of the file, in which 0 means no surface; left out: floats are metres", unit="m"
+        None, "Metres per unit of the file, in which 0 means no surface; if left out, floats are metres", unit="m"
     )
     method: Literal["cut", "paper"] = param(
         "cut",
-        "How pixels of a relief or a panorama become a surface: where the depth jumps they are left apart (cut), or "
-        "all neighbours are connected, by rubber sheets if need be, as it was published (paper)",
+        "How pixels of a relief or a panorama become a surface: neighbours are separated at jumps in depth (cut), or "
+        "all are connected, by rubber sheets across the jumps, as published (paper)",
     )
 
     @model_validator(mode="after")
@@ -237,14 +238,14 @@ class DepthImageAssetParams(FileParams):
 
 
 def _kind(*keys: str, first: str = "") -> Discriminator:
-    """Return what decides a union's branch, by the one key that only this branch has.
+    """Return the discriminator that selects a union's branch by the one key that only this branch has.
 
     Parameters
     ----------
     *keys
         The keys that decide.
     first
-        The one of them that may stand beside others, over which it wins.
+        The key that may be given together with others, and then takes precedence.
     """
 
     def present(value: Any) -> str | None:
@@ -263,16 +264,14 @@ AssetParams = Annotated[
 ]
 
 
-_LEFT_OUT = "left out: auto if the asset has a mesh and depth images, else as the one that it has"
+_LEFT_OUT = "if left out, auto for an asset with mesh and depth images, else the one that it has"
 
 
 class PlacedParams(FileParams):
     """Hold the keys that every node of the scene graph has."""
 
     name: str | None = param(None, "Name, for programs that move the node")
-    position: Vector = param(
-        (0.0, 0.0, 0.0), "Position in the parent; an object stands on it with the centre of its base", unit="m"
-    )
+    position: Vector = param((0.0, 0.0, 0.0), "Position in the parent; an object's base is centred on it", unit="m")
     yaw: float = param(0.0, "Rotation about +Y, counter-clockwise seen from above", unit="degrees", ge=-36000, le=36000)
 
 
@@ -300,7 +299,7 @@ class ScatterParams(PlacedParams):
     asset: str = param(..., "Name of the asset")
     count: _Count = param(..., "Number of objects")
     area: Extent = param(..., "Size of the rectangle along x and z", unit="m")
-    seed: int = param(0, "Start of the random numbers; the same seed gives the same positions", ge=0, le=2**32 - 1)
+    seed: int = param(0, "Seed of the random numbers; the same seed gives the same positions", ge=0, le=2**32 - 1)
     spacing: float = param(0.0, "Smallest distance between two objects", unit="m", ge=0, le=MAX_COORDINATE)
     scale: ScaleRange = param(
         (1.0, 1.0), "Size of each object relative to the asset, or [low, high] to choose it from at random"
@@ -320,32 +319,32 @@ class PlacesParams(PlacedParams):
 
 
 class GroupParams(PlacedParams):
-    """Group nodes, which move, turn and scale together."""
+    """Group nodes, which then move, turn and scale together."""
 
     scale: Scale = param(1.0, "Scales the objects of the group and the distances between them")
     objects: list["ItemParams"] = param(..., "Nodes of the group")
 
 
 class GridItemParams(FileParams):
-    """Hold an entry of a scene file's list of nodes that has the key `grid`, and so places objects in rows."""
+    """Hold an item of a list of nodes with the key `grid`, which places objects in rows."""
 
     grid: GridParams = param(..., "Objects in rows along x and z")
 
 
 class ScatterItemParams(FileParams):
-    """Hold an entry of a scene file's list of nodes that has the key `scatter`, and so places objects at random."""
+    """Hold an item of a list of nodes with the key `scatter`, which places objects at random."""
 
     scatter: ScatterParams = param(..., "Objects at random positions")
 
 
 class PlacesItemParams(FileParams):
-    """Hold an entry of a scene file's list of nodes that has the key `places`: positions are in a file of their own."""
+    """Hold an item of a list of nodes with the key `places`, which reads positions from a file."""
 
     places: PlacesParams = param(..., "Objects at positions that a file lists")
 
 
 class GroupItemParams(FileParams):
-    """Hold an entry of a scene file's list of nodes that has the key `group`, and so moves several nodes together."""
+    """Hold an item of a list of nodes with the key `group`, which moves several nodes together."""
 
     group: GroupParams = param(..., "Nodes that move, turn and scale together")
 
@@ -369,7 +368,7 @@ class SceneFile(FileParams):
         [], description="Nodes of the scene graph: objects, groups and other sets of objects"
     )
     environment: Environment = Field(default_factory=Environment, description="Sky, ground and lights")
-    camera: CameraParams | None = param(None, "Camera at the start; left out: one that shows all objects")
+    camera: CameraParams | None = param(None, "Camera at the start; if left out, one that shows all objects")
     walk: WalkParams = Field(default_factory=WalkParams, description="Walking in the window")
-    advice: FilePath | None = param(None, "File that `depthwalk advise` wrote, which `representation: auto` follows")
+    advice: FilePath | None = param(None, "File written by `depthwalk advise`, which `representation: auto` follows")
     render: RenderSettings = Field(default_factory=RenderSettings, description="Render settings")

@@ -1,6 +1,7 @@
-"""Compute with arrays of similarity transforms: a rotation about +Y, a uniform scale, a translation.
+"""Compute with arrays of similarity transforms: a rotation about +Y, a uniform scale and a translation.
 
-They are what nodes of a scene can do. Two of them compose to a third of the same kind, without matrices.
+These are the transforms that nodes of a scene can have. Two of them compose to a third of the same kind, without
+matrices.
 """
 
 from dataclasses import dataclass
@@ -28,15 +29,15 @@ class Similarity:
     scale: NDArray[np.floating]
 
     def __len__(self) -> int:
-        """Return how many transforms there are."""
+        """Return the number of transforms."""
         return len(self.yaw)
 
     def __getitem__(self, index: slice | NDArray[np.integer]) -> "Similarity":
-        """Return the transforms with the row numbers, or in the slice, `index`."""
+        """Return the transforms in the rows `index`, numbers or a slice."""
         return Similarity(self.position[index], self.yaw[index], self.scale[index])
 
     def __setitem__(self, index: slice | NDArray[np.integer], value: "Similarity") -> None:
-        """Overwrite the transforms with the row numbers, or in the slice, `index` by those of `value`."""
+        """Overwrite the transforms in the rows `index`, numbers or a slice, with those of `value`."""
         self.position[index], self.yaw[index], self.scale[index] = value.position, value.yaw, value.scale
 
 

@@ -1,7 +1,7 @@
 """Check a document against a pydantic model, with the `--set` options applied and every mistake located.
 
-pydantic finds the mistakes; this module says them in words that name the key as the file has it, its line and column
-or the `--set` option that gave the value, and what would be right.
+pydantic finds the mistakes; this module words them so that they name the key as written in the file, its line and
+column or the `--set` option that gave the value, and what would be right.
 """
 
 import logging
@@ -18,9 +18,9 @@ from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
 
 log = logging.getLogger(__name__)
 
-KIND = "\x1f"  # starts the tag of a union's branch; in pydantic's locations only: no key may hold it
+KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 MAX_MESSAGES = 20
-MAX_KEYS_NAMED = 8  # in the error about an unknown key
+MAX_KEYS_NAMED = 8  # most keys listed in the error about an unknown one
 
 _PLAIN_WORDS = {
     "Input should be": "must be",
@@ -53,18 +53,18 @@ Model = TypeVar("Model", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Source:
-    """Know where the values of a pydantic model came from: a document and the `--set` options laid over it.
+    """Record where the values of a pydantic model came from: a document and the `--set` options laid over it.
 
-    A place is a tuple of keys and list indices from the root of the document.
+    A location is a tuple of keys and list indices from the root of the document.
 
     Attributes
     ----------
     document
         The parsed file.
     overrides
-        The key of each `--set` option as the user wrote it, by the place that it set.
+        The key of each `--set` option as the user wrote it, by the location that it sets.
     renamed
-        The place of each key that the file has under a former name, by the place where its value is now.
+        The location of each key that the file has under a former name, by the present location of its value.
     """
 
     document: Document
@@ -72,12 +72,12 @@ class Source:
     renamed: dict[Loc, Loc] = field(default_factory=dict)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """Return an error about a value, which cites the `--set` option that gave it, else the file's line and column.
+        """Return an error about a value, which cites the `--set` option that gave it, or else the line and column.
 
         Parameters
         ----------
         loc
-            The place of the value.
+            The location of the value.
         message
             What is wrong with it.
         at_key
@@ -97,9 +97,9 @@ class Source:
         return self.document.error(self._as_written(loc), message, at_key=at_key)
 
     def rename_keys(self) -> None:
-        """Give the document's keys their present names, with a warning for each that has a former one.
+        """Give the document's keys their present names, with a warning for each former one.
 
-        Raises InputError where a key has both.
+        Raises InputError if a key is given under both names.
         """
 
         def report(former: Loc, present: Loc, taken: bool) -> None:
@@ -114,19 +114,19 @@ class Source:
     def override(self, key: str, text: str) -> None:
         """Set the value at the dotted path `key` of the document to the YAML `text`, as `--set key=text` asks.
 
-        Raises InputError where the path or the text cannot be used.
+        Raises InputError if the path or the text is invalid.
         """
         self.overrides[_override(self.document.value, key, text)] = key
 
     def _as_written(self, loc: Loc) -> Loc:
-        """Return where the value at `loc` stands in the file's text, which may have former names."""
+        """Return the location in the file's text, which may use former names, of the value at `loc`."""
         for present, former in self.renamed.items():
             if loc[: len(present)] == present:
                 return former + loc[len(present) :]
         return loc
 
     def _beside(self, loc: Loc) -> str:
-        """Return which key of the file's text may have been meant by an option that made another one at `loc`."""
+        """Return a hint at the key in the file that an option may have meant when it added another one at `loc`."""
         among = self.document.value
         for part in loc[:-1]:
             among = among[part]
@@ -139,7 +139,7 @@ def check_model(
 ) -> tuple[Model, Source]:
     """Apply overrides to a document and check it.
 
-    Keys under a former name get their present one, with a warning (see `renamed_keys`).
+    Keys under a former name are given their present one, with a warning (see `renamed_keys`).
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def check_model(
     Returns
     -------
     tuple
-        The document's values as a `model`, and where they came from, for errors that are found later.
+        The document's values as a `model`, and their origin, for errors that are found later.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def check_model(
 
 
 def raise_all(errors: list[InputError]) -> None:
-    """Raise the collected `errors` as one InputError with a line for each; do nothing where there are none."""
+    """Raise the collected `errors` as one InputError with a line for each; do nothing if there are none."""
     if errors:
         lines = list(dict.fromkeys(str(error) for error in errors))
         more = [f"... and {len(lines) - MAX_MESSAGES} more"] if len(lines) > MAX_MESSAGES else []
@@ -181,7 +181,7 @@ def raise_all(errors: list[InputError]) -> None:
 
 
 def shown(value: object) -> str:
-    """Return `value`, of a document, as error messages show it: as users write it, and shortened."""
+    """Return a value of a document as error messages show it: as users write it, shortened."""
     match value:
         case None:
             return "null"
@@ -198,7 +198,7 @@ def shown(value: object) -> str:
 
 
 def _override(value: dict[str, Any], key: str, text: str) -> Loc:
-    """Set the value at the dotted path `key`, making mappings on the way; return its place."""
+    """Set the value at the dotted path `key`, creating mappings on the way; return its location."""
     parts = tuple(key.replace("[", ".").replace("]", "").split("."))
     if not all(parts) or not key.isprintable():
         raise InputError(f"--set {key}: must be a dotted path such as render.lod.bias")
@@ -215,7 +215,7 @@ def _override(value: dict[str, Any], key: str, text: str) -> Loc:
         here = here[index]
         place.append(index)
     index = _index(here, last, key, place)
-    # A bare #rrggbb would be a YAML comment.
+    # YAML would read a bare #rrggbb as a comment.
     new = text if text.startswith("#") else _override_value(text, key)
     rename_keys(new, (*place, index), _option_report(key))
     here[index] = new
@@ -223,7 +223,7 @@ def _override(value: dict[str, Any], key: str, text: str) -> Loc:
 
 
 def _option_report(key: str) -> Report:
-    """Return what reports the former names of keys in the value of the option `--set key=…`."""
+    """Return the callback that reports former names of keys within the value of the option `--set key=…`."""
 
     def report(former: Loc, present: Loc, taken: bool) -> None:
         if taken:
@@ -257,9 +257,9 @@ def _index(here: Any, part: str, key: str, place: list[str | int]) -> str | int:
 def _complaints(error: ValidationError, model: type[BaseModel], source: Source) -> InputError:
     schema = model.model_json_schema()
     details = error.errors(include_url=False)
-    # A file of another version is judged for nothing else: every other complaint would be noise.
+    # For a file of another version, report only the version: every other complaint would be noise.
     details = [detail for detail in details if detail["loc"] == ("version",)] or details
-    # To find a place and a spelling takes time: of a thousand mistakes only those that are told are looked into.
+    # Locating a mistake and its likely spelling takes time: of a thousand, only those that are reported get this.
     told: dict[str, None] = {}
     for number, detail in enumerate(details, 1):
         told[str(_complaint(detail, schema, source))] = None
@@ -297,7 +297,7 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
 
 
 def _meant(key: str, known: list[str]) -> str:
-    """Return the hint of an unknown key: the known one that looks like it, else all of them where they are few."""
+    """Return the hint for an unknown key: the known key most like it, or else all known keys if there are few."""
     few = len(known) <= MAX_KEYS_NAMED
     return _hint(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
 
@@ -311,7 +311,7 @@ def _hint(key: str, known: list[str]) -> str:
 def _misspelt(
     value: dict[str, Any], loc: Loc, meant: list[str], schema: dict[str, Any], source: Source
 ) -> InputError | None:
-    """Return the error about the first unknown key of mapping `value` at `loc` that looks like one of those `meant`."""
+    """Return the error about the first unknown key of mapping `value` at `loc` that looks like one of `meant`."""
     known = _keys_at(schema, loc)
     for key in value:
         if key not in known and (hint := _hint(key, meant)):
@@ -320,7 +320,7 @@ def _misspelt(
 
 
 def _keys_at(schema: dict[str, Any], loc: Loc) -> list[str]:
-    """Return the keys that the JSON schema knows at `loc`, those of every branch where it has several."""
+    """Return the keys that the JSON schema has at `loc`, those of every branch if it has several."""
     branches = list(_branches(schema, schema))
     for part in loc:
         branches = [leaf for branch in branches for child in _child(branch, part) for leaf in _branches(child, schema)]

@@ -1,7 +1,7 @@
-"""Walk through a scene in a window: `run` opens the window, and raises `NoDisplayError` where it cannot.
+"""Walk through a scene in a window: `run` opens the window, or raises `NoDisplayError` if that is impossible.
 
-This is what `depthwalk view` and the function `depthwalk.view` show. It stands on `render`, and on `assets`, which
-makes depth images ready beside the frames.
+`depthwalk view` and the function `depthwalk.view` use it. It builds on `render`, and on `assets`, which prepares depth
+images in the background.
 """
 
 from collections.abc import Callable
@@ -39,15 +39,15 @@ def run(
     library
         The scene's assets, which are loaded here while the window shows the progress.
     path
-        A camera path, which the key P plays; None for none.
+        A camera path for the key P to play; None for none.
     fullscreen
         Whether to use the whole screen.
     size
         (width, height) of the window, in coordinates of the desktop.
     representation
-        How to draw every object; None leaves it to the scene.
+        How to draw every object; None follows the scene.
     first_camera
-        Called with the scene's own camera or, where it has none, with one that sees every object. Returns the camera to
+        Called with the scene's own camera or, if it has none, with one that sees every object. Returns the camera to
         begin with.
     read
         Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
@@ -56,11 +56,11 @@ def run(
     Raises
     ------
     NoDisplayError
-        Where no window can be opened.
+        If no window can be opened.
     InputError
-        Where an asset cannot be used.
+        If an asset cannot be used.
     """
-    with ThreadPoolExecutor(1) as threads:  # the driver takes as long to start as half of the imports
+    with ThreadPoolExecutor(1) as threads:  # starting the driver takes as long as half of the imports
         app = threads.submit(import_module, "depthwalk.walk.app")
         window = open_window(title_of(scene.path), size, fullscreen)
     try:

@@ -1,4 +1,4 @@
-"""Walk through a scene in a window: the loop of frames, and what the keys do."""
+"""Walk through a scene in a window: the frame loop, and the actions of the keys."""
 
 import time
 from collections.abc import Callable
@@ -44,10 +44,10 @@ from depthwalk.walk.window import (
     title_of,
 )
 
-_UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
+_UPLOAD_SECONDS = 0.008  # per frame, for uploading assets that come into sight
 _STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
-_IDLE_SECONDS = 0.05  # between looks at a minimised window
-_RESTING_SECONDS = 0.5  # at most without a look at what has changed, where nothing is drawn
+_IDLE_SECONDS = 0.05  # between checks of a minimised window
+_RESTING_SECONDS = 0.5  # most time between checks for changes while nothing is drawn
 
 
 def walk_in(
@@ -59,14 +59,14 @@ def walk_in(
     first_camera: Callable[[Camera], Camera],
     read: Callable[[Path], Scene],
 ) -> None:
-    """Show a scene in a window until the user closes it, and destroy the window. The parameters are as of `walk.run`.
+    """Show a scene in a window until the user closes it, and destroy the window. Parameters as in `walk.run`.
 
     Raises
     ------
     InputError
-        Where an asset cannot be used.
+        If an asset cannot be used.
     GpuError
-        Where the GPU fails again and again.
+        If the GPU fails repeatedly.
     """
     report = library.report
     walk = Walk(window, library, read)
@@ -81,18 +81,18 @@ def walk_in(
 
 
 class Walk:
-    """Own what lives as long as the window, and draw its frames.
+    """Own everything that lives as long as the window, and draw its frames.
 
     Attributes
     ----------
-    window : the window; another takes its place where the GL context is lost.
+    window : the window; it is replaced if the GL context is lost.
     device : the GPU that draws.
     renderer : draws the frames of the scene.
     frames : decides which picture the window shows.
-    state : what keys and panel change.
-    recovery : goes on where the GPU fails.
-    beside : the library of the scene, and what it makes ready beside the frames.
-    next_file : a scene, mesh or camera path to open before the next frame; None: there is none.
+    state : everything that keys and panel change.
+    recovery : restarts after failures of the GPU.
+    beside : the library of the scene, and its work in the background.
+    next_file : a scene, mesh or camera path to open before the next frame; None for none.
     """
 
     def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
@@ -113,7 +113,7 @@ class Walk:
         representation: Representation | None,
         first_camera: Callable[[Camera], Camera],
     ) -> None:
-        """Read, bake and upload what the first frame needs; see `run`."""
+        """Read, bake and upload everything that the first frame needs; see `run`."""
         self._begin()
         self.renderer = self._loader.open(scene, self.beside.library, representation)
         self._on_gpu.callback(lambda: self.renderer.release())
@@ -128,7 +128,7 @@ class Walk:
         self.state.tell(self._model_turn.guess or f"W A S D and right drag move and look; {tour}H shows all keys")
 
     def _begin(self) -> None:
-        """Make what loading shows its progress with, in the window's context."""
+        """Create everything that the loading screen needs, in the window's context."""
         self.device = Device(self.window.ctx, gl_address)
         self._overlay = Overlay(self.device)
         self._on_gpu.callback(self._overlay.release)
@@ -138,7 +138,7 @@ class Walk:
         on_files_dropped(self.window, self._drop)
 
     def _show_renderer(self) -> None:
-        """Make what shows the pictures of the renderer, and listen to the window."""
+        """Create everything that shows the renderer's pictures, and listen to the window's events."""
         self._atlas_view = AtlasView(self.device)
         self._on_gpu.callback(self._atlas_view.release)
         self.frames = self.state.shown = ShownFrames(self.renderer)
@@ -147,7 +147,7 @@ class Walk:
         on_refresh(self.window, self._input.note_news)
 
     def _open(self, file: Path) -> None:
-        """Take a camera path, or show a scene or mesh; change nothing where the file cannot be used."""
+        """Load a camera path, or show a scene or mesh; change nothing if the file cannot be used."""
         self.next_file = None
         with self._loader.clock_stopped():
             try:
@@ -164,7 +164,7 @@ class Walk:
                 self.state.tell(f"Loading {file.name} was stopped")
 
     def _show(self, scene: Scene) -> None:
-        """Show another scene, or this one read again, which keeps camera and path. Raises InputError, StoppedError."""
+        """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
         again, library = scene.path == self.state.scene.path, self.beside.library.sibling(scene.assets)
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
@@ -179,7 +179,7 @@ class Walk:
         self.window.title = title_of(scene.path)
 
     def _turn_up(self) -> None:
-        """Let the other axis of a model point upward."""
+        """Turn a model so that its other axis points upward."""
         if (message := self._model_turn.turn()) is None:
             self.state.tell("U turns single models; in scenes, assets have the key `up`")
             return
@@ -202,14 +202,14 @@ class Walk:
                 print(self.state.toast)
 
     def recover(self, error: Exception) -> None:
-        """Make everything on the GPU again after it has failed; camera, settings and recording stay.
+        """Recreate everything on the GPU after a failure; camera, settings and recording are kept.
 
-        Raises `error`, or that of a further attempt, where failures come too often (see `GpuRecovery`).
+        Raises `error`, or that of a further attempt, if failures come too often (see `GpuRecovery`).
         """
         self.state.tell(f"The GPU failed: {self.recovery.recover(error)}")
 
     def _restart(self) -> None:
-        """Free everything on the GPU, in a lost context with its window, and make it anew for the same walk."""
+        """Free everything on the GPU, also the window if its context is lost, and recreate it for the same walk."""
         state = self.state
         representation = self.renderer.world.representation
         with self._loader.clock_stopped():
@@ -223,8 +223,8 @@ class Walk:
             self._widget_rounds.begin()
 
     def _drop_gpu(self) -> None:
-        """Free everything on the GPU, whatever state it is in; a window whose context is lost gives way to another."""
-        with suppress(Exception):  # owners that were half made, or meet the next failure
+        """Free everything on the GPU, whatever its state; a window whose context is lost is replaced."""
+        with suppress(Exception):  # owners may be half constructed, or run into the next failure
             self._on_gpu.pop_all().close()
         try:
             self.device.check()
@@ -233,8 +233,8 @@ class Walk:
             self.window = opened_again(self.window)
 
     def step(self) -> None:
-        """Advance the walk by the time since the last frame, less that spent on loading, and draw a frame."""
-        self.device.check()  # in every round, at rest too: what the window shows may be gone
+        """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
+        self.device.check()  # in every round, even at rest: the window's content may be lost
         if self.next_file is not None:
             self.frames.finish()
             self._open(self.next_file)
@@ -259,10 +259,10 @@ class Walk:
         self.beside.begin_what_waited()
         camera, self._camera_before = self._camera_before, self.state.camera
         if self.beside.progress is not None and self._camera_before == camera and self.state.recorder is None:
-            self._clock.wait(self._clock.now + _STILL_SECONDS - time.perf_counter())  # lets those work that bake
+            self._clock.wait(self._clock.now + _STILL_SECONDS - time.perf_counter())  # leaves the cores to baking
 
     def _shows_all(self, dt: float) -> bool:
-        """Return whether the window shows already all that there is to show."""
+        """Return whether the window already shows everything there is to show."""
         state = self.state
         self.frames.note(state.camera, dt, self.window.buffer_size)
         told = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.beside.progress
@@ -270,7 +270,7 @@ class Walk:
         return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
 
     def _take_news(self) -> None:
-        """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
+        """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
         sources = self.renderer.assets.meshes.reader.failures, self.beside.failures
         if complaints := [complaint for failures in sources for complaint in failures]:
             self.state.tell("\n".join(complaints))
@@ -285,7 +285,7 @@ class Walk:
         return width / max(height, 1)
 
     def release(self) -> None:
-        """Free every GL object, the last made first, the window too, and stop what works beside the frames."""
+        """Free every GL object in reverse order of creation, then the window, and stop background work."""
         try:
             self._on_gpu.close()
         finally:
@@ -293,7 +293,7 @@ class Walk:
             self.window.destroy()
 
     def actions(self) -> dict[str, Callable[[], None]]:
-        """Return what key presses do, by moderngl-window's names of the keys; `hud.HELP` describes it."""
+        """Return the actions of key presses, by moderngl-window's names of the keys; `hud.HELP` describes them."""
         state = self.state
 
         def toggle(name: str) -> Callable[[], None]:
@@ -336,7 +336,7 @@ class Walk:
             self.window.close()
 
     def _copy_camera(self) -> None:
-        """Copy the camera to the clipboard, as a scene file says it."""
+        """Copy the camera to the clipboard, in the notation of scene files."""
         copy_text(self.window, text := camera_yaml(self.state.camera))
         self.state.tell(f"Copied {text}")
 
@@ -345,11 +345,11 @@ class Walk:
             self.window.close()
 
     def want_screenshot(self) -> None:
-        """Save the next picture as a file."""
+        """Save the next picture to a file."""
         self._screenshot_due = True
 
     def _want_again(self) -> None:
-        if not self._loading.busy:  # a key pressed while another scene loads would name the wrong one
+        if not self._loading.busy:  # while another scene loads, this would reload the wrong one
             self.next_file = self.state.scene.path
 
     def _drop(self, files: list[Path]) -> None:
@@ -373,7 +373,7 @@ class Walk:
             state.scene_scale = self.frames.scale
             if state.hud:
                 state.shares.update(renderer, dt)
-        renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything it shows
+        renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything that it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
         if self._input.is_editing:

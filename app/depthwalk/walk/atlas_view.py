@@ -1,4 +1,4 @@
-"""Show the impostors of a frame as one picture; the panel has a switch for it."""
+"""Show the impostors of a frame as one picture; a switch in the panel turns it on."""
 
 import moderngl
 
@@ -11,7 +11,7 @@ _SIZE = 1024, 512  # texels; the atlas is several times as large
 
 
 class AtlasView:
-    """Paint the used part of the impostor atlas into a texture, near surfaces bright and far ones dark.
+    """Paint the used part of the impostor atlas into a texture, with near surfaces bright and far ones dark.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class AtlasView:
         targets
             The render targets of the frame, which hold the atlas.
         plan
-            The draw lists of the frame, which say where its impostors lie in the atlas.
+            The draw lists of the frame, which hold the positions of its impostors in the atlas.
         """
         tiles = plan.composite.records["tile"]
         right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()

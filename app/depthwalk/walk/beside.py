@@ -1,4 +1,4 @@
-"""Hold the library of the scene that a walk shows, and what is made ready of it beside the frames."""
+"""Hold the library of the scene that a walk shows, and its work in the background."""
 
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
@@ -7,12 +7,12 @@ from depthwalk.render import kernels
 
 
 class BesideFrames:
-    """Own the library of the scene that is shown, which may read, bake and cook beside the frames.
+    """Own the library of the scene that is shown, which may read, bake and cook in the background.
 
     Parameters
     ----------
     library
-        The library of the first scene; `close` ends what it does, too.
+        The library of the first scene; `close` also ends its work.
 
     Attributes
     ----------
@@ -28,21 +28,21 @@ class BesideFrames:
 
     @property
     def _background(self) -> BackgroundLibrary | None:
-        """The library, where it makes assets ready beside the frames."""
+        """The library, if it prepares assets in the background."""
         return self.library if isinstance(self.library, BackgroundLibrary) else None
 
     @property
     def progress(self) -> Progress | None:
-        """How far assets are baked and cooked beside the frames; None where none is."""
+        """Progress of background baking and cooking; None if there is none."""
         return None if self._background is None else self._background.progress
 
     @property
     def failures(self) -> list[str]:
-        """Complaints about what could not be made ready, oldest first; the caller may clear the list."""
+        """Messages about assets that could not be prepared, oldest first; the caller may clear the list."""
         return [] if self._background is None else self._background.failures
 
     def begin_what_waited(self) -> None:
-        """Begin what would have held up the first picture, which is there."""
+        """Start the work that would have delayed the first picture, now that this is shown."""
         if self._background is not None:
             self._background.baking_waits = False
         if not self.loads_kernels:
@@ -50,18 +50,18 @@ class BesideFrames:
             kernels.load_behind()
 
     def stop_baking(self) -> str:
-        """Stop what is baked now, and return what the user is told."""
+        """Stop the current baking, and return a message for the user."""
         if self._background is None or self._background.progress is None:
             return "Nothing is baked now"
         self._background.cancel()
         return "Stopped; what has no depth images yet stays a mesh. R begins again"
 
     def replace(self, library: SceneLibrary) -> None:
-        """Let `library` take the place of the present one, whose work ends."""
+        """Replace the present library, whose work ends, by `library`."""
         self.close()
         self.library = library
 
     def close(self) -> None:
-        """End what the library does beside the frames."""
+        """End the library's background work."""
         if self._background is not None:
             self._background.close()

@@ -1,4 +1,4 @@
-"""Find what imgui-bundle holds without importing its Python part, and say where others find their libraries.
+"""Find the files of imgui-bundle without importing its Python part, and point other packages to its libraries.
 
 imgui-bundle is one native module with twenty libraries in it, of which depthwalk needs imgui and GLFW. Its Python part
 sets up all of them, and imports asyncio and ssl for some; that would take a twentieth of the time until the first
@@ -12,11 +12,11 @@ from pathlib import Path
 
 from pyglm import glm
 
-_GLFW = ("libglfw.so.3", "libglfw.3.dylib", "glfw3.dll")  # by system
+_GLFW = ("libglfw.so.3", "libglfw.3.dylib", "glfw3.dll")  # by operating system
 
 
 def _folder() -> Path:
-    """Return the folder of imgui-bundle. Raises ImportError where it is not installed."""
+    """Return the folder of imgui-bundle. Raises ImportError if it is not installed."""
     spec = find_spec("imgui_bundle")
     if spec is None or spec.origin is None:
         raise ImportError("imgui_bundle is not installed")
@@ -27,10 +27,10 @@ FOLDER = _folder()
 
 
 def _name_libraries() -> None:
-    """Name the libraries that glfw and moderngl-window would look for in other places; call this before their import.
+    """Set the libraries that glfw and moderngl-window would search for elsewhere; call this before importing them.
 
-    glfw then takes the library that imgui-bundle is linked to, so that there is only one, and need not search the
-    system for it; whoever has named another gets that. moderngl-window imports PyGLM by an old name, which warns.
+    glfw then uses the library that imgui-bundle is linked to, so that there is only one and no search; a choice made
+    by the user is kept. moderngl-window imports PyGLM by an old name, which warns.
     """
     for file in map(FOLDER.joinpath, _GLFW):
         if file.is_file():

@@ -1,11 +1,11 @@
-"""Write a camera as text: for a scene file, and as options of the command line."""
+"""Write a camera as text: for a scene file, or as options of the command line."""
 
 import math
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.orbit import distance
 
-_PRECISION = 4  # decimal places of a coordinate, for a target 1 m away: turns the look by 0.01 degrees at most
+_PRECISION = 4  # decimal places of a coordinate for a target 1 m away: changes the direction by 0.01 degrees at most
 
 
 def camera_yaml(camera: Camera) -> str:

@@ -1,4 +1,4 @@
-"""Tell how long the rounds of a walk take, and whether one may be left out since the window shows everything."""
+"""Measure the rounds of a walk, and decide when one may be skipped because the window already shows everything."""
 
 import time
 from collections.abc import Iterator
@@ -7,16 +7,16 @@ from typing import Any
 
 from depthwalk.walk.window import wait_for_event
 
-_ROUNDS = 3  # in which widgets are drawn after an event: imgui answers to events a round later
+_ROUNDS = 3  # in which widgets are drawn after an event: imgui responds to events a round later
 
 
 class WalkClock:
-    """Measure the rounds of a walk, less what the walk is not to know of: loading, and waiting for the user.
+    """Measure the rounds of a walk, without the time spent on loading and on waiting for the user.
 
     Attributes
     ----------
     now
-        When the present round began, as of `time.perf_counter`.
+        When the present round began, on the clock of `time.perf_counter`.
     left_out
         How long the clock has been stopped since then, seconds.
     """
@@ -33,7 +33,7 @@ class WalkClock:
 
     @contextmanager
     def stopped(self) -> Iterator[None]:
-        """Leave out the time that the `with` block takes."""
+        """Stop the clock during the `with` block."""
         start = time.perf_counter()
         try:
             yield
@@ -41,27 +41,27 @@ class WalkClock:
             self.left_out += time.perf_counter() - start
 
     def wait(self, seconds: float) -> None:
-        """Wait for the user, at most for `seconds`, which are left out: no frame took that long."""
+        """Wait for the user for at most `seconds` with the clock stopped: no frame took that long."""
         with self.stopped():
             wait_for_event(seconds)
 
 
 class WidgetRounds:
-    """Count the rounds in which widgets must still be drawn after what they tell has changed."""
+    """Count the rounds in which widgets must still be drawn after their content has changed."""
 
     def __init__(self) -> None:
         self._told: tuple[Any, ...] = ()
         self._left = 0
 
     def are_over(self, told: tuple[Any, ...], has_news: bool) -> bool:
-        """Return whether the widgets show already what they are to tell; call this once in every round.
+        """Return whether the widgets already show their content; call this once in every round.
 
         Parameters
         ----------
         told
-            All that they tell, of types that can be compared.
+            Everything that they show, of comparable types.
         has_news
-            Whether there was an event that they may answer to.
+            Whether there was an event to which they may respond.
         """
         changed, self._told = has_news or told != self._told, told
         self._left = _ROUNDS if changed else max(self._left - 1, 0)

@@ -1,6 +1,6 @@
-"""Move a camera by keys, wheel and mouse; nothing here knows of a window or a clock.
+"""Move a camera by keys, wheel and mouse, independent of window and clock.
 
-Motion is integrated in closed form, so that a second of it ends at the same place at 3 and at 300 frames a second.
+Motion is integrated in closed form, so that a second of it ends at the same place at 3 and at 300 frames per second.
 """
 
 import math
@@ -14,24 +14,24 @@ from depthwalk.geometry.vectors import components
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import MAX_SPEED, MIN_SPEED
 
-EYE_HEIGHT = 1.7  # metres above the ground, of who begins to walk in the air
-EYE_HEIGHTS = 1.0, 2.5  # metres above the ground, at which eyes may be that walk
+EYE_HEIGHT = 1.7  # metres above the ground, when walking begins in the air
+EYE_HEIGHTS = 1.0, 2.5  # metres above the ground: range in which a camera counts as walking
 MAX_PITCH = math.radians(89.0)
 RADIANS_PER_PIXEL = math.radians(0.12)
 SPEED_PER_NOTCH = 1.2  # factor, per notch of the wheel
 SPEED_RANGE = MIN_SPEED, MAX_SPEED
-_SPEED = 3.0  # m/s, of people in a hurry
-_CROSSING = 5.0, 120.0  # s, that it takes to cross a scene at its natural speed
+_SPEED = 3.0  # m/s, a brisk pace
+_CROSSING = 5.0, 120.0  # s, range of the time to cross a scene at its natural speed
 FAST = 4.0  # factor while Shift is held
-LONGEST_STEP = 1.0  # s: after a stop (a moved window, a sleeping computer) the camera must not leap
-TAP = 0.08  # s: taken for a key whose press and release arrive together; the events carry no times
-_STANDSTILL = 1e-4  # m/s: what differs by less from the velocity that is asked for
-_LEVEL = 1e-5  # metres: who is nearer to walking height has reached it
-_RESPONSE = 14.0  # 1/s: how fast velocity and walking height follow what is asked for
+LONGEST_STEP = 1.0  # s: after a pause (a moved window, a sleeping computer) the camera must not jump
+TAP = 0.08  # s: duration of a key press whose press and release arrive together, since the events carry no times
+_STANDSTILL = 1e-4  # m/s: smaller differences from the requested velocity are ignored
+_LEVEL = 1e-5  # metres: within this distance, walking height is reached
+_RESPONSE = 14.0  # 1/s: rate at which velocity and walking height approach their targets
 
 
 class Move(IntEnum):
-    """Name the six ways to move that keys ask for; opposite ways have consecutive numbers."""
+    """Name the six directions in which keys move; opposite ones have consecutive numbers."""
 
     RIGHT = 0
     LEFT = 1
@@ -42,7 +42,7 @@ class Move(IntEnum):
 
 
 class HeldKeys:
-    """Measure how long each move was asked for within a frame."""
+    """Measure for how long each direction was requested within a frame."""
 
     def __init__(self) -> None:
         self._down: set[Move] = set()
@@ -50,23 +50,23 @@ class HeldKeys:
         self._fresh: set[Move] = set()
 
     def press(self, move: Move) -> None:
-        """Note that a key for `move` went down."""
+        """Record that a key for `move` was pressed."""
         self._down.add(move)
         self._fresh.add(move)
 
     def release(self, move: Move) -> None:
-        """Note that the key for `move` came up.
+        """Record that the key for `move` was released.
 
-        Where it went down in the same frame, the move counts for TAP seconds.
+        If it was pressed in the same frame, the move counts for TAP seconds.
         """
         if move in self._fresh:
             self._tapped.add(move)
         self._down.discard(move)
 
     def take(self, dt: float) -> dict[Move, float]:
-        """End a frame of `dt` seconds, and return for how many of them each move was held, 0 to `dt`.
+        """End a frame of `dt` seconds, and return for how many seconds each move was held, 0 to `dt`.
 
-        Moves that were not asked for are left out.
+        Moves that were not requested are missing.
         """
         held = {move: min(dt, TAP) for move in self._tapped} | dict.fromkeys(self._down, dt)
         self._tapped.clear()
@@ -83,15 +83,15 @@ class Walker:
     position
         Position of the eyes, metres, world.
     yaw
-        Direction of the look about +Y, radians, positive to the left; 0 looks along −z.
+        Viewing direction about +Y, radians, positive to the left; 0 looks along −z.
     pitch
-        Angle of the look above the horizon, radians, within ±MAX_PITCH.
+        Angle of the viewing direction above the horizon, radians, within ±MAX_PITCH.
     fov
-        Vertical angle of view, radians.
+        Vertical field of view, radians.
     speed
         Speed while a key is held, m/s.
     walking
-        Whether the eyes stay `eye_height` above the ground; else the viewer flies.
+        Whether the eyes stay `eye_height` above the ground; otherwise the viewer flies.
     eye_height
         Height of the eyes above the ground while walking, metres.
     velocity
@@ -109,13 +109,13 @@ class Walker:
 
     @classmethod
     def at(cls, camera: Camera) -> "Walker":
-        """Return a viewer who stands still at `camera` and looks as it does."""
+        """Return a viewer at rest with the position and direction of `camera`."""
         walker = cls(glm.dvec3(), 0.0, 0.0, camera.fov)
         walker.place(camera)
         return walker
 
     def place(self, camera: Camera) -> None:
-        """Stand still at `camera` and look as it does; speed and mode stay."""
+        """Take the position and direction of `camera`, at rest; speed and mode are kept."""
         self.position = glm.dvec3(*camera.position)
         self.yaw, self.pitch = heading(camera.look, self.yaw)
         self.fov = camera.fov
@@ -128,7 +128,7 @@ class Walker:
         return Camera(components(self.position), components(ahead), self.fov)
 
     def look(self, right: float, down: float) -> None:
-        """Turn the look by a motion of the mouse of `right` and `down` pixels, RADIANS_PER_PIXEL each."""
+        """Turn by a mouse movement of `right` and `down` pixels, RADIANS_PER_PIXEL each."""
         self.yaw = math.remainder(self.yaw - right * RADIANS_PER_PIXEL, math.tau)
         self.pitch = glm.clamp(self.pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
 
@@ -140,14 +140,14 @@ class Walker:
         self.speed = glm.clamp(self.speed * SPEED_PER_NOTCH**notches, *SPEED_RANGE)
 
     def advance(self, held: Mapping[Move, float], dt: float, *, fast: bool = False, ground: float = 0.0) -> None:
-        """Move by the keys that are held, for the time of one frame.
+        """Move by the keys that are held, for the duration of one frame.
 
         Parameters
         ----------
         held
-            For how long each move was held, seconds, 0 to `dt`; moves that it lacks were not held.
+            For how long each move was held, seconds, 0 to `dt`; missing moves were not held.
         dt
-            Time since the last frame, seconds. Beyond LONGEST_STEP, the viewer moves for LONGEST_STEP alone.
+            Time since the last frame, seconds; the viewer moves for at most LONGEST_STEP.
         fast
             Whether to move FAST times as fast.
         ground
@@ -159,10 +159,10 @@ class Walker:
         target = self._direction([min(held.get(move, 0.0), dt) / dt for move in Move])
         target *= self.speed * (FAST if fast else 1.0)
         decay = math.exp(-_RESPONSE * step)
-        excess = self.velocity - target  # fades: v(t) = target + excess · e^(−kt), and the path is its integral
+        excess = self.velocity - target  # decays: v(t) = target + excess · e^(−kt), and the path is its integral
         self.position = self.position + target * step + excess * ((1 - decay) / _RESPONSE)
         self.velocity = target + excess * decay
-        if glm.length(excess) * decay < _STANDSTILL:  # the rest of the way at once, so that a viewer comes to rest
+        if glm.length(excess) * decay < _STANDSTILL:  # take the rest of the way at once, so that a viewer comes to rest
             self.velocity = target
             self.position = self.position + excess * (decay / _RESPONSE)
         if self.walking:
@@ -171,7 +171,7 @@ class Walker:
             self.position.y = eye + (above if abs(above) > _LEVEL else 0.0)
 
     def _direction(self, shares: Sequence[float]) -> glm.dvec3:
-        """Return the world direction, of length 1 at most, of moves that are held for these shares of the frame."""
+        """Return the world direction, of length 1 at most, of moves that are held for these parts of the frame."""
         right, left, up, down, ahead, back = shares
         pitch, lift = (0.0, 0.0) if self.walking else (self.pitch, up - down)
         direction = orientation(self.yaw, pitch) * glm.dvec3(right - left, 0, back - ahead) + glm.dvec3(0, lift, 0)
@@ -181,22 +181,21 @@ class Walker:
 def natural_speed(radius: float) -> float:
     """Return the speed, m/s, that suits a scene whose objects are within a sphere of `radius`, metres.
 
-    It is the speed of people in a hurry, changed where crossing the scene would take less than 5 or more than 120
-    seconds.
+    It is a brisk walking pace, unless crossing the scene would then take less than 5 or more than 120 seconds.
     """
     fastest, slowest = (glm.clamp(2 * radius / seconds, *SPEED_RANGE) for seconds in _CROSSING)
     return float(glm.clamp(_SPEED, slowest, fastest))
 
 
 def orientation(yaw: float, pitch: float) -> glm.dquat:
-    """Return the rotation, world, that turns a look along −z into the look of a viewer.
+    """Return the rotation, world, that turns the direction −z into a viewing direction.
 
     Parameters
     ----------
     yaw
         Turn about +Y, radians, positive to the left; 0 looks along −z.
     pitch
-        Angle of the look above the horizon, radians, positive upward.
+        Angle of the viewing direction above the horizon, radians, positive upward.
 
     Returns
     -------
@@ -217,9 +216,9 @@ def heading(look: glm.dvec3, yaw: float = 0.0) -> tuple[float, float]:
     Parameters
     ----------
     look
-        Direction of the look, world, of any length.
+        Viewing direction, world, of any length.
     yaw
-        The yaw to return for a look straight up or down, which has none of its own, radians.
+        Yaw to return for a direction straight up or down, which does not determine one, radians.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Draw widgets from declarations: type, range, unit and help of a parameter decide how the panel shows it.
+"""Draw widgets from declarations: a parameter's type, range, unit and help text determine its widget in the panel.
 
 So a new setting appears in the panel without any code here.
 """
@@ -28,17 +28,17 @@ class Control:
     name
         The name of the parameter in its group.
     kind
-        The sort of widget.
+        The kind of widget.
     help
         What the parameter does: one sentence without its full stop.
     unit
-        The unit of the value; "" for a value without one.
+        The unit of the value; "" if it has none.
     low, high
-        The least and the greatest value of a number; None: no limit.
+        The smallest and the largest value of a number; None for no limit.
     choices
         The values to choose from; empty for other kinds of widget.
     optional
-        Whether the value may be None, which a check box shows as off.
+        Whether the value may be None, shown by a check box that is off.
     default
         The value that a right click sets.
     """
@@ -60,7 +60,7 @@ class Control:
 
     @property
     def tooltip(self) -> str:
-        """Return the text that appears under the mouse: what the parameter does, its range, and how to reset it."""
+        """Return the text of the tooltip: what the parameter does, its range, and how to reset it."""
         unit = f" {self.unit}" if self.unit else ""
         bounded = self.low is not None and self.high is not None
         span = f"\n{self.low:g} to {self.high:g}{unit}" if bounded else ""
@@ -107,7 +107,7 @@ def _resolved(branch: dict[str, Any], definitions: dict[str, Any]) -> dict[str, 
 
 
 def draw_group(group: Params, declared: type[Params] | None = None, only: Collection[str] = ()) -> str:
-    """Draw the controls of a group of parameters, and set in the group what the user changes.
+    """Draw the controls of a group of parameters, and apply the user's changes to the group.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def _draw(control: Control, value: Any) -> Any:
 
 
 def draw_tooltip(text: str) -> None:
-    """Draw a text under the mouse, in lines that fit the window; `imgui.set_tooltip` breaks none."""
+    """Draw a text under the mouse, wrapped to fit the window; `imgui.set_tooltip` does not wrap."""
     if imgui.begin_tooltip():
         imgui.push_text_wrap_pos(min(_TOOLTIP_WIDTH, 0.8 * imgui.get_io().display_size.x))
         imgui.text_unformatted(text)
@@ -215,7 +215,7 @@ def _draw_other(control: Control, value: Any) -> Any:
 
 
 def _changed(answer: tuple[bool, Any], value: Any) -> Any:
-    """Return imgui's value only where the user changed it: imgui rounds numbers to float32."""
+    """Return imgui's value only if the user changed it, since imgui rounds numbers to float32."""
     return answer[1] if answer[0] else value
 
 

@@ -10,14 +10,14 @@ from depthwalk.files import staging_folder
 
 
 def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Path]) -> Path:
-    """Save a new file, named by the time, in the first folder that can be written to.
+    """Save a new file, named by date and time, in the first folder that can be written to.
 
     Parameters
     ----------
     suffix
         The suffix of the file's name, such as ".png".
     write
-        Called with the path of a temporary file, which it must write. Exceptions other than OSError pass through.
+        Called with the path of a temporary file, which it must write. Exceptions other than OSError are not caught.
     folders
         The folders to try, in this order.
 
@@ -29,7 +29,7 @@ def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Pat
     Raises
     ------
     OSError
-        Where none of the folders can be written to.
+        If none of the folders can be written to.
     """
     failure = OSError("no folder to write to")
     for folder in folders:
@@ -41,7 +41,7 @@ def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Pat
 
 
 def _write_new(folder: Path, suffix: str, write: Callable[[Path], object]) -> Path:
-    """Write a whole file under a free name of `folder` and return its path."""
+    """Write a complete file under an unused name in `folder` and return its path."""
     stem = f"depthwalk-{datetime.now():%Y%m%d-%H%M%S}"
     with staging_folder(folder) as temporary:
         whole = Path(temporary) / f"whole{suffix}"
@@ -54,10 +54,10 @@ def _write_new(folder: Path, suffix: str, write: Callable[[Path], object]) -> Pa
 
 
 def _moved(whole: Path, path: Path) -> bool:
-    """Give a file the name `path`, unless that is taken; return whether it was free.
+    """Give a file the name `path` unless that is taken; return whether it was free.
 
-    A second link to the file refuses taken names in one step. Disks without links (FAT) get an empty file first, which
-    reserves the name for a moment.
+    Creating a hard link to the file fails atomically if the name is taken. On disks without links (FAT), an empty file
+    first reserves the name for a moment.
     """
     try:
         os.link(whole, path)

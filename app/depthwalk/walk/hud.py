@@ -1,4 +1,4 @@
-"""Draw the head-up display (HUD), the help, short messages and the progress of loading over the picture."""
+"""Draw the head-up display (HUD), the help, short messages and the loading progress over the picture."""
 
 import textwrap
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ _LABELS = 84.0  # width of the column of names
 _PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
 _CLOSE_ROWS = imgui.ImVec2(4, 0.5)  # cell padding: the help fits a window of 480 lines, the HUD one of 768
-_SLOWER = 1.3  # times as long as from picture to picture: frames that are drawn in slices
+_SLOWER = 1.3  # ratio of frame time to picture time from which frames count as drawn in slices
 _OVERLAY = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.no_inputs
@@ -24,7 +24,7 @@ _OVERLAY = (
     | imgui.WindowFlags_.no_nav
 )
 _FITTED = imgui.WindowFlags_.always_auto_resize
-_OPAQUE = 0.82  # of the background of what is drawn over pictures
+_OPAQUE = 0.82  # opacity of backgrounds drawn over pictures
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
 _NARROWEST_TOAST = 300.0
@@ -61,12 +61,12 @@ HELP = (
 def draw_hud(state: State) -> float:
     """Draw the HUD of the walk `state` at the window's left edge, and return its right end, window coordinates.
 
-    It shows frame times, what was drawn, and where the viewer is.
+    It shows frame times, what was drawn, and the viewer's position.
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding
     viewer, passes, counts = viewer_rows(state), pass_rows(state.renderer.timers.milliseconds), _counted(state)
     width = max(_WIDTH, _table_width(viewer), _table_width(counts)) + 2 * padding.x
-    # imgui would fit the window to what it held a frame before, and cut off rows that are new
+    # imgui would size the window for the previous frame's content, and cut off new rows
     imgui.set_next_window_size((width, max(display.y - 2 * _MARGIN, 1)))
     _begin("hud", (_MARGIN, _MARGIN), (0, 0), flags=_OVERLAY & ~_FITTED | imgui.WindowFlags_.no_background)
     imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
@@ -75,7 +75,7 @@ def draw_hud(state: State) -> float:
     _draw_viewer(state, viewer)
     if passes:  # not in the first picture
         imgui.separator()
-    _draw_passes(state, passes)  # last what a low window has no room for
+    _draw_passes(state, passes)  # last, since a low window may have no room for it
     _draw_counts(counts)
     imgui.pop_style_var()
     bottom = imgui.get_cursor_screen_pos().y - imgui.get_style().item_spacing.y + padding.y
@@ -85,7 +85,7 @@ def draw_hud(state: State) -> float:
 
 
 def draw_crosshair() -> None:
-    """Mark the middle of the window, on which the key L focuses."""
+    """Mark the centre of the window, on which the key L focuses."""
     display = imgui.get_io().display_size
     x, y = display.x / 2, display.y / 2
     canvas, colour = imgui.get_background_draw_list(), imgui.get_color_u32((1.0, 1.0, 1.0, 0.6))
@@ -94,7 +94,7 @@ def draw_crosshair() -> None:
 
 
 def draw_help(left: float, right: float) -> None:
-    """Draw the list of keys in the middle between HUD and panel.
+    """Draw the list of keys centred between HUD and panel.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def draw_help(left: float, right: float) -> None:
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
     fits = right - left > 2 * half
-    middle = (left + right) / 2 if fits else max(half, right - half)  # over the HUD, if need be: then opaque
+    middle = (left + right) / 2 if fits else max(half, right - half)  # over the HUD if there is no room, then opaque
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
     _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92 if fits else 1.0)
     _table("help", HELP)
@@ -122,10 +122,10 @@ def draw_toast(message: str, floor: float, left: float, right: float) -> None:
     message
         The text.
     floor
-        What the message stays above, window coordinate.
+        Window coordinate above which the message stays.
     left, right
         The right end of the HUD and the left end of the panel, window coordinates. The message stays between them, or
-        lies over both where that is too narrow.
+        lies over both if the space is too narrow.
     """
     if right - left < _NARROWEST_TOAST:
         left, right = 0.0, imgui.get_io().display_size.x
@@ -140,12 +140,12 @@ def draw_toast(message: str, floor: float, left: float, right: float) -> None:
 
 
 def draw_background(progress: Progress, right: float) -> float:
-    """Draw a bar along the window's lower edge: the `progress` of assets that are baked beside the frames.
+    """Draw a bar along the window's lower edge: the `progress` of assets that are baked in the background.
 
     Parameters
     ----------
     progress
-        How far the baking has come.
+        Progress of the baking.
     right
         The left end of the panel, window coordinates.
 
@@ -167,7 +167,7 @@ def draw_background(progress: Progress, right: float) -> float:
 
 
 def background_text(progress: Progress) -> str:
-    """Return the text on the bar of `draw_background`: how far `progress` has come, and how long the rest takes."""
+    """Return the text on the bar of `draw_background`: the progress, and the time left."""
     seconds = progress.seconds_left
     left = "" if seconds is None else f", {max(round(seconds), 1)} s left"
     return f"depth images: {progress.done} of {progress.total}{left}"
@@ -176,7 +176,7 @@ def background_text(progress: Progress) -> str:
 def draw_progress(title: str, lines: list[str]) -> None:
     """Draw the progress of loading in the middle of the window.
 
-    `title` stands above `lines`, one for each step of loading, of which the last is in progress and bright.
+    `title` is shown above `lines`, one for each step of loading; the last one is in progress and bright.
     """
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(460, display.x), 0))
@@ -213,7 +213,7 @@ def _dim_wrapped(text: str) -> None:
 
 
 def _draw_panel(upper_left: tuple[float, float], lower_right: tuple[float, float]) -> None:
-    """Draw the background of a window that has none of its own, behind it."""
+    """Draw a background behind an imgui window that has none of its own."""
     style = imgui.get_style()
     colour = style.color_(imgui.Col_.window_bg)
     filled = imgui.get_color_u32((colour.x, colour.y, colour.z, _OPAQUE))
@@ -238,7 +238,7 @@ def _draw_counts(rows: Sequence[tuple[str, str]]) -> None:
 
 
 def _rows_with_room(rows: Sequence[tuple[str, str]], above: int) -> list[tuple[str, str]]:
-    """Return those of the first `rows` of a table, drawn next below `above` lines, that end within the window."""
+    """Return as many of the first `rows` of a table, drawn below `above` lines, as fit within the window."""
     line = imgui.get_text_line_height() + 2 * _CLOSE_ROWS.y
     end = imgui.get_window_pos().y + imgui.get_cursor_pos_y() + above * imgui.get_text_line_height_with_spacing()
     bottom = imgui.get_io().display_size.y - _MARGIN - imgui.get_style().window_padding.y - 2 * _CLOSE_ROWS.y
@@ -270,10 +270,10 @@ def _begin(
 
 
 def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labels: float = _LABELS) -> None:
-    """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, aligned at their right end."""
+    """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, right-aligned."""
     if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, labels)
-        # else a column is as wide as what the frame before showed, and cuts off new texts
+        # otherwise a column is as wide as the previous frame's content, and cuts off new texts
         values = _NUMBERS + 8 if right else _widest(rows)
         imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, values)
         for label, value in rows:

@@ -1,4 +1,4 @@
-"""Say in rows of texts what the HUD tells: where the viewer is, where the time goes, and what a frame was made of."""
+"""Format the rows of the HUD: the viewer's position, where the time goes, and what a frame consists of."""
 
 import math
 import textwrap
@@ -9,13 +9,13 @@ from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 
 _PASS_CHARACTERS = 18  # that fit into it
-_SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
+_SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass gets its own row
 _NONE = "\u2013"
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 
 
 def viewer_rows(state: State) -> list[tuple[str, str]]:
-    """Return names and texts of the rows that say where the viewer is, and how he moves."""
+    """Return names and texts of the rows about the viewer's position and movement."""
     walker = state.walker
     x, y, z = walker.position
     rows = [
@@ -48,7 +48,7 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
     Returns
     -------
     list[tuple[str, str]]
-        A name, in several lines where passes share a program, and a text for each row.
+        A name, on several lines if passes share a program, and a text for each row.
     """
     smallest = _SMALLEST_SHARE * sum(milliseconds.values())
     rows = {name: spent for name, spent in milliseconds.items() if spent > smallest}
@@ -60,12 +60,12 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
 
 
 def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return names and texts of the rows that say what was drawn in a frame.
+    """Return names and texts of the rows about what was drawn in a frame.
 
     Parameters
     ----------
     counts
-        The numbers of the frame by name, as `FrameDrawLists.counts` holds them; once they are known, also those of
+        The frame's numbers by name, as in `FrameDrawLists.counts`; once they are known, also those of
         `pixel_shares.shares`.
 
     Returns
@@ -104,6 +104,6 @@ def _numbered(counts: Mapping[str, float], prefix: str) -> list[str]:
 
 
 def _lines(parts: list[str], per_line: int = 3) -> str:
-    """Return the parts in lines of `per_line`, or a dash where there are none."""
+    """Return the parts in lines of `per_line`, or a dash if there are none."""
     lines = [", ".join(parts[k : k + per_line]) for k in range(0, len(parts), per_line)]
     return "\n".join(lines) or _NONE

@@ -18,7 +18,7 @@ _BLEND = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class ImguiRenderer:
-    """Draw imgui's lists of triangles, and keep the textures that imgui asks for.
+    """Draw imgui's draw lists, and hold the textures that imgui requests.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ class ImguiRenderer:
         Parameters
         ----------
         data
-            What `imgui.get_draw_data` returns after `imgui.render`.
+            The result of `imgui.get_draw_data` after `imgui.render`.
         screen
-            The framebuffer that is drawn over; it is left without a scissor rectangle.
+            The framebuffer to draw over; afterwards it has no scissor rectangle.
         """
         for texture in imgui.get_platform_io().textures:
             self._serve(texture)
@@ -66,7 +66,7 @@ class ImguiRenderer:
                     screen.scissor = left, height - bottom, right - left, bottom - top
                     self._textures[command.tex_ref.get_tex_id()].use(0)
                     self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
-            screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
+            screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", missing from its stubs
 
     def release(self) -> None:
         """Free textures, buffers and program; imgui's context must still exist."""
@@ -76,7 +76,7 @@ class ImguiRenderer:
         self.gl.release()
 
     def _serve(self, texture: imgui.ImTextureData) -> None:
-        """Create, update or destroy a texture of imgui (the glyphs of its font), as its status asks."""
+        """Create, update or destroy a texture of imgui (the glyphs of its font), as its status requires."""
         status = texture.status
         if status == imgui.ImTextureStatus.want_create:
             made = self.gl.texture((texture.width, texture.height), 4, data=texture.get_pixels_array().tobytes())

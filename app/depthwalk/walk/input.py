@@ -1,4 +1,4 @@
-"""Hand events of the window to imgui where the mouse is over a widget, else to the walk."""
+"""Route the window's events: to imgui while the mouse is over a widget, otherwise to the walk."""
 
 import time
 from collections.abc import Callable
@@ -30,14 +30,14 @@ _IMGUI_KEYS = {
     "X": imgui.Key.x,
     "Z": imgui.Key.z,
 }
-_NOWHERE = -3.4028234663852886e38  # −FLT_MAX, imgui's sign for "no mouse"
+_NOWHERE = -3.4028234663852886e38  # −FLT_MAX, which means "no mouse" to imgui
 _LEFT, _RIGHT, _MIDDLE = 1, 2, 3  # moderngl-window's mouse buttons
-_DOUBLE_CLICK = 0.4  # s between the presses of a double click, at most
-_STEADY = 4.0  # window coordinates between their places, at most
+_DOUBLE_CLICK = 0.4  # s, most time between the presses of a double click
+_STEADY = 4.0  # window coordinates, most distance between them
 
 
 class Input:
-    """Listen to keys and mouse of a window: hand them to widgets, move the viewer, and call the actions of keys.
+    """Listen to a window's keys and mouse: pass events to widgets, move the viewer, and call the keys' actions.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Input:
     state
         The walk that the events change.
     actions
-        What a key press does, by moderngl-window's name of the key. Keys that move the viewer need no action.
+        Actions of key presses, by moderngl-window's name of the key. Keys that move the viewer need no action.
     before_change
         Called before an action, which may change the scene.
     """
@@ -60,7 +60,7 @@ class Input:
     ) -> None:
         self._before_change = before_change
         self._news = True  # whether anything happened that a widget may show
-        self._edits = False  # whether widgets got a press, or a key that they wait for, since they were drawn
+        self._edits = False  # whether widgets have received a press, or a key that they wait for, since they were drawn
         self._window, self._state = window, state
         self._io = imgui.get_io()
         keys = window.keys
@@ -70,10 +70,10 @@ class Input:
         self._shifts = {keys.LEFT_SHIFT, keys.RIGHT_SHIFT}
         self._areas: list[Area] = []
         self._busy = False
-        self._dismisses = False  # whether lists and values that are being changed are to be let go
-        self._drag: tuple[int, Literal["look", "pan"]] | None = None  # the button held, and what its drag does
+        self._dismisses = False  # whether open lists and values being changed should be let go
+        self._drag: tuple[int, Literal["look", "pan"]] | None = None  # the button held, and what dragging does
         self._last: tuple[float, float] | None = None  # position of the mouse; None after a jump
-        self._click: tuple[float, float, float] | None = None  # place and time of the last click
+        self._click: tuple[float, float, float] | None = None  # position and time of the last click
         window.key_event_func = self._on_key
         window.mouse_position_event_func = self._on_mouse
         window.mouse_drag_event_func = self._on_mouse
@@ -88,7 +88,7 @@ class Input:
         return bool(self._window.mouse_exclusivity)
 
     def capture(self, on: bool) -> None:
-        """Hide the mouse and let it turn the viewer if `on`; else show it again."""
+        """Hide the mouse and let it turn the viewer if `on`; otherwise show it again."""
         self._window.mouse_exclusivity = on
         self._last = None
         if on:
@@ -97,9 +97,9 @@ class Input:
 
     @property
     def pointer(self) -> tuple[float, float]:
-        """Return where the mouse is: x and y from the upper left corner, as parts of the window's width and height.
+        """Return the mouse position: x and y from the upper left corner, as parts of the window's width and height.
 
-        It is the window's middle while the mouse is captured, and before the mouse moved.
+        It is the window's centre while the mouse is captured, and before it has moved.
         """
         if self.captured or self._last is None:
             return 0.5, 0.5
@@ -107,9 +107,9 @@ class Input:
         return self._last[0] / max(width, 1), self._last[1] / max(height, 1)
 
     def set_areas(self, areas: list[Area]) -> None:
-        """Note the `areas` of the window that widgets cover, where the mouse belongs to imgui.
+        """Set the `areas` of the window that widgets cover, where the mouse belongs to imgui.
 
-        This must be called within every frame of imgui.
+        This must be called in every frame of imgui.
         """
         self._areas = areas
         self._edits = False
@@ -121,7 +121,7 @@ class Input:
         self._busy = imgui.is_any_item_active() or _is_list_open()
 
     def note_news(self) -> None:
-        """Note that something happened that may change what the window shows."""
+        """Record that something happened that may change what the window shows."""
         self._news = True
 
     def take_news(self) -> bool:
@@ -131,7 +131,7 @@ class Input:
 
     @property
     def is_editing(self) -> bool:
-        """Return whether widgets, when they are drawn next, may change something."""
+        """Return whether widgets may change something when they are drawn next."""
         return self._edits or self._busy
 
     def _over_widgets(self, x: float, y: float) -> bool:
@@ -140,7 +140,7 @@ class Input:
 
     def _on_key(self, key: Any, action: Any, modifiers: Any) -> None:
         self._news = True
-        self._edits |= self._io.want_capture_keyboard  # else a key that is held, and repeats, would end every slice
+        self._edits |= self._io.want_capture_keyboard  # otherwise a held key, which repeats, would end every slice
         pressed = action == self._window.keys.ACTION_PRESS
         repeated = not pressed and action != self._window.keys.ACTION_RELEASE
         self._io.add_key_event(imgui.Key.mod_ctrl, modifiers.ctrl)
@@ -151,10 +151,10 @@ class Input:
             self._state.fast = pressed or (repeated and self._state.fast)
         if repeated:
             return
-        if not pressed:  # also a key pressed before imgui took the keyboard
+        if not pressed:  # even if the key was pressed before imgui took the keyboard
             if key in self._moves:
                 self._state.held.release(self._moves[key])
-        elif key == self._window.keys.ESCAPE and self._busy:  # imgui closes no list by a key where none has focus
+        elif key == self._window.keys.ESCAPE and self._busy:  # imgui closes an unfocused list by no key
             self._dismisses = True
         elif not (self._io.want_text_input or modifiers.ctrl or modifiers.alt):
             if key in self._moves:
@@ -170,7 +170,7 @@ class Input:
 
     def _on_mouse(self, x: float, y: float, dx: float, dy: float) -> None:
         self._news = True
-        # Differences computed here: those of moderngl-window leap when the mouse is released.
+        # Computed here, since the differences from moderngl-window jump when the mouse is released.
         if self._last is not None and (self.captured or self._drag):
             right, down = x - self._last[0], y - self._last[1]
             if self._drag and self._drag[1] == "pan":
@@ -186,7 +186,7 @@ class Input:
         self._news = True
         if self.captured:
             return
-        # The place of the last motion: on X11, GLFW gives the present one, several events later at 3 fps.
+        # The position of the last motion: on X11, GLFW gives the present one, several events later at 3 fps.
         self._last = self._last or (x, y)
         self._io.add_mouse_pos_event(*self._last)
         self._io.add_mouse_button_event(button - 1, True)
@@ -206,7 +206,7 @@ class Input:
             self._drag = button, "pan"
 
     def _is_double(self, x: float, y: float) -> bool:
-        """Return whether a click at this place, now, is the second of a double click."""
+        """Return whether a click at this position, now, is the second of a double click."""
         before, now = self._click, time.monotonic()
         if before is None or now - before[2] > _DOUBLE_CLICK or abs(x - before[0]) + abs(y - before[1]) > _STEADY:
             self._click = x, y, now

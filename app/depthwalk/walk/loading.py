@@ -1,4 +1,4 @@
-"""Show in the window which assets are being read and baked, and let the user stop that."""
+"""Show in the window which assets are being read and baked, and let the user stop this."""
 
 import threading
 import time
@@ -8,12 +8,12 @@ from depthwalk.walk import hud
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.window import Window
 
-_LINES = 8  # of progress, at most
+_LINES = 8  # most lines of progress
 _REDRAW_SECONDS = 0.06
 
 
 class StoppedError(Exception):
-    """Report that the user stopped the loading, perhaps by closing the window."""
+    """Report that the user stopped loading, perhaps by closing the window."""
 
 
 class LoadingScreen:
@@ -26,13 +26,13 @@ class LoadingScreen:
     overlay
         Draws the text.
     told
-        Called with the name of an asset and the stage of loading that begins, for every stage, before the window shows
-        it; it may print them, as the command line does.
+        Called for every stage of loading, before the window shows it, with the name of the asset and of the stage that
+        begins; it may print them, as the command line does.
 
     Attributes
     ----------
     busy
-        Whether frames have to wait because something is being loaded.
+        Whether frames must wait because something is being loaded.
     """
 
     def __init__(self, window: Window, overlay: Overlay, told: Report) -> None:
@@ -50,18 +50,18 @@ class LoadingScreen:
         self._draw()
 
     def stop(self) -> None:
-        """Ask for the end of loading, which will raise `StoppedError` at its next stage."""
+        """Request the end of loading, which raises `StoppedError` at its next stage."""
         self._stopped = True
 
     def end(self) -> None:
-        """Clear the progress when loading is over, and forget that a stop was asked for."""
+        """Clear the progress once loading is over, and forget a request to stop."""
         self._lines.clear()
         self.busy = self._stopped = False
 
     def report(self, name: str, stage: str) -> None:
         """Show a stage of loading an asset; the library calls this.
 
-        Only `told` hears of it where another than the main thread calls, since window and GL belong to the main thread.
+        From other threads it only calls `told`, since window and GL belong to the main thread.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class LoadingScreen:
         Raises
         ------
         StoppedError
-            Where the user pressed Esc or closed the window.
+            If the user pressed Esc or closed the window.
         """
         self._told(name, stage)
         if threading.current_thread() is not threading.main_thread():
@@ -85,19 +85,19 @@ class LoadingScreen:
             raise StoppedError
 
     def wait(self, line: str) -> None:
-        """Show what is waited for; a loop that waits must call this again and again.
+        """Show what is being waited for; a waiting loop must call this repeatedly.
 
-        The window is drawn anew a few times a second only.
+        The window is redrawn only a few times per second.
 
         Parameters
         ----------
         line
-            A text that says what is waited for.
+            A text that describes it.
 
         Raises
         ------
         StoppedError
-            Where the user pressed Esc or closed the window.
+            If the user pressed Esc or closed the window.
         """
         now = time.perf_counter()
         if now - self._shown > _REDRAW_SECONDS:

@@ -1,7 +1,8 @@
-"""Draw what lies around a viewer, small and before it is looked at, so that a quick turn finds something there.
+"""Draw the surroundings of a viewer in advance, at low resolution, so that a quick turn finds something there.
 
-Finished frames keep what they saw (`render.surround`). Where the viewer is about to see what none of them saw from
-near by, a side of a cube about him is drawn between two frames, of so few pixels that it takes about one slice.
+Finished frames are stored in a map of the surroundings (`render.surround`). If the viewer is about to see something
+that no frame showed from nearby, a side of a cube around him is drawn between two frames, with so few pixels that it
+takes about one slice.
 """
 
 from collections.abc import Iterator
@@ -16,9 +17,9 @@ from depthwalk.render.view.view import View
 from depthwalk.types import Array
 from depthwalk.walk.slices import Slices
 
-_RAYS = 8  # along either edge of a view, that tell how much of it is known
-_MOST_UNKNOWN = 0.1  # of a side, or of a view that is coming: where more is unknown, it is drawn
-_MOST_REDRAWN = 30  # sides that are drawn again: little memory may let assets come and go
+_RAYS = 8  # along either edge of a view, to test how much of it is known
+_MOST_UNKNOWN = 0.1  # of a side or an upcoming view: if more is unknown, it is drawn
+_MOST_REDRAWN = 30  # sides that are drawn again: with little memory, assets may come and go
 
 
 class LookAround:
@@ -27,57 +28,57 @@ class LookAround:
     Parameters
     ----------
     renderer
-        Draws them; no frame may be begun while one is being drawn.
+        Draws them; no frame may be in progress meanwhile.
     surround
-        Keeps them.
+        Stores them.
 
     Attributes
     ----------
     knows_all
-        Whether enough is known of what lies around a viewer who stands still; set this to False when he moves.
+        Whether enough is known of the surroundings of a viewer at rest; set this to False when he moves.
     """
 
     def __init__(self, renderer: Renderer, surround: Surround) -> None:
         self._renderer, self._surround = renderer, surround
         self._slices = Slices(renderer.device)
         self.knows_all = False
-        self._knew_all = False  # once since the scene changed
+        self._knew_all = False  # whether `knows_all` was true at some time since the scene changed
         self._redrawn = 0  # sides since then that lacked something
-        self._is_due = False  # whether a frame has been finished since the last side of a viewer who moves
+        self._is_due = False  # whether a frame has been finished since the last side for a moving viewer
 
     @property
     def is_drawing(self) -> bool:
-        """Return whether one has been begun that is not finished yet."""
+        """Return whether a side is in progress."""
         return self._slices.is_drawing
 
     def drop(self) -> None:
-        """Forget the side that has been begun."""
+        """Discard the side in progress."""
         self._slices.drop()
 
     def note_change(self) -> None:
-        """Note that the scene or its settings have changed, so that nothing looks as it was seen."""
+        """Record that the scene or its settings have changed, so that nothing looks as it did."""
         self._surround.forget()
         self.knows_all = self._knew_all = False
         self._redrawn = 0
 
     def note_frame(self) -> None:
-        """Note that a frame has been finished: a viewer who moves gets one side for each, lest frames come late."""
+        """Record that a frame has been finished: a moving viewer gets one side per frame, lest frames be late."""
         self._is_due = True
 
     def begin_for_walk(self, coming: list[View]) -> bool:
-        """Begin the side that shows most of what is not known of some views, if that is much.
+        """Begin the side that covers most of the unknown parts of some views, if these are large.
 
-        Where that is little, begin any side of which too little is known, until all were known once.
+        If they are small, begin any side of which too little is known, until all have been known once.
 
         Parameters
         ----------
         coming
-            Views that the viewer has now and will have soon.
+            The views of the viewer now and soon.
 
         Returns
         -------
         bool
-            Whether one was begun.
+            Whether a side was begun.
         """
         if not self._is_due:
             return False
@@ -94,7 +95,7 @@ class LookAround:
         return self.is_drawing
 
     def begin_at_rest(self, position: Array) -> bool:
-        """Begin a side of which too little is known to who stands at a position (3,), world, metres; return whether.
+        """Begin a side of which too little is known from a position (3,), world, metres; return whether.
 
         Once there is none, `knows_all` is True.
         """
@@ -110,11 +111,11 @@ class LookAround:
         return False
 
     def advance(self, seconds: float) -> bool:
-        """Go on with the side for about `seconds`; return whether it is finished."""
+        """Continue with the side for about `seconds`; return whether it is finished."""
         return self._slices.advance(seconds)
 
     def _draw(self, side: View, waits: bool) -> Iterator[str]:
-        """Draw a side. waits: whether it is to be drawn again if it lacks what is still to be brought to the GPU."""
+        """Draw a side. waits: whether to draw it again if it lacks assets that are still being brought to the GPU."""
         yield from self._renderer.auxiliary_steps(SURROUNDING, side, self._surround.canvas())
         targets, fitted = self._renderer.targets, self._renderer.auxiliary_view
         assert targets is not None and fitted is not None  # the last step has set them

@@ -1,4 +1,4 @@
-"""Follow a camera, to tell where it will be."""
+"""Track the motion of a camera to predict where it will be."""
 
 import math
 
@@ -12,17 +12,17 @@ _LEAST = 1e-9  # radians
 
 
 class Motion:
-    """Hold how a camera moves and turns."""
+    """Hold a camera's velocity and rate of turn."""
 
     def __init__(self) -> None:
         self._camera: Camera | None = None
         self._velocity = glm.dvec3()  # m/s, world
-        self._turn = glm.dvec3()  # the axis, world, as long as the angle per second, radians
+        self._turn = glm.dvec3()  # rotation axis, world, whose length is the angle per second, radians
 
     def follow(self, camera: Camera, dt: float) -> None:
-        """Note that the camera is at `camera` now, `dt` seconds after the last call.
+        """Record that the camera is at `camera` now, `dt` seconds after the last call.
 
-        Velocities are averaged over a tenth of a second; but those of a camera that stands still are 0 at once.
+        Velocities are averaged over a tenth of a second, except that those of a camera at rest are 0 at once.
         """
         before, self._camera = self._camera, camera
         if before is None or dt <= 0:
@@ -41,7 +41,7 @@ class Motion:
         return float(glm.length(self._turn))
 
     def ahead(self, seconds: float) -> Camera:
-        """Return where the camera will be in `seconds`, if it goes on as it did; see `follow`.
+        """Return the predicted camera in `seconds`, if its motion continues; see `follow`.
 
         Raises ValueError before the first call of `follow`.
         """
@@ -57,7 +57,7 @@ class Motion:
 
 
 def turn_between(before: glm.dvec3, after: glm.dvec3) -> glm.dvec3:
-    """Return the turn that takes one look to another: its axis, world, as long as its angle, radians.
+    """Return the rotation from one direction to another: its axis, world, whose length is the angle, radians.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def turn_between(before: glm.dvec3, after: glm.dvec3) -> glm.dvec3:
     Returns
     -------
     glm.dvec3
-        The axis; 0 where both point the same way.
+        The axis; 0 if both point the same way.
     """
     axis = glm.cross(glm.normalize(before), glm.normalize(after))
     sine = glm.length(axis)

@@ -1,4 +1,4 @@
-"""Import imgui out of imgui-bundle's native module, without the bundle's other libraries; see `bundle`."""
+"""Import imgui from imgui-bundle's native module, without the bundle's other libraries; see `bundle`."""
 
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
@@ -11,7 +11,7 @@ _NAME = "imgui_bundle._imgui_bundle"
 
 
 def _native() -> ModuleType:
-    """Return the native module, loaded by its own name: whoever imports imgui-bundle later shares it."""
+    """Return the native module, loaded under its own name, so that later imports of imgui-bundle share it."""
     if _NAME not in sys.modules:
         file = next(file for file in FOLDER.glob("_imgui_bundle.*") if file.suffix in (".so", ".pyd"))
         spec = spec_from_file_location(_NAME, file)

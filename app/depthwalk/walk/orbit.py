@@ -1,6 +1,6 @@
-"""Turn a camera about its target, move it sideways and bring it nearer.
+"""Turn a camera about its target, move it sideways, and bring it nearer.
 
-Each function takes a camera and returns another; none knows of a window or a clock.
+Each function takes a camera and returns another, independent of window and clock.
 """
 
 import math
@@ -15,15 +15,15 @@ from depthwalk.scene.camera import view_from_world
 from depthwalk.walk.controls import MAX_PITCH, direction, heading
 
 RADIANS_PER_PIXEL = math.radians(0.4)
-CLOSER_PER_NOTCH = 0.9  # factor of the distance, per notch of the wheel
+CLOSER_PER_NOTCH = 0.9  # factor on the distance, per notch of the wheel
 DISTANCE_RANGE = 1e-4, 1e6  # metres
 TURNTABLE = math.radians(30.0)  # per second
-_AIMING = 0.08  # s in which what is left to turn falls to 1/e
+_AIMING = 0.08  # s in which the remaining turn falls to 1/e
 _ARRIVED = 1e-3  # of the distance
 
 
 class Side(Enum):
-    """Name the sides from which objects are looked at; a value is the yaw and the pitch of that look, radians."""
+    """Name the sides from which to look at objects; a value is yaw and pitch of the viewing direction, radians."""
 
     FRONT = 0.0, 0.0
     RIGHT = math.pi / 2, 0.0
@@ -45,9 +45,9 @@ class Side(Enum):
 
 
 def turn(camera: Camera, right: float, down: float) -> Camera:
-    """Return `camera` turned about its target so that the picture follows a drag of the mouse.
+    """Return `camera` turned about its target so that the picture follows a mouse drag.
 
-    The pitch stays within ±MAX_PITCH; the distance to the target does not change.
+    The pitch stays within ±MAX_PITCH; the distance to the target is unchanged.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ def turn(camera: Camera, right: float, down: float) -> Camera:
 
 
 def pan(camera: Camera, right: float, down: float) -> Camera:
-    """Return a camera moved sideways together with its target, so that the picture follows a drag of the mouse.
+    """Return a camera moved sideways together with its target, so that the picture follows a mouse drag.
 
-    Surfaces as far away as the target move with the mouse exactly; nearer ones move more, farther ones less.
+    Surfaces at the target's distance follow the mouse exactly; nearer ones move more, farther ones less.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def pan(camera: Camera, right: float, down: float) -> Camera:
         The camera after the drag.
     """
     height = 2 * distance(camera) * math.tan(camera.fov / 2)
-    # A row vector times a rotation is turned by the inverse: from view to world.
+    # A row vector times a rotation is rotated by the inverse: from view to world.
     return camera.moved(glm.dvec3(-right, down, 0) * height * glm.dmat3(view_from_world(camera)))
 
 
@@ -100,7 +100,7 @@ def dolly(camera: Camera, notches: float) -> Camera:
     camera
         The camera before.
     notches
-        By how many notches the wheel was turned; negative numbers move the camera away.
+        How many notches the wheel was turned; negative numbers move the camera away.
 
     Returns
     -------
@@ -118,9 +118,9 @@ def with_distance(camera: Camera, metres: float) -> Camera:
 
 
 def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
-    """Turn a camera towards a point, a step at a time.
+    """Turn a camera towards a point, one step at a time.
 
-    The distance between target and point decays exponentially, so that the turn takes as long at any frame rate.
+    The distance between target and point decays exponentially, so that the turn takes equally long at any frame rate.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
     Returns
     -------
     tuple[Camera, bool]
-        The camera, and whether the point has become its target, which ends the turn.
+        The camera, and whether its target has reached the point, which ends the turn.
     """
     left = (glm.dvec3(*camera.target) - point) * math.exp(-dt / _AIMING)
     arrived = glm.length(left) < _ARRIVED * glm.distance(glm.dvec3(*camera.position), point)

@@ -36,7 +36,7 @@ class Overlay:
         set_up_look(self.io)
         try:
             self.renderer = ImguiRenderer(device)
-        except BaseException:  # imgui makes a new context the current one only where there is none
+        except BaseException:  # imgui makes a new context current only if there is none
             imgui.destroy_context(self._imgui)
             raise
 
@@ -83,7 +83,7 @@ class Overlay:
 
 
 def set_up_look(io: imgui.IO) -> None:
-    """Give imgui's current context, whose settings `io` are, the font, the colours and the spacing of the walk."""
+    """Set font, colours and spacing of the walk in imgui's current context, whose settings are `io`."""
     font = FOLDER / _FONT
     if font.is_file():
         io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)

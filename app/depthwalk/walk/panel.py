@@ -14,22 +14,22 @@ from depthwalk.walk.state import State, representation_name
 from depthwalk.walk.viewer import Mode
 
 _WIDTH = 340.0
-_NARROWEST = 220.0  # of windows too narrow for that
+_NARROWEST = 220.0  # width in windows too narrow for that
 _MARGIN = 10.0
 _CHOICES: tuple[Representation | None, ...] = (None, *Representation)
 _MODES = tuple(Mode)
-_OPEN = ("shadows", "output")  # groups that a walker is likely to look for, first; all open would be windows high
-_SUN_MAX = 5.0  # the end of the slider; Ctrl+click takes more
+_OPEN = ("shadows", "output")  # groups that a user is likely to look for first; all open would fill several windows
+_SUN_MAX = 5.0  # the end of the slider; Ctrl+click allows more
 
 
 Area = tuple[float, float, float, float]  # left, top, right, bottom, window coordinates
 
 
 def draw_panel(state: State, left: float) -> Area:
-    """Draw the panel of the walk `state` at the window's right edge, and apply to the walk what the user changes.
+    """Draw the panel of the walk `state` at the window's right edge, and apply the user's changes to the walk.
 
-    Where it lies over the HUD, whose right end is `left`, it is opaque, or one text would be read through the other.
-    Returns the rectangle that the panel covers: left, top, right, bottom, window coordinates.
+    If it overlaps the HUD, whose right end is `left`, it is opaque, so that texts do not shine through. Returns the
+    rectangle that the panel covers: left, top, right, bottom, window coordinates.
     """
     display = imgui.get_io().display_size
     width = max(min(_WIDTH, display.x - 2 * _MARGIN), _NARROWEST)
@@ -119,7 +119,7 @@ def _draw_path(state: State, playback: Playback) -> None:
 
 
 def _draw_environment(state: State) -> None:
-    """Draw the sun, by where it stands, not by where its light goes; sky and fog, where the scene has them."""
+    """Draw the sun's controls, by its position instead of its light's direction; sky and fog if the scene has them."""
     environment = state.scene.environment
     sun, ambient = environment.sun, environment.ambient
     elevation, azimuth, _ = glm.degrees(glm.polar(-glm.dvec3(*sun.direction)))

@@ -8,7 +8,7 @@ from depthwalk.scene.path import CameraPath
 
 @dataclass
 class Playback:
-    """Play a camera path, and hold how far it has been played.
+    """Play a camera path, and hold the position in it.
 
     Attributes
     ----------
@@ -17,7 +17,7 @@ class Playback:
     time
         Position in the path, seconds from its beginning.
     playing
-        Whether `advance` moves on in the path.
+        Whether `advance` moves along the path.
     loop
         Whether the path starts again at its end.
     """
@@ -38,7 +38,7 @@ class Playback:
         return self.path.sample(self.time)
 
     def toggle(self) -> None:
-        """Stop the path, or play it on; a path that has reached its end plays from the beginning."""
+        """Stop the path, or resume it; a path that has reached its end plays from the beginning."""
         self.playing = not self.playing
         if self.playing and self.time >= self.duration:
             self.time = 0.0

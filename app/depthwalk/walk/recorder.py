@@ -1,4 +1,4 @@
-"""Record the camera as a path of few keyframes that comes close to every recorded camera."""
+"""Record the camera as a path with few keyframes that is close to every recorded camera."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,22 +15,22 @@ from depthwalk.walk.files import save_new
 
 FPS = 30.0  # of the path
 LONGEST_STEP = 1.0  # s between frames; longer pauses (a moved window) are shortened to this
-_SHORTEST_STEP = 0.9 / FPS  # s between samples: a frame of the path shows no more
-_POSITION = 0.005  # metres that a path may be off, at most
-_POSITION_OF_RADIUS = 2e-4  # likewise, in radii of the scene
+_SHORTEST_STEP = 0.9 / FPS  # s between samples: the path's frames show no more
+_POSITION = 0.005  # metres by which a path may be off
+_POSITION_OF_RADIUS = 2e-4  # the same, in radii of the scene
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Say how far a path may differ from what was recorded.
+    """Set how far a path may differ from the recording.
 
     Attributes
     ----------
     position
         Greatest distance between positions, metres.
     angle
-        Greatest angle between directions of look, and greatest difference of the angles of view, radians. The default
-        is the angle of a pixel where 1000 pixels show 60°.
+        Greatest angle between viewing directions, and greatest difference between fields of view, radians. The default
+        is the angle of a pixel when 1000 pixels show 60°.
     """
 
     position: float
@@ -38,12 +38,12 @@ class Tolerance:
 
 
 def tolerance_in(radius: float) -> Tolerance:
-    """Return a tolerance that nobody sees, in a scene whose objects are within a sphere of `radius`, metres."""
+    """Return an invisible tolerance in a scene whose objects are within a sphere of `radius`, metres."""
     return Tolerance(min(_POSITION, _POSITION_OF_RADIUS * radius))
 
 
 class Recorder:
-    """Collect the cameras of a walk frame by frame, and make a path of them.
+    """Collect the cameras of a walk frame by frame, and turn them into a path.
 
     Attributes
     ----------
@@ -58,13 +58,13 @@ class Recorder:
 
     @property
     def full(self) -> bool:
-        """Return whether as many cameras are recorded as a path file can hold keyframes; further ones are left out."""
+        """Return whether the recording has as many cameras as a path file may have keyframes; more are ignored."""
         return len(self._times) == MAX_KEYFRAMES
 
     def add(self, dt: float, camera: Camera) -> None:
-        """Add the `camera` of a frame, drawn `dt` seconds after the last one, of which LONGEST_STEP at most counts.
+        """Add the `camera` of a frame, drawn `dt` seconds after the last one; at most LONGEST_STEP of this counts.
 
-        Cameras that follow each other faster than the frames of the path are left out.
+        Cameras that follow faster than the frames of the path are skipped.
         """
         self.seconds += min(dt, LONGEST_STEP) if self._times else 0.0
         if not self.full and (not self._times or self.seconds - self._times[-1] >= _SHORTEST_STEP):
@@ -85,7 +85,7 @@ def thinned(
 ) -> CameraPath:
     """Return a smooth path through few of n recorded cameras that differs from all of them by at most a tolerance.
 
-    Cameras are added to the path where it is farthest off, until it is good enough.
+    Cameras are added where the path is farthest off, until it is good enough.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def thinned(
     views
         (n, 6) position and target of each camera, metres, world.
     fovs
-        (n,) vertical angles of view, radians.
+        (n,) vertical fields of view, radians.
     tolerance
         How far the path may be off.
 
@@ -127,7 +127,7 @@ def _distance(
 ) -> NDArray[np.float64]:
     """Return how far n cameras are off the true ones, (n,), in multiples of the tolerance."""
     moved = np.linalg.norm(views[:, :3] - true_views[:, :3], axis=1)
-    turned = np.linalg.norm(_looks(views) - _looks(true_views), axis=1)  # equal to the angle, where that is small
+    turned = np.linalg.norm(_looks(views) - _looks(true_views), axis=1)  # equals the angle if that is small
     turned = np.maximum(turned, np.abs(fovs - true_fovs))
     off: NDArray[np.float64] = np.maximum(moved / tolerance.position, turned / tolerance.angle)
     return off
@@ -141,7 +141,7 @@ def _looks(views: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def save_path(path: CameraPath, folder: Path | None = None) -> Path:
-    """Write a camera path to a new file, which is read again before it gets its name.
+    """Write a camera path to a new file; it is read back before it gets its name.
 
     Parameters
     ----------
@@ -158,9 +158,9 @@ def save_path(path: CameraPath, folder: Path | None = None) -> Path:
     Raises
     ------
     OSError
-        Where no folder can be written to.
+        If no folder can be written to.
     InputError
-        Where a path file may not hold such a path.
+        If a path file may not hold such a path.
     """
 
     def write(file: Path) -> None:

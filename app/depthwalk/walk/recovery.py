@@ -1,4 +1,4 @@
-"""Go on after failures of the GPU, unless they come again and again."""
+"""Recover from failures of the GPU, unless they keep recurring."""
 
 import logging
 import time
@@ -9,24 +9,24 @@ from depthwalk.gpu.failures import GPU_FAILURES
 
 log = logging.getLogger(__name__)
 
-_MOST_FAILURES, _FAILURE_SECONDS = 3, 10.0  # of the GPU, and the time within which so many are too many
+_MOST_FAILURES, _FAILURE_SECONDS = 3, 10.0  # this many failures of the GPU within this time are too many
 
 
 class GpuRecovery:
-    """Make everything on the GPU anew after a failure, until there were too many.
+    """Recreate everything on the GPU after a failure, up to a number of failures.
 
     Parameters
     ----------
     restart
-        Frees everything on the GPU and makes it anew; it may fail as well.
+        Frees everything on the GPU and recreates it; it may fail as well.
     """
 
     def __init__(self, restart: Callable[[], None]) -> None:
         self._restart = restart
-        self._failures: deque[float] = deque(maxlen=_MOST_FAILURES)  # when they came, by the clock
+        self._failures: deque[float] = deque(maxlen=_MOST_FAILURES)  # times at which they happened
 
     def forget(self) -> None:
-        """Count from now on only: what fails next is another failure."""
+        """Restart the count: the next failure is unrelated to earlier ones."""
         self._failures.clear()
 
     def recover(self, error: Exception) -> Exception:
@@ -35,7 +35,7 @@ class GpuRecovery:
         Parameters
         ----------
         error
-            What was raised, one of `GPU_FAILURES`; raised again after too many failures within a few seconds.
+            The exception, one of `GPU_FAILURES`; raised again after too many failures within a few seconds.
 
         Returns
         -------

@@ -24,18 +24,18 @@ _POLL_SECONDS = 0.004
 
 
 class SceneLoader:
-    """Make a renderer for a scene, and load what the frames of a walk come to need.
+    """Create a renderer for a scene, and load what the frames of a walk turn out to need.
 
     Parameters
     ----------
     device
         The GPU that draws.
     window
-        The window, which may be closed while something is loaded.
+        The window, which may be closed during loading.
     screen
         Shows the progress.
     clock
-        The walk's clock, which leaves loading out.
+        The walk's clock, which is stopped during loading.
     """
 
     def __init__(self, device: Device, window: Window, screen: LoadingScreen, clock: WalkClock) -> None:
@@ -44,7 +44,7 @@ class SceneLoader:
 
     @contextmanager
     def clock_stopped(self) -> Iterator[None]:
-        """Leave out of the walk the time that the `with` block takes, and clear the loading screen after it."""
+        """Stop the walk's clock during the `with` block, and clear the loading screen afterwards."""
         with self._clock.stopped():
             try:
                 yield
@@ -60,9 +60,9 @@ class SceneLoader:
             The scene to draw.
         library
             The scene's assets, which report their progress to the loading screen from now on. A `BackgroundLibrary`
-            makes them ready beside the frames.
+            prepares them in the background.
         representation
-            How to draw every object; None leaves it to the scene.
+            How to draw every object; None follows the scene.
 
         Returns
         -------
@@ -72,9 +72,9 @@ class SceneLoader:
         Raises
         ------
         InputError
-            Where an asset cannot be used.
+            If an asset cannot be used.
         StoppedError
-            Where the user stopped the loading.
+            If the user stopped the loading.
         """
         self._screen.begin(scene.path.name)
         library.report = self._screen.report
@@ -94,9 +94,9 @@ class SceneLoader:
         return renderer
 
     def _wait(self, renderer: Renderer, library: BackgroundLibrary, scene: Scene) -> None:
-        """Wait until all objects can be shown in some way, but not long where the scene has a camera to begin with.
+        """Wait until all objects can be shown in some way, but not long if the scene has a camera to begin with.
 
-        What comes later comes beside the frames. Nothing is baked before there is nothing else to wait for. Raises
+        The rest is loaded in the background. Baking starts only when there is nothing else to wait for. Raises
         InputError for files that cannot be used, and StoppedError.
         """
         camera = scene.camera
@@ -118,9 +118,9 @@ class SceneLoader:
             time.sleep(_POLL_SECONDS)
 
     def _rehearse(self, renderer: Renderer, scene: Scene) -> None:
-        """Draw the scene without objects, for nobody to see: the driver compiles shaders while the objects are read.
+        """Draw the scene without objects, invisibly, so that the driver compiles shaders while objects are read.
 
-        Settings that the machine lacks are told of before the first picture, see `load_missing`.
+        Settings that the machine does not support are reported before the first picture, see `load_missing`.
         """
         size = self._window.buffer_size
         try:
@@ -131,24 +131,24 @@ class SceneLoader:
             renderer.rehearse(View(scene.camera or renderer.frame_all(size[0] / size[1]), size), self._window.fbo)
 
     def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> None:
-        """Load what the next frame needs that is not loaded yet; call this before every frame.
+        """Load whatever the next frame needs that is not loaded yet; call this before every frame.
 
-        Something is missing after the user has chosen another representation. Where loading fails or is stopped, the
-        representation before it is used again. Where the machine lacks the chosen anti-aliasing, none is used.
+        Something is missing after the user has chosen another representation. If loading fails or is stopped, the
+        previous representation is used again. If the machine lacks the chosen anti-aliasing, none is used.
 
         Parameters
         ----------
         renderer
             The renderer, with the chosen representation and settings.
         tell
-            Called with the reason where something cannot be used.
+            Called with the reason if something cannot be used.
 
         Raises
         ------
         InputError
-            Where not even the representation before can be loaded.
+            If not even the previous representation can be loaded.
         StoppedError
-            Where the user closes the window.
+            If the user closes the window.
         """
         with self.clock_stopped():
             try:
@@ -167,7 +167,7 @@ class SceneLoader:
                 renderer.settings.aa = "none"
 
     def _load_anyway(self, renderer: Renderer) -> None:
-        """Load what no frame can do without: only closing the window stops this."""
+        """Load what no frame can do without; only closing the window stops this."""
         while True:
             self._screen.end()
             try:

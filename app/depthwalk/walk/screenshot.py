@@ -1,4 +1,4 @@
-"""Save pictures of the window as PNG files that name their scene and camera."""
+"""Save pictures of the window as PNG files that record their scene and camera."""
 
 import io
 import json
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:
     """Write a picture to a new PNG file.
 
-    Three texts in the file say what it shows. "Scene" is the scene's file. "Camera" is JSON with position and target in
-    metres and fov in degrees. "Options" holds the same camera as options of the command line.
+    The file holds three texts. "Scene" is the scene's file. "Camera" is JSON with position and target in metres and fov
+    in degrees. "Options" holds the same camera as options of the command line.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
     Raises
     ------
     OSError
-        Where no folder can be written to.
+        If no folder can be written to.
     """
-    from PIL import Image  # here: most walks save none
+    from PIL import Image  # here, since most walks save none
 
     folders = [folder] if folder is not None else [Path.cwd(), user_pictures_path()]
     info = _describe(scene, camera)
@@ -59,9 +59,9 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
 
 def read_window(window: Window) -> NDArray[np.uint8]:
     """Return the picture (H, W, 3) uint8, sRGB, that was last drawn to `window`, top row first."""
-    width, height = window.buffer_size  # `fbo.size` stays that of the first frame
+    width, height = window.buffer_size  # `fbo.size` remains that of the first frame
     data = window.fbo.read(viewport=(0, 0, width, height), components=3, alignment=1)
-    _ = window.ctx.error  # clears it: moderngl asks for an attachment that a window's buffer lacks
+    _ = window.ctx.error  # clears it: moderngl queries an attachment that a window's buffer lacks
     return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1]
 
 

@@ -1,14 +1,14 @@
-"""Find, once a second, which part of the objects' pixels each representation drew, without waiting for the GPU.
+"""Find, once per second, which part of the objects' pixels each representation drew, without waiting for the GPU.
 
-The HUD shows the parts.
+The HUD shows these shares.
 """
 
 from depthwalk.render.pixel_shares import PixelShares, shares
 from depthwalk.render.renderer import Renderer
 
-_EVERY = 1.0  # s from one answer to the next question
-_FRAMES = 3  # after which the GPU has drawn the frame that was asked about, and reading does not wait
-_FIRST = 3  # frame that is asked about first: asking compiles a shader, for which the first picture should not wait
+_EVERY = 1.0  # s from one result to the next query
+_FRAMES = 3  # after which the GPU has drawn the queried frame, and reading does not wait
+_FIRST = 3  # number of the first queried frame: a query compiles a shader, which must not delay the first picture
 
 
 class LateShares:
@@ -17,7 +17,7 @@ class LateShares:
     Attributes
     ----------
     latest
-        What `pixel_shares.shares` returned last, 0 to 1 by name; empty before the first answer.
+        The last result of `pixel_shares.shares`, 0 to 1 by name; empty before the first one.
     """
 
     def __init__(self) -> None:
@@ -26,7 +26,7 @@ class LateShares:
         self._frames, self._seconds, self._waits = 0, _EVERY, _FIRST
 
     def update(self, renderer: Renderer, dt: float) -> None:
-        """Begin to count a frame's pixels, read a count that is finished, or do neither; call this after every frame.
+        """Begin counting a frame's pixels, read a finished count, or do neither; call this after every frame.
 
         `renderer` has just drawn the frame, `dt` seconds after the last one.
         """

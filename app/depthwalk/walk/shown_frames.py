@@ -1,9 +1,9 @@
-"""Decide what a window shows at each moment: a new frame, the last one moved, or nothing new.
+"""Decide what a window shows at each moment: a new frame, the last one reprojected, or nothing new.
 
-Where frames take long, they are drawn in slices of a few passes. Between slices the window shows the last finished
-frame, moved to the newest camera (`render.reprojection`), so that the picture follows keys and mouse many times as
-often as frames are finished. Such frames have a margin, and look ahead: to where the viewer will be while they are
-shown. Where nothing changes any more, nothing is drawn.
+Frames that take long are drawn in slices of a few passes. Between slices the window shows the last finished frame,
+reprojected to the newest camera (`render.reprojection`), so that the picture follows keys and mouse much more often
+than frames are finished. Such frames have a margin, and are drawn for a predicted camera: where the viewer will be
+while they are shown. If nothing changes any more, nothing is drawn.
 """
 
 import time
@@ -27,14 +27,14 @@ from depthwalk.walk.motion import Motion
 from depthwalk.walk.slices import FrameSlices, longest
 from depthwalk.walk.still_slices import StillSlices
 
-_SLOW = 0.033  # s that frames take from which on they are drawn in slices
-_QUICK = 0.025  # s below which they are drawn whole again
-_MEASURED = 2  # frames that decide: the first one compiles shaders, which tells of no other but that it may be slow
-_SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last change
-_MOST_UNSEEN = 0.5  # of the window: where the last frame lacks more, the window waits for the next one
-_SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
+_SLOW = 0.033  # s: frames that take longer are drawn in slices
+_QUICK = 0.025  # s: frames that take less are drawn whole again
+_MEASURED = 2  # frames that decide: the first one compiles shaders, so it says only that it may be slow
+_SETTLING = 2, 8  # fewest and most frames that are drawn after the last change
+_MOST_UNSEEN = 0.5  # of the window: if the last frame lacks more, the window waits for the next one
+_SHOWN_FOR = 1.5  # times the time to draw a frame: its mean age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
-_WARP_LIMIT = 1_600_000  # triangles, of a frame of all pixels: more than most need, less than what a quick turn brings
+_WARP_LIMIT = 1_600_000  # triangles, of a frame of all pixels: more than most need, less than a quick turn brings
 _FIRST_WARP_LIMIT = 400_000  # in the first pictures of a window
 
 
@@ -49,9 +49,9 @@ class ShownFrames:
     Attributes
     ----------
     scene_seconds
-        How long the work for the last frame of the scene took; 0 before the first.
+        Time spent on the last frame of the scene, seconds; 0 before the first.
     in_slices
-        Whether frames are drawn in slices, and moved in between.
+        Whether frames are drawn in slices, and reprojected in between.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -65,24 +65,24 @@ class ShownFrames:
         self._refines = True
         self._durations: deque[float] = deque(maxlen=_MEASURED)
         self._frame = FrameSlices(renderer.device)
-        self._source: View | None = None  # what the frame is seen through that is being drawn in slices
-        self._view: View | None = None  # that is shown
+        self._source: View | None = None  # view of the frame that is being drawn in slices
+        self._view: View | None = None  # view that is shown
         self._camera: Camera | None = None  # of the last call of `note`
-        self._moved = False  # whether that was another than in the call before
-        self._known: tuple[Any, ...] = ()  # everything else of that call
+        self._moved = False  # whether that differed from the call before
+        self._known: tuple[Any, ...] = ()  # everything else in that call
         self._scale = FrameScale()
         self._finished_scale = 1.0  # of the last frame
         self._interactive = False  # whether the frame is for a viewer who moves or sees nothing yet
-        self._settled = 0  # frames drawn since either changed, less those
+        self._settled = 0  # frames drawn since either changed, without interactive ones
         self._still = StillSlices(renderer)
         self._unshown = False  # whether something is finished that no picture has shown
-        self._is_untaken = False  # whether the frame on the screen is in the canvas, and is to be moved from now on
+        self._is_untaken = False  # whether the frame on the screen is in the canvas and must be reprojected from now on
 
     @property
     def refines(self) -> bool:
-        """Return whether pictures beside frames may be drawn, as the still one; True unless somebody looks at targets.
+        """Return whether other pictures than frames may be drawn, such as the still one; not while targets are viewed.
 
-        Setting it to False draws a frame anew, since targets may be those of another picture.
+        Setting it to False redraws a frame, since the targets may be those of another picture.
         """
         return self._refines
 
@@ -96,7 +96,7 @@ class ShownFrames:
 
     @property
     def is_current(self) -> bool:
-        """Return whether the window shows the scene as it is, so that nothing need be drawn."""
+        """Return whether the window shows the scene as it is, so that nothing needs to be drawn."""
         knows_around = self._around.knows_all or not (self.in_slices and self.refines)
         return (
             not self._unshown
@@ -107,7 +107,7 @@ class ShownFrames:
 
     @property
     def _is_settled(self) -> bool:
-        """Return whether frames that follow would be no better than the last one, or than the still picture."""
+        """Return whether further frames would be no better than the last one, or than the still picture."""
         plan = self._renderer.plan
         if self._frame.is_drawing or plan is None or self._settled < _SETTLING[0]:
             return False
@@ -119,12 +119,12 @@ class ShownFrames:
 
     @property
     def _is_new(self) -> bool:
-        """Return whether the first frames are drawn, which are to come soon; later ones refine them."""
+        """Return whether the first frames are being drawn, which must come soon and are refined by later ones."""
         return len(self._durations) < _MEASURED
 
     @property
     def is_drawing(self) -> bool:
-        """Return whether a frame, or a still picture, has been begun that is not finished yet."""
+        """Return whether a frame or another picture is in progress."""
         return self._frame.is_drawing or self._still.is_drawing or self._around.is_drawing
 
     @property
@@ -134,12 +134,12 @@ class ShownFrames:
 
     @property
     def _wants_still(self) -> bool:
-        """Return whether the picture of a viewer who stands still is drawn once more, with more samples."""
+        """Return whether the picture is drawn once more, with more samples, when the viewer is at rest."""
         settings = self._renderer.settings
         return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
 
     def note(self, camera: Camera, dt: float, size: tuple[int, int]) -> None:
-        """Note what is to be shown; call this once in every round of the window.
+        """Record what is to be shown; call this once in every round of the window.
 
         Parameters
         ----------
@@ -162,7 +162,7 @@ class ShownFrames:
             self._around.knows_all = False
 
     def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
-        """Show the scene; where frames are drawn in slices, what `work` has finished of it.
+        """Show the scene; if frames are drawn in slices, what `work` has finished of it.
 
         Parameters
         ----------
@@ -174,8 +174,8 @@ class ShownFrames:
         Returns
         -------
         bool
-            Whether a frame of the scene was finished since the last call. Only then do targets and plan of the renderer
-            fit together.
+            Whether a frame of the scene was finished since the last call. Only then do the renderer's targets and plan
+            belong together.
         """
         self._view = view
         self._choose_way()
@@ -192,9 +192,9 @@ class ShownFrames:
         return finished
 
     def work(self) -> None:
-        """Go on for a slice with what the window is to show next, where frames are drawn in slices.
+        """Continue for a slice with what the window is to show next, if frames are drawn in slices.
 
-        Call this once in every round, when the picture is on the screen: the next one then follows the newest input.
+        Call this once in every round, after the picture is on the screen: the next one then follows the newest input.
         """
         if self._is_untaken:
             self._is_untaken = False
@@ -210,7 +210,7 @@ class ShownFrames:
             self._unshown |= self._still.advance(self._view, seconds)
 
     def _looks_around(self, view: View) -> bool:
-        """Return whether something beside what `view` shows is drawn now, and begin with it if it is wanted."""
+        """Return whether the surroundings of `view` are being drawn now, beginning with them if they are needed."""
         if self._around.is_drawing:
             return True
         if self.is_drawing or not self.refines or self._reprojection.view is None:
@@ -231,12 +231,12 @@ class ShownFrames:
             return True
         if not self._still.is_finished:
             self._still.advance(view, np.inf)
-            self._renderer.render(view, screen)  # targets are to be those of the plan again
+            self._renderer.render(view, screen)  # so that targets are those of the plan again
         self._still.show(screen)
         return False
 
     def _catch_up(self, view: View) -> View:
-        """Finish a frame at once, or two, until one holds what is to be seen; return where the viewer is by then."""
+        """Finish one or two frames at once, until one covers the view; return the viewer's view by then."""
         start = time.perf_counter()
         if self._frame.is_drawing:
             self.finish()
@@ -249,14 +249,14 @@ class ShownFrames:
         return view
 
     def finish(self) -> None:
-        """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
+        """Draw the rest of a frame in progress; call this before the scene or its settings change."""
         self._still.drop()
         self._around.drop()
         while self._frame.is_drawing:
             self._advance(np.inf)
 
     def _choose_way(self) -> None:
-        """Decide whether frames are drawn in slices; not while one is being drawn."""
+        """Decide whether frames are drawn in slices, unless one is in progress."""
         settings = self._renderer.settings
         if self.is_drawing:
             return
@@ -267,9 +267,9 @@ class ShownFrames:
         if mode == "auto" and self._is_new:
             self.in_slices = self._reprojection.view is not None  # the second frame, see `_draw_first`
         if settings.dof.mode != "none" and settings.dof.autofocus:
-            self.in_slices = False  # the lens turns from frame to frame
+            self.in_slices = False  # the lens changes from frame to frame
         if self.in_slices and not before:
-            self._settled = 0  # one frame with a margin, for when the viewer starts
+            self._settled = 0  # draw one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
         self._interactive = self._is_new
@@ -284,9 +284,9 @@ class ShownFrames:
         self._end_frame(max(time.perf_counter() - start, of_passes))
 
     def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a frame at once that can be moved if it took long, so that nobody waits for the second one.
+        """Draw a frame at once that can be reprojected if it took long, so that the second one is not waited for.
 
-        It has no margin, with which it would come later.
+        It has no margin, which would delay it.
         """
         self._source = view
         self._draw_whole(view, self._reprojection.canvas(view.size))
@@ -299,16 +299,16 @@ class ShownFrames:
         self._settled += not self._interactive
 
     def _draw_slice(self, view: View) -> bool:
-        """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
+        """Begin a frame, or continue with the one in progress; return whether it is finished now."""
         if not self._frame.is_drawing:
             ahead = min(_SHOWN_FOR * self._frame.delay, _FARTHEST_AHEAD)
             self._begin(self._motion.ahead(ahead), view, interactive=self._moved)
         return self._advance(self._slice_seconds(view))
 
     def _begin(self, camera: Camera, view: View, interactive: bool) -> None:
-        """Begin a frame that is seen by `camera`, and wider by the margin than `view`.
+        """Begin a frame seen from `camera`, wider than `view` by the margin.
 
-        interactive: whether it has fewer pixels, and limits to its work, since the viewer moves.
+        interactive: whether it has fewer pixels and limited work, since the viewer moves.
         """
         self._still.drop()
         self._around.drop()
@@ -333,7 +333,7 @@ class ShownFrames:
         )
 
     def _advance(self, seconds: float) -> bool:
-        """Go on with the frame for about `seconds`; return whether it is finished."""
+        """Continue with the frame for about `seconds`; return whether it is finished."""
         if not self._frame.advance(seconds):
             return False
         self._take_finished()
@@ -345,7 +345,7 @@ class ShownFrames:
         return True
 
     def _take_finished(self) -> None:
-        """Let the frame that was drawn in slices be the one that is shown."""
+        """Show the frame that was drawn in slices from now on."""
         targets, fitted, source = self._renderer.targets, self._renderer.view, self._source
         assert targets is not None and fitted is not None and source is not None
         near, far = fitted.depth_range
@@ -354,29 +354,29 @@ class ShownFrames:
 
     @property
     def view(self) -> View | None:
-        """Return what the picture is seen through that is shown; None before the first."""
+        """Return the view of the picture that is shown; None before the first."""
         return self._view
 
     @property
     def unseen(self) -> float:
-        """Return which part of the picture that is shown no frame holds, 0 to 1; see `Reprojection.unseen`."""
+        """Return the part of the shown picture that no frame covers, 0 to 1; see `Reprojection.unseen`."""
         return self._reprojection.unseen(self._view) if self.in_slices and self._view is not None else 0.0
 
     def distance_at(self, across: float, down: float) -> float:
-        """Return how far ahead the surface is that the window shows at a place; see `Renderer.distance_at`."""
+        """Return the distance of the surface that the window shows at a position; see `Renderer.distance_at`."""
         if self._view is None or not self.in_slices:
             return self._renderer.distance_at(across, down)
         return self._reprojection.distance_at(self._view, across, down)
 
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
-        """Return the world point that the window shows at a place; see `Renderer.point_at`."""
+        """Return the world point that the window shows at a position; see `Renderer.point_at`."""
         distance = self.distance_at(across, down)
         if self._view is None or np.isinf(distance):
             return None
         return self._view.unproject(across, down, distance)
 
     def release(self) -> None:
-        """Free everything on the GPU, and forget a frame that has been begun."""
+        """Free everything on the GPU, and discard a frame in progress."""
         self._frame.drop()
         self._around.drop()
         self._still.release()

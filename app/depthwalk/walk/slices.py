@@ -1,4 +1,4 @@
-"""Draw in slices: some steps of the work, as long as there is time, then the window shows something."""
+"""Draw in slices: a few steps of the work at a time, between which the window shows something."""
 
 import time
 from collections.abc import Iterator
@@ -7,12 +7,12 @@ import numpy as np
 
 from depthwalk.gpu.device import Device
 
-_LONGEST = 2  # times as long as the settings say
-_TURNED_PAST = 0.1  # of the window, that may lie beyond the margin at the end of a steady turn
+_LONGEST = 2  # most times as long as in the settings
+_TURNED_PAST = 0.1  # of the window, which may lie beyond the margin at the end of a steady turn
 
 
 class Slices:
-    """Draw one thing at a time in slices. Each step is waited for.
+    """Draw one thing at a time in slices, waiting for the GPU after each step.
 
     Parameters
     ----------
@@ -26,19 +26,19 @@ class Slices:
 
     @property
     def is_drawing(self) -> bool:
-        """Return whether something has been begun that is not finished yet."""
+        """Return whether something is in progress."""
         return self._steps is not None
 
     def begin(self, steps: Iterator[str]) -> None:
-        """Begin with something, of which every step is what `steps` does next; forget what was begun before."""
+        """Begin a sequence of steps, executed by advancing `steps`; discard one in progress."""
         self._steps = steps
 
     def drop(self) -> None:
-        """Forget what has been begun."""
+        """Discard what is in progress."""
         self._steps = None
 
     def advance(self, seconds: float) -> bool:
-        """Go on for about `seconds`, until the first step that ends later; return whether it is finished."""
+        """Continue for about `seconds`, until the first step that ends later; return whether all are finished."""
         assert self._steps is not None
         end = time.perf_counter() + seconds
         while next(self._steps, None) is not None:
@@ -55,29 +55,29 @@ class FrameSlices(Slices):
     Attributes
     ----------
     delay
-        Seconds from the beginning to the end of the last frame, with all that was shown meanwhile; 0 before the first.
+        Seconds from beginning to end of the last frame, including everything shown meanwhile; 0 before the first.
     """
 
     def __init__(self, device: Device) -> None:
         super().__init__(device)
         self.delay = 0.0
-        self._spent = 0.0  # s of work for this frame, in the slices before this one
-        self._began = 0.0  # when it was begun, by the clock
-        self._slice_began = 0.0  # likewise
-        self._costs: list[float] = []  # s of each step of the last one
-        self._step, self._slices = 0, 0  # how many of either there were of this one
-        self._between = 0.0  # s from a slice of the last one to the next
+        self._spent = 0.0  # s of work for this frame, in earlier slices
+        self._began = 0.0  # time at which it began
+        self._slice_began = 0.0  # time at which the slice began
+        self._costs: list[float] = []  # s of each step of the last frame
+        self._step, self._slices = 0, 0  # numbers of steps and slices of this frame
+        self._between = 0.0  # s from one slice of the last frame to the next
 
     def begin(self, steps: Iterator[str]) -> None:
-        """Begin a frame; forget one that was begun before."""
+        """Begin a frame; discard one in progress."""
         super().begin(steps)
         self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
 
     def advance(self, seconds: float) -> bool:
-        """Go on with the frame for about `seconds`; return whether its last step is done. Then call `end`.
+        """Continue with the frame for about `seconds`; return whether its last step is done. Then call `end`.
 
-        The last step before the time is over is that after which, judged by the frame before, the next one would end
-        too late. Where that frame had no such step, the next one is taken to be as long as the last.
+        The slice ends when the next step, judged by the previous frame, would end too late. If that frame had no such
+        step, the next step is assumed to take as long as the last one.
         """
         assert self._steps is not None
         self._slices += 1
@@ -96,7 +96,7 @@ class FrameSlices(Slices):
         return True
 
     def end(self) -> float:
-        """Note that the frame is finished, with all that is done for it; return the seconds of work for it."""
+        """Record that the frame, and everything done for it, is finished; return the seconds of work for it."""
         now = time.perf_counter()
         self.delay = now - self._began
         work = self._spent + now - self._slice_began
@@ -105,21 +105,21 @@ class FrameSlices(Slices):
         return work
 
     def seconds(self, *, least: float, margin: float, half_width: float, turn_rate: float, work: float) -> float:
-        """Return how long a slice may take: longer than the settings say where the viewer turns quickly.
+        """Return how long a slice may take: longer than in the settings if the viewer turns quickly.
 
         A frame is shown for as long as the next one takes. In that time the viewer must not turn past the margins, and
-        the longer the slices are, the fewer pictures in between delay the frame.
+        the longer the slices, the fewer pictures in between delay the frame.
 
         Parameters
         ----------
         least
-            What the settings say, seconds.
+            The time in the settings, seconds.
         margin
-            Part of the picture's width that frames are wider by, at either side.
+            Margin of frames at either side, as a part of the picture's width.
         half_width
-            Tangent of half the horizontal angle of view.
+            Tangent of half the horizontal field of view.
         turn_rate
-            How quickly the viewer turns, radians per second.
+            The viewer's rate of turn, radians per second.
         work
             Seconds of work for a frame.
         """
@@ -130,5 +130,5 @@ class FrameSlices(Slices):
 
 
 def longest(least: float) -> float:
-    """Return how long slices may take where nothing moves, seconds, if the settings say `least`."""
+    """Return how long slices may take when nothing moves, seconds, if the settings say `least`."""
     return _LONGEST * least

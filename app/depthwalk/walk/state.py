@@ -1,4 +1,4 @@
-"""Hold what the window shows and what keys and panel change: the viewer, a recording, the lens, what is visible."""
+"""Hold what the window shows and what keys and panel change: viewer, recording, lens, visible parts."""
 
 from dataclasses import dataclass, field
 
@@ -16,22 +16,22 @@ from depthwalk.walk.viewer import Viewer
 
 @dataclass
 class State(Viewer):
-    """Hold one walk: its viewer and everything else that lasts from frame to frame.
+    """Hold one walk: its viewer and everything else that persists from frame to frame.
 
     Attributes
     ----------
     recorder
         The recording, or None while nothing is recorded.
     times
-        Durations from one picture that the window showed to the next.
+        Durations from each picture shown by the window to the next.
     scene_times
-        How long the work for the last frames of the scene took.
+        Time spent on each of the last frames of the scene.
     scene_scale
-        How many pixels the last of them had per pixel of the window, along either axis.
+        Pixels of the last of them per pixel of the window, along either axis.
     shares
         The part of the objects' pixels that each representation drew in a recent frame.
     pull
-        The turn of the lens to another focus distance.
+        The change of the lens to another focus distance.
     hud
         Whether the window shows the HUD.
     panel
@@ -54,7 +54,7 @@ class State(Viewer):
     atlas: bool = False
 
     def show(self, scene: Scene, renderer: Renderer, aspect: float) -> None:
-        """Show another scene, or the present one read again; the latter keeps camera and camera path.
+        """Show another scene, or reload the present one, which keeps camera and camera path.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class State(Viewer):
         """
         again = scene.path == self.scene.path
         self.tell(f"Read {scene.path.name} again" if again else scene.path.name)
-        self.end_recording()  # its message is the more important one
+        self.end_recording()  # its message is more important
         self.scene, self.renderer, self.shares = scene, renderer, LateShares()
         self.home = scene.camera or renderer.frame_all(aspect)
         if not again:
@@ -75,7 +75,7 @@ class State(Viewer):
             self.arrive()
 
     def toggle_recording(self) -> None:
-        """Begin to record the camera, or end the recording and save it."""
+        """Begin recording the camera, or end the recording and save it."""
         if self.recorder is None:
             self.recorder = Recorder()
             self.tell("Recording the camera; K saves it")
@@ -83,14 +83,14 @@ class State(Viewer):
             self.end_recording()
 
     def record(self, dt: float) -> None:
-        """Add the camera, `dt` seconds after the last frame, to a recording under way; save it when it is full."""
+        """Add the camera, `dt` seconds after the last frame, to a recording in progress; save it when it is full."""
         if self.recorder is not None:
             self.recorder.add(dt, self.camera)
             if self.recorder.full:
                 self.end_recording()
 
     def end_recording(self) -> None:
-        """Save the recording as a path file, whose path the key P plays from now on; do nothing without a recording."""
+        """Save the recording as a path file, which the key P plays from now on; do nothing without a recording."""
         recorder, self.recorder = self.recorder, None
         if recorder is None:
             return
@@ -115,18 +115,18 @@ class State(Viewer):
         )
 
     def pull_focus(self, dt: float) -> None:
-        """Turn the lens for `dt` seconds towards the focus distance that the user or the autofocus has chosen."""
+        """Move the lens for `dt` seconds towards the focus distance chosen by the user or the autofocus."""
         lens = self.renderer.settings.dof
         if lens.autofocus and lens.mode != "none":
             self.pull.start(self.surfaces.distance_at(0.5, 0.5))
         self.pull.advance(lens, dt)
 
     def represent(self, representation: Representation | None) -> None:
-        """Draw every object in `representation`; None leaves the representation to the scene."""
+        """Draw every object in `representation`; None follows the scene."""
         self.renderer.world.representation = representation
         self.tell(f"Representation: {representation_name(representation)}")
 
 
 def representation_name(representation: Representation | None) -> str:
-    """Return the name of `representation` as the panel shows it; None stands for the scene's own choice."""
+    """Return the name of `representation` in the panel; None stands for the scene's own choice."""
     return "as in the scene" if representation is None else representation.label

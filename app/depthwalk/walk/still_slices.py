@@ -1,4 +1,4 @@
-"""Draw the picture of a viewer who stands still in slices, and show it once it is finished."""
+"""Draw the picture of a viewer at rest in slices, and show it once it is finished."""
 
 import moderngl
 
@@ -14,12 +14,12 @@ class StillSlices:
     Parameters
     ----------
     renderer
-        Draws it; no frame may be begun while it is being drawn.
+        Draws it; no frame may be in progress meanwhile.
 
     Attributes
     ----------
     is_finished
-        Whether there is a picture, of the present viewer, to show.
+        Whether there is a picture of the present view to show.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -30,18 +30,18 @@ class StillSlices:
 
     @property
     def is_drawing(self) -> bool:
-        """Return whether one has been begun that is not finished yet."""
+        """Return whether a picture is in progress."""
         return self._slices.is_drawing
 
     def advance(self, view: View, seconds: float) -> bool:
-        """Begin the picture of `view`, or go on with it, for about `seconds`; return whether it is finished."""
+        """Begin the picture of `view`, or continue with it, for about `seconds`; return whether it is finished."""
         if not self._slices.is_drawing:
             self._slices.begin(self._picture.steps(self._renderer, view))
         self.is_finished = self._slices.advance(seconds)
         return self.is_finished
 
     def drop(self) -> None:
-        """Forget the picture, and what of one has been drawn: the viewer moves, or the scene has changed."""
+        """Discard the picture, finished or not: the viewer moves, or the scene has changed."""
         self._slices.drop()
         self.is_finished = False
 

@@ -1,15 +1,15 @@
-"""Keep how long the last frames took, for the HUD."""
+"""Record how long the last frames took, for the HUD."""
 
 from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 
-_AVERAGED = 0.5  # s, over which the time of a frame is averaged
+_AVERAGED = 0.5  # s over which the time of a frame is averaged
 
 
 class FrameTimes:
-    """Keep the durations of the last `length` frames."""
+    """Hold the durations of the last `length` frames."""
 
     def __init__(self, length: int = 120) -> None:
         self._seconds: deque[float] = deque(maxlen=length)
@@ -25,7 +25,7 @@ class FrameTimes:
 
     @property
     def smoothed(self) -> float:
-        """Return the mean duration of the frames of about the last half second, seconds; 0 before the first frame."""
+        """Return the mean duration of frames over about the last half second, seconds; 0 before the first frame."""
         total, count = 0.0, 0
         for seconds in reversed(self._seconds):
             total, count = total + seconds, count + 1
@@ -35,9 +35,9 @@ class FrameTimes:
 
 
 class PictureTimes(FrameTimes):
-    """Keep how long it took from each of the last pictures to the next.
+    """Hold the time from each of the last pictures to the next.
 
-    A picture counts only where the round before showed one too: the first one, and one that ends a rest, follow none.
+    A picture counts only if the round before showed one too; the first one, and one after a rest, do not.
     """
 
     def __init__(self) -> None:
@@ -45,12 +45,12 @@ class PictureTimes(FrameTimes):
         self._follows = False
 
     def note(self, seconds: float, *, shows: bool) -> None:
-        """Note a round of the window.
+        """Record a round of the window.
 
         Parameters
         ----------
         seconds
-            From the beginning of the round before to that of this one.
+            From the beginning of the previous round to that of this one.
         shows
             Whether it shows a picture.
         """

@@ -1,6 +1,6 @@
 """Move the camera by keys and mouse, along a path or about a target; show messages.
 
-Nothing here draws or knows of a window, so that all of it is tested without one.
+This module draws nothing and is independent of the window, so that it can be tested without one.
 """
 
 import math
@@ -21,21 +21,21 @@ from depthwalk.walk import orbit
 from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, LONGEST_STEP, HeldKeys, Move, Walker, natural_speed
 from depthwalk.walk.playback import Playback
 
-_TOAST_SECONDS = 4.0  # at least
+_TOAST_SECONDS = 4.0  # shortest time
 _READING = 15.0  # characters per second
 _SAME_SIDE = math.cos(math.radians(1.0))
-_EMPTY = 10.0  # metres: the radius that an empty scene is given
+_EMPTY = 10.0  # metres: radius assumed for an empty scene
 
 
 class Surfaces(Protocol):
-    """Describe who knows where the surfaces are that a picture shows."""
+    """Describe an object that knows the surfaces that a picture shows."""
 
     def distance_at(self, across: float, down: float) -> float:
-        """Return the metres along the view axis to what is shown at a place; see `Renderer.distance_at`."""
+        """Return the distance along the view axis, metres, shown at a position; see `Renderer.distance_at`."""
         ...
 
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
-        """Return the world point that is shown at a place; see `Renderer.point_at`."""
+        """Return the world point that is shown at a position; see `Renderer.point_at`."""
         ...
 
 
@@ -58,21 +58,21 @@ class Viewer:
     renderer
         The renderer that draws the scene.
     walker
-        The position and look of a viewer who flies or walks. In orbit they follow the camera.
+        Position and direction of a viewer who flies or walks. In orbit they follow the camera.
     home
         The camera that the key Home returns to.
     playback
-        The camera path that can be played; None: there is none.
+        The camera path that can be played; None if there is none.
     turned
-        In Mode.ORBIT the camera that turns about its target; else None.
+        In Mode.ORBIT the camera that turns about its target; otherwise None.
     shown
-        Knows where the surfaces are that the window shows; None: the renderer does.
+        Knows the surfaces that the window shows; if None, the renderer does.
     held
         The moves whose keys are down.
     fast
         Whether Shift is held.
     turntable
-        Whether the camera turns about its target by itself.
+        Whether the camera keeps turning about its target.
     """
 
     scene: Scene
@@ -86,27 +86,27 @@ class Viewer:
     fast: bool = False
     turntable: bool = False
     _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
-    _pace: float = 0.0  # the speed at which the walk began, while not all of the scene is shown
+    _pace: float = 0.0  # the speed at the beginning of the walk, until the whole scene is shown
     _toast: str = ""
     _toast_end: float = 0.0
 
     @property
     def surfaces(self) -> Surfaces:
-        """Return who knows where the surfaces are that the window shows."""
+        """Return the object that knows the surfaces that the window shows."""
         return self.shown or self.renderer
 
     def tell(self, message: str) -> None:
-        """Show `message` for a few seconds, a long one for as long as it takes to read."""
+        """Show `message` for a few seconds, or longer if it takes longer to read."""
         self._toast, self._toast_end = message, time.monotonic() + max(_TOAST_SECONDS, len(message) / _READING)
 
     @property
     def toast(self) -> str:
-        """Return the message to show now, or an empty string where there is none or its time is over."""
+        """Return the message to show now, or an empty string if there is none or its time is over."""
         return self._toast if time.monotonic() < self._toast_end else ""
 
     @property
     def ground(self) -> float:
-        """Return the height of the ground, metres, world y; 0 where the scene has none."""
+        """Return the height of the ground, metres, world y; 0 if the scene has none."""
         ground = self.scene.environment.ground
         return ground.height if ground is not None else 0.0
 
@@ -125,16 +125,16 @@ class Viewer:
 
     @property
     def camera(self) -> Camera:
-        """Return the camera to draw with: that of the path while it plays, else that of the viewer."""
+        """Return the camera to draw with: that of the path while it plays, otherwise that of the viewer."""
         if self.playback is not None and self.playback.playing:
             return self.playback.camera
         return self.turned or self.walker.camera
 
     def arrive(self) -> None:
-        """Begin the walk in a scene, with the camera at `home` and the speed that suits the scene.
+        """Begin the walk in a scene, with the camera at `home` and a speed that suits the scene.
 
-        A mesh that is shown without a scene file is looked at in orbit. Elsewhere the viewer walks if the camera is
-        where the eyes of somebody who walks may be, else flies.
+        A mesh that is shown without a scene file is viewed in orbit. Otherwise the viewer walks if the camera is at eye
+        height, and flies if not.
         """
         self._pace = self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
         self.turned = self.home if is_model_file(self.scene.path) else None
@@ -144,8 +144,8 @@ class Viewer:
     def take_pace(self) -> None:
         """Set the speed that suits the whole scene, once all objects of the scene are shown.
 
-        `arrive` could only judge by the objects that were loaded. Do nothing while some are missing, after the first
-        time, and where the user has changed the speed since `arrive`.
+        `arrive` could only judge by the objects loaded at that time. This does nothing while some are missing, after
+        the first time, or if the user has changed the speed since `arrive`.
         """
         if self._pace and self.renderer.world.is_whole:
             if self.walker.speed == self._pace:
@@ -153,9 +153,9 @@ class Viewer:
             self._pace = 0.0
 
     def advance(self, dt: float) -> None:
-        """Move the camera for `dt` seconds: along the path while it plays, else by the keys that are held.
+        """Move the camera for `dt` seconds: along the path while it plays, otherwise by the keys that are held.
 
-        A key that moves the viewer stops path and turntable. Who walks and asks for up or down flies from then on.
+        A key that moves the viewer stops path and turntable. Moving up or down changes from walking to flying.
         """
         held = self.held.take(dt)
         if self.playback is not None and self.playback.playing:
@@ -183,9 +183,9 @@ class Viewer:
                 self._turn_to(orbit.turn(self.turned, step / orbit.RADIANS_PER_PIXEL, 0.0))
 
     def look(self, right: float, down: float) -> None:
-        """Turn the camera by a motion of the mouse, `right` and `down` pixels, and stop the path.
+        """Turn the camera by a mouse movement of `right` and `down` pixels, and stop the path.
 
-        In orbit the camera turns about its target, else about its own position.
+        In orbit the camera turns about its target, otherwise about its own position.
         """
         self._take_over()
         if self.turned is None:
@@ -194,9 +194,9 @@ class Viewer:
             self._turn_to(orbit.turn(self.turned, right, down))
 
     def pan(self, right: float, down: float) -> None:
-        """Move the camera sideways by a drag of the mouse, so that the target follows the mouse.
+        """Move the camera sideways by a mouse drag, so that the target follows the mouse.
 
-        Do nothing in other modes than orbit.
+        Does nothing in modes other than orbit.
 
         Parameters
         ----------
@@ -221,13 +221,13 @@ class Viewer:
             self._turn_to(orbit.dolly(self.turned, notches))
 
     def seek(self, seconds: float) -> None:
-        """Move the camera to where the path is `seconds` after its beginning; do nothing without a path."""
+        """Move the camera to the path's position at `seconds` after its beginning; do nothing without a path."""
         if self.playback is not None:
             self.playback.time = seconds
             self._look_from(self.playback.camera)
 
     def toggle_path(self) -> None:
-        """Play or stop the camera path; where there is none, tell the user how to get one."""
+        """Play or stop the camera path; if there is none, tell the user how to get one."""
         if self.playback is None:
             self.tell("No camera path: drop a path file on the window, start with --path FILE, or record one with K")
         else:
@@ -235,7 +235,7 @@ class Viewer:
             self.playback.toggle()
 
     def toggle_turntable(self) -> None:
-        """Let the camera turn about its target by itself, in orbit, or stop that; any other move stops it too."""
+        """Start or stop the camera's continuous turn about its target, in orbit; any other move stops it too."""
         if self.turntable:
             self.turntable = False
             return
@@ -245,9 +245,9 @@ class Viewer:
         self.tell("Turning about the target; N or any move stops it")
 
     def set_mode(self, mode: Mode) -> None:
-        """Let keys and mouse move the camera as `mode` says, without moving it now.
+        """Change the way in which keys and mouse move the camera, without moving it now.
 
-        For orbit, the surface in the middle of the picture becomes the target.
+        In orbit, the surface in the middle of the picture becomes the target.
         """
         self.walker.walking = mode is Mode.WALK
         self.walker.eye_height = EYE_HEIGHT
@@ -270,7 +270,7 @@ class Viewer:
         self.set_mode(Mode.FLY if self.mode is Mode.ORBIT else Mode.ORBIT)
 
     def turn_about(self, across: float, down: float) -> None:
-        """Turn towards the surface at a place of the window, and orbit about it from then on.
+        """Turn towards the surface at a position in the window, and orbit about it from then on.
 
         Parameters
         ----------
@@ -289,15 +289,15 @@ class Viewer:
         self._aimed = point
 
     def frame_all(self, aspect: float, side: orbit.Side | None = None) -> None:
-        """Move the camera to where it sees all objects; a viewer who walked flies from then on.
+        """Move the camera to where it sees all objects; this changes from walking to flying.
 
         Parameters
         ----------
         aspect
             Width / height of the window.
         side
-            The side to look from; where the camera does so already, it looks from the opposite one. None does not turn
-            the camera.
+            The side to look from; if the camera already does so, it looks from the opposite one. None keeps the
+            direction.
         """
         self._take_over()
         camera = self.camera
@@ -311,7 +311,7 @@ class Viewer:
         self._place(self.renderer.frame_all(aspect, camera.fov, -look))
 
     def go_home(self) -> None:
-        """Place the camera at `home`, with which the walk began, and stop the path."""
+        """Return to `home`, the camera at the beginning of the walk, and stop the path."""
         self._take_over()
         self._place(self.home)
 
@@ -322,7 +322,7 @@ class Viewer:
             self.playback.playing = False
 
     def _place(self, camera: Camera) -> None:
-        """Stand still where `camera` is, and fly if that is not where eyes may be that walk.
+        """Place the viewer at `camera`, at rest, and fly if this is not at the eye height of a walking viewer.
 
         In orbit, the target of `camera` becomes the target.
         """
@@ -337,18 +337,18 @@ class Viewer:
             self.turned = camera
 
     def _look_from(self, camera: Camera) -> None:
-        """Place the camera, as `_place`; in orbit, the target stays at its distance."""
+        """Place the camera as `_place` does; in orbit, keep the distance to the target."""
         self._place(camera if self.turned is None else orbit.with_distance(camera, orbit.distance(self.turned)))
 
     def _turn_to(self, camera: Camera) -> None:
-        """Move the orbit's camera, and the walker with it, who keeps the velocity of the keys."""
+        """Move the orbit's camera and, with it, the walker, who keeps the velocity from the keys."""
         velocity = self.walker.velocity
         self.walker.place(camera)
         self.walker.velocity = velocity
         self.turned = camera
 
     def _distance_to_all(self) -> float:
-        """Return the metres along the view axis to the middle of all objects; where that is behind, their radius."""
+        """Return the distance along the view axis to the centre of all objects; their radius if that is behind."""
         middle, radius = self.extent
         camera = self.camera
         ahead = glm.dot(glm.dvec3(middle) - glm.dvec3(*camera.position), glm.normalize(camera.look))

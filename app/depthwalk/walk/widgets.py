@@ -22,9 +22,9 @@ def draw_widgets(
     atlas_view
         The picture of the impostors.
     progress
-        How far assets are made ready beside the frames; None shows nothing of it.
+        Progress of background work on assets; None shows nothing.
     in_screenshot
-        Whether a screenshot is taken, which has no messages.
+        Whether a screenshot is being taken, which leaves out messages.
 
     Returns
     -------

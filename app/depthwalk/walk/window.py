@@ -1,14 +1,14 @@
-"""Open the window, by GLFW through moderngl-window.
+"""Open the window with GLFW through moderngl-window.
 
-GLFW names keys by their place on the keyboard, tells a press from a repetition and releases keys when the window
-loses the focus. moderngl-window's pyglet window fails in full screen with pyglet 2.1.
+GLFW names keys by their position on the keyboard, distinguishes presses from repetitions, and releases keys when the
+window loses the focus. moderngl-window's pyglet window fails in full screen with pyglet 2.1.
 """
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from depthwalk.walk import bundle as _bundle  # noqa: F401 - first: it names the libraries of those that follow
+from depthwalk.walk import bundle as _bundle  # noqa: F401 - first, since it sets the libraries for those below
 
 # isort: split
 import glfw
@@ -43,7 +43,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
     Raises
     ------
     NoDisplayError
-        Where no window can be opened.
+        If no window can be opened.
     """
     guard_shader_cache()
     reasons: list[str] = []
@@ -53,7 +53,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
 
     glfw.set_error_callback(note)
     try:
-        if glfw.init():  # a hint: ignored where the driver offers no such contexts
+        if glfw.init():  # a hint: ignored if the driver offers no such contexts
             glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, glfw.LOSE_CONTEXT_ON_RESET)
         window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
     except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
@@ -62,7 +62,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
         if fullscreen:
             window.fullscreen = True
         else:
-            window.size = size  # on a scaled desktop GLFW made it larger, unnoticed by moderngl-window
+            window.size = size  # on a scaled desktop GLFW made it larger without telling moderngl-window
     finally:
         glfw.set_error_callback(None)  # type: ignore[arg-type] # the stubs forget this
     window.exit_key = None  # Esc releases the mouse first
@@ -70,14 +70,14 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
 
 
 def gl_address(name: str) -> int | None:
-    """Return the address of the GL function called `name` for the window's context; None where it has none."""
+    """Return the address of the GL function `name` in the window's context; None if it does not exist."""
     return glfw.get_proc_address(name)  # type: ignore[return-value] # the stubs say otherwise
 
 
 def opened_again(window: Window) -> Window:
-    """Close `window`, whose context is lost, and return another in its place, as large, with a context that is not.
+    """Close `window`, whose context is lost, and return a new one of the same size.
 
-    Raises NoDisplayError, when there is no window any more.
+    Raises NoDisplayError if that cannot be opened.
     """
     title, size, position, fullscreen = window.title, window.size, window.position, window.fullscreen
     window.destroy()
@@ -88,24 +88,24 @@ def opened_again(window: Window) -> Window:
 
 
 def title_of(file: Path) -> str:
-    """Return what the title bar says while the scene of `file` is shown."""
+    """Return the text of the title bar while the scene of `file` is shown."""
     return f"{file.name} \u2013 depthwalk"
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:
-    """Have `action` called with the paths of files that the user drops on `window`.
+    """Call `action` with the paths of files that the user drops on `window`.
 
-    moderngl-window itself offers this only for windows of pyglet.
+    moderngl-window itself offers this only for pyglet's windows.
     """
 
     def dropped(handle: Any, names: Any) -> None:
         action([Path(name) for name in names])
 
-    glfw.set_drop_callback(window._window, dropped)  # type: ignore[arg-type] # the stubs know one file only
+    glfw.set_drop_callback(window._window, dropped)  # type: ignore[arg-type] # the stubs allow only one file
 
 
 def on_refresh(window: Window, action: Callable[[], None]) -> None:
-    """Have `action` called when the desktop has lost what `window` showed, which must be drawn again."""
+    """Call `action` when the desktop has lost the content of `window`, which must be redrawn."""
     glfw.set_window_refresh_callback(window._window, lambda handle: action())
 
 
@@ -115,11 +115,11 @@ def copy_text(window: Window, text: str) -> None:
 
 
 def wait_for_event(seconds: float) -> None:
-    """Wait until the user does something, such as pressing a key, and handle it; at most for `seconds`."""
+    """Wait for the user's next event, such as a key press, for at most `seconds`, and handle it."""
     if seconds > 0:
         glfw.wait_events_timeout(seconds)
 
 
 def take_events() -> None:
-    """Handle what the user has done meanwhile."""
+    """Handle the events that have arrived."""
     glfw.poll_events()

@@ -1,1 +1,1 @@
-"""Measure again what the tables of the papers say, and set their figures beside ours; for `depthwalk tables`."""
+"""Reproduce the papers' tables, and set the papers' figures beside ours; for `depthwalk tables`."""

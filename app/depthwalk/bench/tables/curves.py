@@ -1,7 +1,7 @@
-"""Measure the curves that the paper could not draw: what an object costs by triangles, by number and by pixels.
+"""Measure the cost of an object by triangles, by number and by pixels: curves that the paper could not draw.
 
-The object is the Venus of table 1, 67,170 triangles. Fewer triangles are its simplified levels, more come of dividing
-each into equal parts, so that the surface stays the same.
+The object is the Venus of table 1, 67,170 triangles. Its simplified levels have fewer triangles; for more, each
+triangle is divided into equal parts, so that the surface stays the same.
 """
 
 import hashlib
@@ -29,12 +29,12 @@ from depthwalk.types import Ints
 
 SIZE = 1024, 768
 FRAMES = 8
-TRIANGLES = 1_100_000  # to which the curve over triangles goes
+TRIANGLES = 1_100_000  # largest number in the curve over triangles
 HEIGHTS = 600, 300, 150, 75, 38, 19, 9  # pixels
-MIDDLE = 200  # pixels that the object is high where triangles vary
+MIDDLE = 200  # pixels, height of the object while the number of triangles varies
 COUNTS = 1, 10, 100, 1000, 10_000, 100_000
-SPACING = 2.5  # metres from object to object, where their number varies
-SLOW = 1500.0  # milliseconds: what takes longer is not measured with more objects or triangles
+SPACING = 2.5  # metres between objects, while their number varies
+SLOW = 1500.0  # milliseconds: slower ways are not measured with more objects or triangles
 _CLUSTERED = 300_000  # triangles; building clusters of more takes minutes
 _SIDES = ((0, 1), (1, 2), (2, 0))  # corners of a triangle
 _SOURCE = "Not in the paper: it compares two heads of fixed size"
@@ -45,12 +45,12 @@ _TIMES = (
 
 
 def over_triangles(report: Report, most: int = TRIANGLES) -> Table:
-    """Measure what an object costs by how many triangles its mesh has.
+    """Measure the cost of an object by the number of its triangles.
 
     Parameters
     ----------
     report
-        Called with a name and what is being done.
+        Called with a name and the stage that begins.
     most
         The largest number of triangles.
 
@@ -62,7 +62,7 @@ def over_triangles(report: Report, most: int = TRIANGLES) -> Table:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     kernels.load()
     scene = _scene()
@@ -86,9 +86,9 @@ def over_triangles(report: Report, most: int = TRIANGLES) -> Table:
 
 
 def over_objects(report: Report, counts: Sequence[int] = COUNTS) -> Table:
-    """Measure what a frame costs by its number of objects, in a square that a visitor walks along.
+    """Measure the cost of a frame by its number of objects, in a square that a visitor walks along.
 
-    `report` is called with a name and what is being done; `counts` are the numbers of objects.
+    `report` is called with a name and the stage that begins; `counts` are the numbers of objects.
     """
     kernels.load()
     scene = _scene()
@@ -116,9 +116,9 @@ def over_objects(report: Report, counts: Sequence[int] = COUNTS) -> Table:
 
 
 def over_pixels(report: Report, heights: Sequence[float] = HEIGHTS) -> Table:
-    """Measure what an object costs by how many pixels it covers, and how good it looks.
+    """Measure the cost and the quality of an object by the number of pixels that it covers.
 
-    `report` is called with a name and what is being done; `heights` are those of the object, pixels, falling.
+    `report` is called with a name and the stage that begins; `heights` are those of the object, pixels, descending.
     """
     kernels.load()
     scene = _scene()
@@ -142,7 +142,7 @@ def over_pixels(report: Report, heights: Sequence[float] = HEIGHTS) -> Table:
 
 
 def _scene() -> Scene:
-    """Return the scene of table 1, of whose assets only the first is used."""
+    """Return the scene of table 1, of which only the first asset is used."""
     scene = load_scene(scene_root() / "paper" / "table-1-heads.yaml")
     return replace(scene, assets=scene.assets[:1])
 
@@ -168,16 +168,16 @@ def _series(library: SceneLibrary, most: int) -> list[Mesh]:
 
 
 def _parts(most: int) -> list[int]:
-    """Return into how many parts edges are divided: 2, 4, 8 and so on, and `most` if that is no more than they."""
+    """Return numbers of parts into which to divide edges: 2, 4, 8 and so on, and `most` if that is not larger."""
     doubled = [2**power for power in range(1, most.bit_length())]
     return sorted({*doubled, most} - {0, 1})
 
 
 def subdivided(mesh: Mesh, parts: int = 2) -> Mesh:
-    """Return a mesh with its edges divided into equal parts, each triangle into `parts`², and the surface unchanged.
+    """Divide the edges of a mesh into equal parts, and so each triangle into `parts`², without changing the surface.
 
-    Triangles that share an edge share the vertices on it: of loose ones every edge would be a seam, which nobody can
-    simplify. The mesh may have at most 2³² vertices.
+    Triangles that share an edge share the vertices on it: otherwise every edge would be a seam, which cannot be
+    simplified. The mesh may have at most 2³² vertices.
     """
     corner, inner = _lattice(parts)
     ends = np.sort(mesh.faces[:, _SIDES].astype(np.uint64), axis=2)
@@ -209,8 +209,8 @@ def subdivided(mesh: Mesh, parts: int = 2) -> Mesh:
 def _lattice(parts: int) -> tuple[Ints, Ints]:
     """Divide a triangle into parts² equal ones.
 
-    Returns the corners of these, (parts², 3), as rows of the triangle's own corners, the points on its three sides and
-    those within; and of the latter `parts` times their barycentric coordinates (n, 3).
+    Returns their corners, (parts², 3), as rows of the triangle's own corners, the points on its three sides and those
+    inside; and of the latter `parts` times their barycentric coordinates (n, 3).
     """
     own = [tuple(parts * (k == corner) for k in range(3)) for corner in range(3)]
     sides = [
@@ -269,7 +269,7 @@ def _table(
 
 
 def _crossing_notes(unit: str, x: Sequence[float], columns: Mapping[str, Sequence[float | None]]) -> list[str]:
-    """Return a line for each representation that says where it costs as much as depth images."""
+    """Return a line for each representation that states where it costs as much as depth images."""
     values = {label: np.array([value or np.nan for value in column], np.float64) for label, column in columns.items()}
     own = Representation.DPCI.label
     notes = []

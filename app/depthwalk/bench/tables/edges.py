@@ -1,4 +1,4 @@
-"""Measure the table of edge-optimised GPAA again: how long it takes to find the edges that are smoothed.
+"""Reproduce the table of edge-optimised GPAA: how long it takes to find the edges that are smoothed.
 
 The paper (基于边缘优化的几何体信息反走样, table 1) counts 8, 10, 44 and 102 vertices for its cube, wheel cover, wing
 and canopy; `quality.edges.SHAPES` are such models.
@@ -10,11 +10,11 @@ from depthwalk.quality.edges import MANY, SHAPES, shape_cost
 from depthwalk.render import kernels
 
 SIZE = 1024, 768
-PAPER = 0.76, 0.88, 0.75, 0.71  # time of silhouettes and creases, of that of all edges
+PAPER = 0.76, 0.88, 0.75, 0.71  # time for silhouettes and creases over that for all edges
 
 
 def measured(report: Report) -> Table:
-    """Measure the table; `report` is called with the name of a shape and what is being done."""
+    """Measure the table; `report` is called with the name of a shape and the stage that begins."""
     kernels.load()
     rows = []
     for (name, shape), paper in zip(SHAPES.items(), PAPER, strict=True):

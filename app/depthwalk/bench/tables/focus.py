@@ -19,7 +19,7 @@ MODES: tuple[Any, ...] = ("none", "paper", "gather")
 
 
 def measured(report: Report) -> Table:
-    """Measure the table; `report` is called with the name of a mode and what is being done."""
+    """Measure the table; `report` is called with the name of a mode and the stage that begins."""
     kernels.load()
     file = scene_root() / "paper" / "focus.yaml"
     with ExitStack() as opened:

@@ -1,7 +1,7 @@
-"""Measure table 1 of the paper again: two heads as depth images and as polygons (Liu, Liu and Wu 2007, §4).
+"""Reproduce table 1 of the paper: two heads as depth images and as polygons (Liu, Liu and Wu 2007, §4).
 
-The paper's heads have 67,170 and 78,157 triangles; those here, `assets/*_of_the_paper.ply`, have as many. Each is drawn
-alone, near by as in the paper, and from ever farther.
+The paper's heads have 67,170 and 78,157 triangles; those here, `assets/*_of_the_paper.ply`, have the same numbers. Each
+is drawn alone, nearby as in the paper, and from increasing distances.
 """
 
 from collections.abc import Iterator
@@ -26,24 +26,24 @@ from depthwalk.scene.scene import Scene
 SIZE = 1024, 768
 HEIGHT = 1.8  # of the heads, metres, as in the scene
 CENTRE = 0.0, HEIGHT / 2, 0.0
-FARTHER = 1.45  # from one distance to the next
-DISTANCES = 11  # near by, and ten more
+FARTHER = 1.45  # ratio of each distance to the one before
+DISTANCES = 11  # nearby, and ten more
 # By name: the triangles, and how many times as fast as polygons the paper drew 512² and 256².
 PAPER = {"venus": (67_170, 67.514 / 32.351, 185.795 / 32.351), "man": (78_157, 67.514 / 28.346, 185.795 / 28.346)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Way:
-    """Say how a head is drawn.
+    """Describe how a head is drawn.
 
     Attributes
     ----------
     resolution
         Texels along an edge of the depth images, 512 or 256.
     representation
-        As what.
+        Its representation.
     remembers
-        Whether impostors serve as long as they are good enough; otherwise all is warped anew in every frame.
+        Whether impostors are reused as long as they are good enough; otherwise all are re-warped in every frame.
     """
 
     resolution: int = 512
@@ -69,7 +69,7 @@ def measured(report: Report, distances: int = DISTANCES) -> Table:
     Parameters
     ----------
     report
-        Called with the name of a head and what is being done.
+        Called with the name of a head and the stage that begins.
     distances
         Number of distances.
 
@@ -81,7 +81,7 @@ def measured(report: Report, distances: int = DISTANCES) -> Table:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     kernels.load()
     return Table(

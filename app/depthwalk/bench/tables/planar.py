@@ -1,7 +1,7 @@
-"""Measure table 2 of the paper again: a planar depth image against other ways to draw it (Liu, Liu and Wu 2007, §4).
+"""Reproduce table 2 of the paper: a planar depth image against other ways to draw it (Liu, Liu and Wu 2007, §4).
 
-The relief is that of figure 1, 512² texels and a metre wide; the picture has the paper's 1024 × 768 pixels. Nothing of
-a frame serves the next one, so each impostor is warped anew, as in the paper. The rivals are those of docs/rivals.md.
+The relief is that of figure 1, 512² texels and a metre wide; the picture has the paper's 1024 × 768 pixels. Nothing is
+reused from frame to frame, so each impostor is re-warped, as in the paper. The rivals are those of docs/rivals.md.
 """
 
 import math
@@ -39,7 +39,7 @@ def measured(report: Report) -> Table:
     Parameters
     ----------
     report
-        Called with the name of a view and what is being done.
+        Called with the name of a view and the stage that begins.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def measured(report: Report) -> Table:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be created.
+        If no OpenGL 3.3 context can be created.
     """
     kernels.load()
     return Table(
@@ -97,13 +97,13 @@ def _rows(report: Report) -> Iterator[tuple[Cell, ...]]:
 
 
 def _passes(run: Run) -> float:
-    """Return how long the passes took that find the surface, milliseconds."""
+    """Return the time of the passes that find the surface, milliseconds."""
     names = ("warp", "composite") if run.representation == "dpci" else (run.representation.replace("-", "_"),)
     return sum(run.passes_ms[name].p50 for name in names)
 
 
 def _camera(degrees: float) -> Camera:
-    """Return the camera that looks at the relief's middle from so far to its side."""
+    """Return the camera that looks at the relief's centre from `degrees` to its side."""
     turn = math.radians(degrees)
     place = _MIDDLE + AWAY * np.array([math.sin(turn), 0.12, math.cos(turn)])
     return Camera(tuple(place.tolist()), tuple(_MIDDLE.tolist()), FOV)

@@ -15,16 +15,16 @@ from depthwalk.quality.html import render_page
 
 @dataclass(frozen=True, kw_only=True)
 class Tables:
-    """Hold tables, and what they were measured with.
+    """Hold tables, and the circumstances of their measurement.
 
     Attributes
     ----------
     version, commit
-        Version of the package, and commit of the checkout that ran; None where the package is installed.
+        Version of the package, and commit of the checkout that ran; None if the package is installed.
     date
-        Day and time with its zone, ISO 8601.
+        Date and time with its zone, ISO 8601.
     machine
-        What it ran on.
+        The machine that it ran on.
     renderer, driver
         The GL driver's name for the hardware, and its own version.
     tables
@@ -41,7 +41,7 @@ class Tables:
 
     @classmethod
     def now(cls, version: str, tables: Sequence[one.Table]) -> Self:
-        """Put tables that were measured just now together with what this process runs on."""
+        """Combine tables that were measured just now with the present version, machine and driver."""
         device = headless_device()
         device.context.release()
         return cls(
@@ -56,7 +56,7 @@ class Tables:
 
 
 def headline(tables: Tables) -> list[str]:
-    """Return the lines that say when, with which program and on what the tables were measured."""
+    """Return lines that state when, with which version and on what machine the tables were measured."""
     machine = tables.machine
     return [
         f"{tables.date}, depthwalk {tables.version} ({tables.commit or 'installed'})",
@@ -81,7 +81,7 @@ def to_json(tables: Tables) -> str:
 
 
 def to_html(tables: Tables) -> str:
-    """Return the tables as an HTML page that needs no other file."""
+    """Return the tables as a self-contained HTML page."""
     shown = [plots.curves(table.title, table.curves) for table in tables.tables if table.curves]
     sections = [one.to_section(table) for table in tables.tables]
     return render_page("depthwalk tables", headline(tables), sections, plots.TEMPLATE, plots=shown, axes=plots)

@@ -1,4 +1,4 @@
-"""Define what a table is, and show tables as text, Markdown and parts of a page."""
+"""Define tables, and show them as text, Markdown and sections of a page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ class Curves:
     label
         What the horizontal axis shows.
     x
-        (n,) its values, rising, above 0.
+        (n,) its values, ascending, above 0.
     columns
-        By name, (n,) values, above 0; None where one was not measured.
+        (n,) values by name, above 0; None for unmeasured ones.
     """
 
     label: str
@@ -36,19 +36,19 @@ class Table:
     Attributes
     ----------
     name
-        The word by which `--only` asks for it.
+        Its name for `--only`.
     title
         What it compares.
     source
-        The paper, and which of its tables.
+        The paper, and the number of its table.
     columns
         The titles of the columns.
     rows
         A cell for each column.
     notes
-        What a reader must know to judge the numbers.
+        What a reader needs to know to judge the numbers.
     curves
-        The same as curves; None for a table that is none.
+        The same as curves; None if there are none.
     """
 
     name: str
@@ -90,7 +90,7 @@ def to_markdown(table: Table) -> str:
 
 
 def to_section(table: Table) -> Section:
-    """Return a table as a part of a page."""
+    """Return a table as a section of a page."""
     rows = [table.columns, *([text_of(cell) for cell in row] for row in table.rows)]
     return Section(title=table.title, lines=[table.source], tables=[rows], notes=table.notes)
 

@@ -1,4 +1,4 @@
-"""Time several ways to draw one object on a walk past it, and how good their pictures are."""
+"""Time several ways to draw one object on a walk past it, and measure the quality of their pictures."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,12 +17,12 @@ from depthwalk.types import Picture
 FOV = math.radians(45)  # vertical
 STEP = 1.4 / 30  # metres from frame to frame: a walk, at 30 frames a second
 FRAMES, WARMUP = 24, 5
-FILLED = 0.8  # of the picture's height by an object near by
+FILLED = 0.8  # of the picture's height, filled by a nearby object
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quality:
-    """Say how near a picture comes to the truth of 16 samples a pixel, over the pixels where either shows the object.
+    """Hold how close a picture is to the reference of 16 samples per pixel, where either shows the object.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Quality:
 
 
 def near_distance(height: float) -> float:
-    """Return from how far an object of a height fills `FILLED` of the picture, both in metres."""
+    """Return the distance from which an object of a given height fills `FILLED` of the picture, both in metres."""
     return height / FILLED / 2 / math.tan(FOV / 2)
 
 
@@ -51,9 +51,9 @@ def past(centre: Sequence[float], distance: float) -> list[Camera]:
     Parameters
     ----------
     centre
-        (3,) the point that the viewer looks at, metres, world, half way up the object.
+        (3,) the point that the viewer looks at, metres, world, at half the object's height.
     distance
-        How near the viewer comes to it, metres.
+        Smallest distance of the viewer, metres.
 
     Returns
     -------
@@ -66,24 +66,24 @@ def past(centre: Sequence[float], distance: float) -> list[Camera]:
 
 
 def walk_past(drawn: Mapping[str, HeadlessRenderer], centre: Sequence[float], distance: float) -> dict[str, Run]:
-    """Time each way to draw an object on a walk past it, all of them in turn; see `past`."""
+    """Time each way to draw an object on a walk past it, alternating between them; see `past`."""
     runs = measure(drawn, past(centre, distance), WARMUP, lambda: None)
     return {run.representation: run for run in runs}
 
 
 def truth(headless: HeadlessRenderer, centre: Sequence[float], distance: float) -> Picture:
-    """Return the picture from the middle of a walk; `headless` has `equal.SUPERSAMPLING` times its width and height."""
+    """Return the reference picture from the middle of a walk; `headless` is `equal.SUPERSAMPLING` times as large."""
     (picture,) = supersampled(headless, [past(centre, distance)[FRAMES // 2]])
     return picture
 
 
 def quality(headless: HeadlessRenderer, reference: Picture, centre: Sequence[float], distance: float) -> Quality:
-    """Compare the picture from the middle of a walk with the true one; see `past`."""
+    """Compare the picture from the middle of a walk with the reference; see `past`."""
     return compared(headless, reference, past(centre, distance)[FRAMES // 2])
 
 
 def compared(headless: HeadlessRenderer, reference: Picture, camera: Camera) -> Quality:
-    """Compare a picture with the true one, (H, W, 3) uint8, whose first pixel shows the backdrop."""
+    """Compare a picture with the reference, (H, W, 3) uint8, whose first pixel shows the background."""
     headless.draw(View(camera, headless.size))
     picture = np.ascontiguousarray(headless.pixels()[..., :3])
     backdrop = reference[0, 0]
