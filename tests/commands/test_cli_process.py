@@ -168,6 +168,7 @@ def test_an_interruption_that_gets_lost_ends_the_command_at_its_next_step(
     program = LOST.replace("NUMBER", number).replace("STEP", step)
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (code, "begun\ngoes on\n"), done.stderr
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.gl

@@ -296,6 +296,41 @@ def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -
         open_window("none", (64, 64))
 
 
+LOST = """
+import os, signal, sys
+from depthwalk.commands.cli import main
+from depthwalk.walk.input import Input
+import depthwalk.walk.app as app
+
+draw, drawn = app.Walk._draw, []
+
+class Dropped:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)  # raises where Python drops it, as in the callback of a key
+
+def draw_and_drop(walk, dt):
+    draw(walk, dt)
+    if not drawn:
+        drawn.append(True)
+        Dropped()
+
+app.Walk._draw = draw_and_drop
+sys.argv = ["depthwalk", "view", SCENE]
+main()
+"""
+
+
+@linux
+def test_a_signal_that_gets_lost_in_a_callback_closes_the_window(
+    display: None, scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    program = LOST.replace("SCENE", repr(str(scene_file)))
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 143, done.stderr
+    assert "Traceback" not in done.stderr
+
+
 @linux
 @pytest.mark.slow
 def test_a_walk_goes_on_where_the_gpu_fails(display: None, scene_file: Path) -> None:

@@ -20,7 +20,7 @@ from depthwalk.commands.options import (
     Resolution,
     Verbose,
 )
-from depthwalk.commands.program import guarded, without_garbage
+from depthwalk.commands.program import end_if_interrupted, guarded, without_garbage
 from depthwalk.commands.view import shipped_file
 from depthwalk.errors import InputError
 
@@ -74,7 +74,15 @@ def main(
 
             tour = load_path(shipped_file("paths", f"{name}.yaml"))
         try:
-            walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
+            walk.run(
+                scene,
+                library,
+                path=tour,
+                fullscreen=fullscreen,
+                size=size,
+                representation=chosen,
+                before_frame=end_if_interrupted,
+            )
         except walk.NoDisplayError as error:
             print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
             render_tour(name, scene, library, tour, frames, size, chosen)

@@ -242,7 +242,8 @@ def _raise_for(number: int) -> NoReturn:
 def _unwound_by_signals() -> Iterator[None]:
     """Let SIGTERM raise SystemExit within the block, so that `finally` clauses run; by default Python just ends.
 
-    Ctrl-C raises KeyboardInterrupt as usual, unless it is ignored. Both are remembered for `end_if_interrupted`.
+    Ctrl-C raises KeyboardInterrupt as usual, unless it is ignored. Both are remembered for `end_if_interrupted`, so
+    Python need not complain where it drops one of them.
     """
     if threading.current_thread() is not threading.main_thread():  # only the main thread may set handlers
         yield
@@ -251,15 +252,22 @@ def _unwound_by_signals() -> Iterator[None]:
     before = {signal.SIGTERM: signal.signal(signal.SIGTERM, _end_by_signal)}
     if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, leave):
         before[signal.SIGINT] = signal.signal(signal.SIGINT, _end_by_signal)
+    complain = sys.unraisablehook
+    sys.unraisablehook = lambda dropped: None if _is_request_to_end(dropped.exc_value) else complain(dropped)
     try:
         yield
     except Exception:
         end_if_interrupted()  # for example if trimesh, during its import, turned the exception into another
         raise
     finally:
+        sys.unraisablehook = complain
         for number, handler in before.items():
             signal.signal(number, handler or signal.SIG_DFL)
         _asked_to_end.clear()
+
+
+def _is_request_to_end(error: BaseException | None) -> bool:
+    return bool(_asked_to_end) and isinstance(error, KeyboardInterrupt | SystemExit)
 
 
 def _end_by_signal(number: int, frame: FrameType | None) -> NoReturn:

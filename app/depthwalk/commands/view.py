@@ -24,7 +24,7 @@ from depthwalk.commands.options import (
     Verbose,
     named_file,
 )
-from depthwalk.commands.program import FAILURE, guarded, without_garbage
+from depthwalk.commands.program import FAILURE, end_if_interrupted, guarded, without_garbage
 from depthwalk.errors import InputError
 from depthwalk.resources import scene_root
 
@@ -83,6 +83,7 @@ def main(
                 representation=chosen,
                 first_camera=camera.apply,
                 read=read,
+                before_frame=end_if_interrupted,
             )
         except walk.NoDisplayError as error:
             typer.echo(f"{error}; `depthwalk render` needs no display", err=True)

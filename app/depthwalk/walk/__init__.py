@@ -29,6 +29,7 @@ def run(
     representation: Representation | None = None,
     first_camera: Callable[[Camera], Camera] = lambda camera: camera,
     read: Callable[[Path], Scene] = load_scene,
+    before_frame: Callable[[], None] = lambda: None,
 ) -> None:
     """Open a window on a scene; return when the user closes it.
 
@@ -52,6 +53,9 @@ def run(
     read
         Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
         may raise InputError.
+    before_frame
+        Called before each frame; what it raises ends the walk. A signal may raise while the window handles a key, where
+        Python drops the exception; this is the place to raise it again.
 
     Raises
     ------
@@ -68,4 +72,4 @@ def run(
     except BaseException:
         window.destroy()
         raise
-    walk_in(window, scene, library, path, representation, first_camera, read)
+    walk_in(window, scene, library, path, representation, first_camera, read, before_frame)

@@ -58,6 +58,7 @@ def walk_in(
     representation: Representation | None,
     first_camera: Callable[[Camera], Camera],
     read: Callable[[Path], Scene],
+    before_frame: Callable[[], None],
 ) -> None:
     """Show a scene in a window until the user closes it, and destroy the window. Parameters as in `walk.run`.
 
@@ -72,7 +73,7 @@ def walk_in(
     walk = Walk(window, library, read)
     try:
         walk.start(scene, path, representation, first_camera)
-        walk.loop()
+        walk.loop(before_frame)
     except StoppedError:
         pass
     finally:
@@ -187,11 +188,12 @@ class Walk:
         self.state.go_home()
         self.state.tell(message)
 
-    def loop(self) -> None:
-        """Draw frames until the window closes; then save what is being recorded."""
+    def loop(self, before_frame: Callable[[], None]) -> None:
+        """Draw frames until the window closes or `before_frame` raises; then save what is being recorded."""
         self._clock.tick()
         try:
             while not self.window.is_closing:
+                before_frame()
                 try:
                     self.step()
                 except GPU_FAILURES as error:
