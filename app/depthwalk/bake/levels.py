@@ -26,7 +26,7 @@ _HASTE = (3, 5, 7)
 _WORTH = 0.9  # of the finer level's triangles: with more than that it is no level of its own
 _PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
 # A level whose edges are a metre long and whose normals are off by 1 looks as wrong as one that is off by so many
-# metres: within a pixel of either, pictures of five models are as good as their depth images (docs/measurements.md).
+# metres: within a pixel of either, pictures of five models are as good as their depth images (docs/experiments.md).
 _TURNED = 8.0
 _INWARD = 0.1  # of the way from a corner to the middle of its face, which is on the corner's own side of a seam
 
