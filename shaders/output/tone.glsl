@@ -1,4 +1,4 @@
-// Tone mapping: maps light of any strength to the range of a screen, both linear. Twin: reference/tone.py.
+// Maps light of any strength to the range of a screen, both linear (tone mapping). Twin: reference/tone.py.
 #from depthwalk.colour import LUMINANCE
 #if defined(REINHARD)
 // Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images", equation 3.

@@ -84,3 +84,22 @@ def test_a_mesh_is_a_scene(tmp_path: Path) -> None:
     write_balls(tmp_path)
     scene = dw.load_scene(str(tmp_path / "ball.ply"))
     assert (scene.object_count, scene.camera, scene.path.name) == (1, None, "ball.ply")
+
+
+def test_overrides_are_values_or_their_text(tmp_path: Path) -> None:
+    file = write_balls(tmp_path)
+    plain = {
+        "render.dof.f_number": 1.4,
+        "render.shadows.enabled": True,
+        "camera.position": [1, 2, 3],
+        "render.aa": "smaa",
+    }
+    text = {key: value if isinstance(value, str) else str(value).lower() for key, value in plain.items()}
+    one, other = dw.load_scene(file, overrides=plain), dw.load_scene(file, overrides=text)
+    assert one.settings == other.settings and one.settings.dof.f_number == 1.4
+    assert one.camera == other.camera and one.camera is not None and one.camera.fov == pytest.approx(math.radians(50))
+
+
+def test_an_override_that_no_scene_file_could_hold(tmp_path: Path) -> None:
+    with pytest.raises(dw.InputError, match=r"^overrides: camera.fov: must be text, a number, .*, not ndarray$"):
+        dw.load_scene(write_balls(tmp_path), overrides={"camera.fov": np.zeros(3)})

@@ -1,5 +1,6 @@
 """Load a scene, move its nodes, and look up which object belongs to which node."""
 
+import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -217,7 +218,7 @@ def check_scene(scene: Scene) -> None:
 
 
 def load_scene(
-    path: PathLike, asset_roots: Sequence[PathLike] = (), overrides: Mapping[str, str] | None = None
+    path: PathLike, asset_roots: Sequence[PathLike] = (), overrides: Mapping[str, object] | None = None
 ) -> Scene:
     """Load a scene file; a mesh or a file of depth images is loaded as a scene that holds nothing else.
 
@@ -230,7 +231,8 @@ def load_scene(
     asset_roots
         Folders, besides the scene's own, in which to look for its files.
     overrides
-        Values to replace: YAML text by dotted key, as the option `--set` takes them; None replaces none.
+        Values to replace, by dotted key, as the option `--set` takes them: numbers, booleans, lists and mappings, or
+        text, which is read as YAML; None replaces none.
 
     Returns
     -------
@@ -252,4 +254,14 @@ def load_scene(
     depthwalk.errors.InputError: secne.yaml: no such file; did you mean 'scene.yaml'?
     """
     roots = [Path(root) for root in asset_roots]
-    return Scene(loader.load_scene(Path(path), roots, overrides))
+    texts = {key: _yaml_text(key, value) for key, value in (overrides or {}).items()}
+    return Scene(loader.load_scene(Path(path), roots, texts))
+
+
+def _yaml_text(key: str, value: object) -> str:
+    """Return YAML text for the override `value` of `key`: text as it is, anything else as JSON, which YAML includes."""
+    try:
+        return value if isinstance(value, str) else json.dumps(value)
+    except (TypeError, ValueError):
+        kinds = "text, a number, a boolean, a list or a mapping"
+        raise InputError(f"overrides: {key}: must be {kinds}, not {type(value).__name__}") from None
