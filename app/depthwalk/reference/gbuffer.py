@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.view_directions import direction_from_square, square_from_direction
 from depthwalk.limits import MAX_SHININESS
 from depthwalk.render.target_table import NORMAL_BITS
 from depthwalk.types import Array
@@ -16,6 +17,7 @@ _NORMAL_MASK = (1 << NORMAL_BITS) - 1
 _NORMAL_STEPS = _NORMAL_MASK - 1  # even, so that floors and walls have exact normals
 _SHININESS_STEPS = 254.0
 _SHININESS_SHIFT = 2 * NORMAL_BITS
+_POLE_UP = [0, 2, 1]  # swaps y and z: the pole of the G-buffer is +z, that of `view_directions` +y
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +41,7 @@ class Surfaces:
 def packed_surfaces(surfaces: Surfaces) -> NDArray[np.uint32]:
     """Pack surfaces into words of the G-buffer, (n, 2) uint32."""
     colour = np.concatenate([np.sqrt(surfaces.albedo), surfaces.specular[:, None]], 1)
-    x, y, z = (surfaces.normal / np.abs(surfaces.normal).sum(1, keepdims=True)).T
-    folded = np.stack([(1 - np.abs(y)) * np.where(x < 0, -1, 1), (1 - np.abs(x)) * np.where(y < 0, -1, 1)], 1)
-    place = np.where(z[:, None] < 0, folded, np.stack([x, y], 1)) * 0.5 + 0.5
+    place = square_from_direction(surfaces.normal[:, _POLE_UP], hemisphere=False) * 0.5 + 0.5
     sharp = 1 + _rounded(_SHININESS_STEPS * np.log2(np.maximum(surfaces.shininess, 1)) / np.log2(MAX_SHININESS))
     first = (_rounded(np.clip(colour, 0, 1) * 255) << np.arange(0, 32, 8, dtype=np.uint32)).sum(1, dtype=np.uint32)
     column, row = _rounded(place * _NORMAL_STEPS).T
@@ -53,15 +53,11 @@ def unpacked_surfaces(words: NDArray[np.uint32]) -> Surfaces:
     first, second = words.T
     colour = (first[:, None] >> np.arange(0, 32, 8, dtype=np.uint32) & 255) / 255
     place = np.stack([second & _NORMAL_MASK, second >> NORMAL_BITS & _NORMAL_MASK], 1) / _NORMAL_STEPS
-    x, y = (place * 2 - 1).T
-    z = 1 - np.abs(x) - np.abs(y)
-    fold = np.maximum(-z, 0)
-    normal = np.stack([x + np.where(x < 0, fold, -fold), y + np.where(y < 0, fold, -fold), z], 1)
     sharp = (second >> _SHININESS_SHIFT).astype(np.float64) - 1
     return Surfaces(
         albedo=colour[:, :3] ** 2,
         specular=colour[:, 3],
-        normal=normal / np.linalg.norm(normal, axis=1, keepdims=True),
+        normal=direction_from_square(place * 2 - 1, hemisphere=False)[:, _POLE_UP],
         shininess=np.exp2(sharp * np.log2(MAX_SHININESS) / _SHININESS_STEPS),
     )
 
