@@ -152,11 +152,16 @@ def test_folds_are_found_nowhere(baked: BakedObject, levels: LodGeometry) -> Non
 
 @pytest.mark.slow
 def test_foliage_has_levels_between_its_leaves_and_what_is_welded() -> None:
-    crown = bake(leaves(60, 0.25), 32, layers=3)
-    levels = build_simplified_lods(crown)
-    counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
-    assert counts[0] < 0.25 * len(build_grid_lods(crown).drawn(0))
-    assert counts[1] > 0.5 * counts[0] and levels.error[0] < 0.25 * square_texel(crown)
+    """Of five crowns the median, because a single one is off by a triangle from one processor to the next."""
+    shares = []
+    for seed in range(5):
+        crown = bake(leaves(60, 0.25, seed), 32, layers=3)
+        levels = build_simplified_lods(crown)
+        counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
+        assert counts[0] < 0.25 * len(build_grid_lods(crown).drawn(0))
+        assert levels.error[0] < 0.25 * square_texel(crown)
+        shares.append(counts[1] / counts[0])
+    assert np.median(shares) > 0.5
 
 
 @pytest.mark.slow
