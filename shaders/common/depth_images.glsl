@@ -32,7 +32,7 @@ bool shows_another(Around around, float depth) {
 }
 
 // Blends those of the four texels around a point that show its surface, judged by their depths. Beside an edge the others show
-// another surface, and this one continues in the layer before or behind, which is searched, too.
+// another surface, and this one continues in another layer, so all are searched.
 // uv: within the image; texel: the four around it, see `page_normal`; depth: of the point, texels; around: the four texels, which
 // are replaced by those that show the surface. Returns its normal.
 vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
@@ -42,9 +42,9 @@ vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around 
     vec4 off;
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
     if (any(greaterThan(off, vec4(SAME_SURFACE)))) {
-        int first = first_images[face_of(image)], own = number_of(image);
-        int last = (face_of(image) < FACE_LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
-        for (int other = max(own - 1, first); other <= min(own + 1, last); ++other) {
+        int own = number_of(image);
+        int end = face_of(image) < FACE_LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z;
+        for (int other = first_images[face_of(image)]; other < end; ++other) {
             vec2 other_place;
             if (other == own || !page_stored(other, uv, other_place)) continue;
             ivec2 low = ivec2(floor(other_place - 0.5));

@@ -74,25 +74,26 @@ def code_of(depth: float) -> int:
     return int(depth_code(np.array(depth)))
 
 
-def looked_up(gl_device: Device, function: str, codes: tuple[int, int], asked: float, **uniforms: object) -> Array:
+def looked_up(gl_device: Device, function: str, codes: tuple[int, ...], asked: float, **uniforms: object) -> Array:
     """What a shader's `function` answers of one point, given `asked`, (4,).
 
-    Of its image there are two layers of one tile each, 12 texels a side with what is around it. All texels of a layer
-    are alike: normals along x in the first and along y in the second, and one of the `codes` of depths each.
+    Of its image there are layers of one tile each, 12 texels a side with what is around it. All texels of a layer are
+    alike: normals along x in the first and along y in the others, and one of the `codes` of depths each.
     """
-    side = 12
-    stored = np.zeros((side, 2 * side, 4), np.uint8)
-    stored[:, :side] = 255, 128, 128, codes[0]
-    stored[:, side:] = 128, 255, 128, codes[1]
-    table = np.array([[0, 0], [side, 0]], np.int16).reshape(2, 1, 1, 2) + np.int16(3)
+    side, layers = 12, len(codes)
+    stored = np.zeros((side, layers * side, 4), np.uint8)
+    stored[:] = 128, 255, 128, 0
+    stored[:, :side, :3] = 255, 128, 128
+    stored[..., 3] = np.repeat(codes, side)
+    table = np.array([[layer * side, 0] for layer in range(layers)], np.int16).reshape(layers, 1, 1, 2) + np.int16(3)
     scope = gl_device.scope("test")
     text = Source("common/depth_images.glsl", "").text + function.replace("IMAGE", str(side))
     program = gl_device.context.program(vertex_shader=text, varyings=("found",))
     scope.framebuffer([scope.texture((4, 4), 4)]).use()
-    scope.texture((2 * side, side), 4, data=stored.tobytes()).use(0)
-    entries = gl_device.context.texture_array((1, 1, 2), 2, table.tobytes(), dtype="i2")
+    scope.texture((layers * side, side), 4, data=stored.tobytes()).use(0)
+    entries = gl_device.context.texture_array((1, 1, layers), 2, table.tobytes(), dtype="i2")
     entries.use(1)
-    placed = {"page_normals": 0, "page_table": 1, "first_images": [0, *[2] * (len(Face) - 1)], "image_size": (8.0, 8.0)}
+    placed = {"page_normals": 0, "page_table": 1, "first_images": [0, *[layers] * (len(Face) - 1)], "image_size": (8.0, 8.0)}
     for name, value in (placed | uniforms).items():
         program[name] = value
     content = [(scope.buffer(np.array([asked], np.float32)), "1f", "asked")]
@@ -129,6 +130,14 @@ def test_empty_texels_take_no_other_surface_from_the_next_layer(gl_device: Devic
     found = looked_up(gl_device, BESIDE_EDGE, codes, depth)
     assert found[3] == taken
     assert found[1 if taken else 0] > 0.9
+
+
+def test_a_surface_is_found_layers_away(gl_device: Device) -> None:
+    """As a floor is, where shelves above it end."""
+    depth, before = 40.0, 20.0  # texels
+    codes = code_of(before), code_of(before + 5), code_of(before + 10), code_of(depth)
+    found = looked_up(gl_device, BESIDE_EDGE, codes, depth)
+    assert found[3] == 1 and found[1] > 0.9
 
 
 FROM_AFAR = """

@@ -31,3 +31,19 @@ def test_a_triangle_that_reaches_into_another_layer_is_looked_up_in_both() -> No
     assert image & EDGE and (image % EDGE) >> FACE_SHIFT == Face.TOP
     beside = np.array([(0.3, 0.05, -0.1), (0.3, 0.05, 0.1), (0.45, 0.05, 0)]) - np.asarray(hall.position)
     assert select_views(hall, beside[None])[0] == Face.TOP << FACE_SHIFT
+
+
+def test_a_floor_under_two_shelves_is_looked_up_from_above() -> None:
+    """It is in the first layer beside them, in the fifth below them, and in none between those."""
+    shelves = (box(0.4, 0.02, 0.4, (0, height, 0)) for height in (0.4, 0.7))
+    rack = bake(joined(box(1.1, 0.1, 1.1), *shelves), resolution=64, layers=5)
+    corners = np.array([(0, 0.05, 0), (0.1, 0.05, 0.45), (0.45, 0.05, 0.1)]) - np.asarray(rack.position)
+    image = select_views(rack, corners[None])[0]
+    assert image & EDGE and (image % EDGE) >> FACE_SHIFT == Face.TOP
+
+
+def test_a_triangle_is_probed_near_its_corners() -> None:
+    """Three quarters of the way to this one's corner lies another layer, half of the way none."""
+    hall = bake(joined(box(1.1, 0.1, 1.1), box(0.36, 0.1, 0.36, (0, 0.5, 0))), resolution=64)
+    corners = np.array([(0.08, 0.05, 0), (0.5, 0.05, 0.2), (0.5, 0.05, -0.2)]) - np.asarray(hall.position)
+    assert select_views(hall, corners[None])[0] & EDGE

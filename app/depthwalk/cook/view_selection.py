@@ -21,10 +21,11 @@ from depthwalk.types import Array, Ints, Mask
 
 NOWHERE = -1
 _ELSEWHERE, _ASKEW = 0.1, 0.3  # cost of an image where another face owns the surface, or that sees it at a slant
-_BESIDE = 0.1  # cost of finding it only one layer before or behind, where shaders search for what the image lacks
+_OTHER_LAYER = 0.1  # cost of finding it only in another layer, where shaders search for what the image lacks
 _TURNED = 0.5  # cost where the surface faces elsewhere
 _EDGE_ON = 0.1  # cosine; samples face their rays, whatever a leaf's normals; these count where rays are steeper
-_NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away belong to another surface
+_NEAR = 1.0  # times a triangle's longest side and a texel: samples farther away belong to another surface
+_OUTWARD = 0.75  # of the way from the centre to the corners, where a triangle is probed; its rim may cover other texels
 _ROUNDING = 1e-3  # by which lower bounds may be too high: everything is in single precision
 _BATCH = 1 << 15  # triangles at a time: with fewer, threads wait for each other more than for memory
 
@@ -166,9 +167,9 @@ def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints
 
 
 def _probed(baked: BakedObject, corners: Array) -> _Triangles:
-    """Return triangles (t, 3, 3) with their probes: the centre, and points halfway from there to the corners."""
+    """Return triangles (t, 3, 3) with their probes: the centre, and points towards the corners."""
     middle = corners.mean(1, keepdims=True)
-    probes = np.concatenate([middle, (middle + corners) / 2], 1)
+    probes = np.concatenate([middle, middle + _OUTWARD * (corners - middle)], 1)
     size, texel = lengths(corners - np.roll(corners, 1, axis=1)).max(1), square_texel(baked)
     values = probes, face_normals(corners)[0], _NEAR * (size + texel), np.maximum(size, texel)
     return _Triangles(*(value.astype(np.float32) for value in values))
@@ -198,9 +199,7 @@ def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
         cost = np.fmin(off, np.float32(1), out=off)
     cost[view.facing < -_EDGE_ON] = 1
     cost += look.foreign.take(view.texel, 0)
-    beside = cost[..., :-1] + np.float32(_BESIDE), cost[..., 1:] + np.float32(_BESIDE)
-    np.minimum(cost[..., 1:], beside[0], out=cost[..., 1:])
-    np.minimum(cost[..., :-1], beside[1], out=cost[..., :-1])
+    np.minimum(cost, cost.min(-1, keepdims=True) + np.float32(_OTHER_LAYER), out=cost)
     cost += view.askew[..., None]
     return np.asarray(np.einsum("tpl->tl", cost)) - _ROUNDING  # much faster than `sum` along so short an axis
 
@@ -208,20 +207,18 @@ def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
 def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple[Array, Mask]:
     """Return the cost (t,) of the image of one layer for each triangle, and for which probes (t, p) it has a sample.
 
-    A missing sample costs little if the layer before or behind has it.
+    A missing sample costs little if another layer has it.
 
     layer: (t,), the image's place in `look`.
     """
     cost, sampled = _probe_costs(look, np.broadcast_to(layer[:, None], view.texel.shape), triangles, view)
     some = sampled.any(1)  # an image without any sample is not chosen
-    for step in -1, 1:
-        there = some & (layer + step >= 0) & (layer + step < len(look.code))
-        row, probe = (~sampled & there[:, None]).nonzero()
-        of = view.at(row)
-        of = _View(*(values[np.arange(len(row)), probe, None] for values in of))
-        lacking = triangles.at(row)._replace(probes=triangles.probes[row, probe, None])
-        beside, found = _probe_costs(look, layer[row, None] + step, lacking, of)
-        cheaper = np.minimum(cost[row, probe], beside[:, 0] + _BESIDE)
+    row, probe = (~sampled & some[:, None]).nonzero()
+    of = _View(*(values[row, probe, None] for values in view))
+    lacking = triangles.at(row)._replace(probes=triangles.probes[row, probe, None])
+    for other in range(len(look.code)):
+        elsewhere, found = _probe_costs(look, np.full((len(row), 1), other), lacking, of)
+        cheaper = np.minimum(cost[row, probe], elsewhere[:, 0] + _OTHER_LAYER)
         cost[row, probe] = np.where(found[:, 0], cheaper, cost[row, probe])
     return np.asarray((cost + view.askew).sum(1)), sampled
 
