@@ -76,6 +76,8 @@ def missing_file(path: Path) -> InputError:
 
     If a file with the same ending in the same folder is spelt much like it, the message suggests that file.
     """
+    if str(path) == "-":
+        return InputError("-: standard input is not read; name a file")
     if path.is_dir():
         return InputError(f"{path}: is a folder")
     if path.exists():

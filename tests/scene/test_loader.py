@@ -89,6 +89,8 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
     ("key", "value", "message"),
     [
         ("render.lod.bais", "1", "--set render.lod.bais: unknown key; did you mean 'bias'?"),
+        ("render.fog", "1", "--set render.fog: unknown key; did you mean 'environment.fog'?"),
+        ("fog.colour", "red", "--set fog.colour: fog: unknown key; did you mean 'environment.fog'?"),
         ("rendr.lod.bias", "1", "--set rendr.lod.bias: rendr: unknown key; did you mean 'render'?"),
         ("render.lod.bias", "x", "--set render.lod.bias: must be a number, not 'x'"),
         ("render", "{lod: {bais: 1}}", "--set render: lod.bais: unknown key; did you mean 'bias'?"),
@@ -99,6 +101,12 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
             "2",
             "--set assets.bakd.height: assets.bakd: needs exactly one of 'mesh', 'baked', 'depth_image'; "
             "did you mean 'baked'?",
+        ),
+        (
+            "assets.statue.height",
+            "2",
+            "--set assets.statue.height: assets.statue: needs exactly one of 'mesh', 'baked', 'depth_image'; "
+            "the file has baked, plain",
         ),
         ("objects.0.asset", "bakd", "--set objects.0.asset: unknown asset 'bakd'; did you mean 'baked'?"),
         ("version.minor", "1", "--set version.minor: version is 1, it has no keys"),

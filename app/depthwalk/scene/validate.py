@@ -93,7 +93,8 @@ class Source:
                 rest = label(loc[len(place) :])
                 return InputError(f"--set {key}: {rest}: {message}" if rest else f"--set {key}: {message}")
             if place[: len(loc)] == loc and not self.document.holds(self._as_written(loc)):
-                return InputError(f"--set {key}: {label(loc)}: {message}{self._beside(loc)}")
+                beside = "" if "; " in message else self._beside(loc)
+                return InputError(f"--set {key}: {label(loc)}: {message}{beside}")
         return self.document.error(self._as_written(loc), message, at_key=at_key)
 
     def rename_keys(self) -> None:
@@ -131,7 +132,10 @@ class Source:
         for part in loc[:-1]:
             among = among[part]
         keys = among if isinstance(among, dict) else ()
-        return suggest(str(loc[-1]), [key for key in keys if self.document.holds((*loc[:-1], key))])
+        written = [key for key in keys if self.document.holds((*loc[:-1], key))]
+        few = written[:MAX_KEYS_NAMED] + ["..."] * (len(written) > MAX_KEYS_NAMED)
+        names = f"; the file has {', '.join(few)}" if few and len(loc) > 1 else ""  # those that its author gave
+        return suggest(str(loc[-1]), written) or names
 
 
 def check_model(
@@ -273,7 +277,8 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
     value = detail["input"]
     match detail["type"]:
         case "extra_forbidden":
-            return source.error(loc, f"unknown key{_meant(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
+            hint = _elsewhere(loc, schema) or _meant(str(loc[-1]), _keys_at(schema, loc[:-1]))
+            return source.error(loc, f"unknown key{hint}", at_key=True)
         case "missing":
             misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], schema, source)
             return misspelt or source.error(loc[:-1], f"missing key {loc[-1]!r}")
@@ -300,6 +305,22 @@ def _meant(key: str, known: list[str]) -> str:
     """Return the hint for an unknown key: the known key most like it, or else all known keys if there are few."""
     few = len(known) <= MAX_KEYS_NAMED
     return _hint(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
+
+
+def _elsewhere(loc: Loc, schema: dict[str, Any]) -> str:
+    """Return the hint for an unknown setting if another place, and only one, has a key of that very name."""
+    if any(isinstance(part, int) for part in loc):
+        return ""  # what belongs to one object of a list
+    places = [place for place in _places(schema, schema, ()) if place[-1] == loc[-1]]
+    return f"; did you mean {'.'.join(places[0])!r}?" if len(places) == 1 else ""
+
+
+def _places(node: dict[str, Any], schema: dict[str, Any], place: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Yield the location of each key that the JSON schema has below `node`, which is at `place`, outside of lists."""
+    for branch in _branches(node, schema):
+        for key, child in branch.get("properties", {}).items():
+            yield (*place, key)
+            yield from _places(child, schema, (*place, key))
 
 
 def _hint(key: str, known: list[str]) -> str:
