@@ -93,7 +93,8 @@ def looked_up(gl_device: Device, function: str, codes: tuple[int, ...], asked: f
     scope.texture((layers * side, side), 4, data=stored.tobytes()).use(0)
     entries = gl_device.context.texture_array((1, 1, layers), 2, table.tobytes(), dtype="i2")
     entries.use(1)
-    placed = {"page_normals": 0, "page_table": 1, "first_images": [0, *[layers] * (len(Face) - 1)], "image_size": (8.0, 8.0)}
+    first_images = [0, *[layers] * (len(Face) - 1)]
+    placed = {"page_normals": 0, "page_table": 1, "first_images": first_images, "image_size": (8.0, 8.0)}
     for name, value in (placed | uniforms).items():
         program[name] = value
     content = [(scope.buffer(np.array([asked], np.float32)), "1f", "asked")]

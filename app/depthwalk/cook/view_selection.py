@@ -212,7 +212,7 @@ def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple
     layer: (t,), the image's place in `look`.
     """
     cost, sampled = _probe_costs(look, np.broadcast_to(layer[:, None], view.texel.shape), triangles, view)
-    some = sampled.any(1)  # an image without any sample is not chosen
+    some = np.asarray(sampled.any(1))  # an image without any sample is not chosen
     row, probe = (~sampled & some[:, None]).nonzero()
     of = _View(*(values[row, probe, None] for values in view))
     lacking = triangles.at(row)._replace(probes=triangles.probes[row, probe, None])

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import depthwalk.render.draw.object_detail
 import depthwalk.render.lod.mesh_fallback
 import depthwalk.render.lod.mesh_lod
 from depthwalk.bake.meso import Meso
@@ -196,8 +197,11 @@ def test_large_meshes_stand_in_simplified(gl_device: Device, dense: Mesh, monkey
         assert walk.counts["mesh_fallbacks"] == 1 and 0 < walk.counts["mesh_triangles"] < len(dense.faces) / 2
 
 
-def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device: Device, dense: Mesh) -> None:
+def test_too_many_triangles_for_its_pixels_do_not_stand_in(
+    gl_device: Device, dense: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Neither in the first frame, which knows of them only when they have come, nor later."""
+    monkeypatch.setattr(depthwalk.render.draw.object_detail, "MESH_TEXELS", 0.0)  # nor do fewer
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
@@ -209,6 +213,37 @@ def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device: Device, de
         walk.renderer.settings.lod.magnification = 1.0
         walk.look(Camera((0, 2, 9), (0, 2, 0), 0.9))
         assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"]) == (0, 1)
+
+
+def test_a_coarser_mesh_stands_in_for_its_pixels(gl_device: Device, dense: Mesh) -> None:
+    """Where all its triangles are too many: still more accurate than depth images of 16 texels."""
+    library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
+    with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), library, seconds=None) as walk:
+        walk.renderer.settings.lod.magnification = 1.0
+        walk.renderer.settings.mesh.error = 0.0
+        walk.look(Camera((0, 2, 10), (0, 2, 0), 0.9))
+        assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"]) == (0, 1)
+        assert 0 < walk.counts["mesh_triangles"] < len(dense.faces) / 2
+
+
+@pytest.mark.parametrize(
+    ("texels", "nearest", "interior", "level"),
+    [
+        (0.0, 0.1, False, 0),  # none coarser than what a pixel allows
+        (0.5, 0.1, False, 2),  # few enough, and within half a texel
+        (0.2, 0.1, False, 1),  # still too many, but the next is not accurate
+        (0.5, 0.0, True, 0),  # a room, from within
+    ],
+)
+def test_meshes_that_stand_in_are_as_fine_as_their_pixels_allow(
+    dense: Mesh, texels: float, nearest: float, interior: bool, level: int
+) -> None:
+    fallbacks, levels = MeshFallbacks.empty(1), MeshLevels.empty(1)
+    fallbacks.texel[0], fallbacks.has_interior[0] = 1.0, interior
+    levels.error[0, :4], levels.triangles[0, :4] = (0, 0.1, 0.4, 0.9), (1000, 300, 80, 20)
+    rule = MeshFallbackRule(magnification=1.0, is_resident=lambda rows: rows == rows, error=0.5, texels=texels)
+    rows = np.zeros(1, np.int64), np.full(1, nearest), np.full(1, 100.0)
+    assert fallbacks.level(*rows, levels, rule, 1.0).tolist() == [level]
 
 
 def test_a_mesh_stands_in_for_as_many_triangles_as_are_quicker(dense: Mesh) -> None:

@@ -16,7 +16,7 @@ from depthwalk.cook.cases import ALL_PIECES, CAPS, CONE_EDGES, HORIZON_SLACK, SI
 from depthwalk.render import kernels
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, warp_faces
-from depthwalk.render.lod.mesh_choice import MeshChooser
+from depthwalk.render.lod.mesh_choice import MESH_TEXELS, MeshChooser
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
 from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
@@ -136,9 +136,6 @@ class DetailSelector:
     ) -> Rows:
         """Return the indices (k,) of those `rows` (m,) that are near enough for a mesh, or quicker as one."""
         table = scene.table
-        rule = MeshFallbackRule(
-            magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
-        )
         return self._chooser.as_meshes(
             view,
             scene.objects,
@@ -146,7 +143,7 @@ class DetailSelector:
             choice=scene.choice,
             fallbacks=table.mesh_fallbacks,
             levels=table.meshes,
-            rule=rule,
+            rule=fallback_rule(settings, is_resident),
             remembers=settings.remembers,
         )
 
@@ -156,6 +153,16 @@ class DetailSelector:
             return describe(view, scene, rows, lod)
         viewer = _viewers(view, scene, rows)
         return _described(view, scene, rows, lod, viewer, self._frozen.level[rows], self._frozen.pieces[rows])
+
+
+def fallback_rule(settings: PlanSettings, is_resident: IsResident) -> MeshFallbackRule:
+    """Return when meshes replace depth images in the picture; see `MeshFallbackRule.is_resident`."""
+    return MeshFallbackRule(
+        magnification=settings.lod.magnification,
+        is_resident=is_resident,
+        error=settings.polygons.error,
+        texels=MESH_TEXELS,
+    )
 
 
 def _all_resident(meshes: Rows) -> Mask:

@@ -11,12 +11,21 @@ import numpy as np
 from depthwalk.render.draw.cluster_draws import cluster_draws, cluster_triangles
 from depthwalk.render.draw.draw_lists import ClusterDraws, DrawList, FrameDrawLists, ImpostorQuads, draw_batches
 from depthwalk.render.draw.frame_counts import Counts, DrawnTiles
-from depthwalk.render.draw.object_detail import DIRECT, POLYGONS, TILE, DetailSelector, ObjectDetail, choose_pieces
+from depthwalk.render.draw.object_detail import (
+    DIRECT,
+    POLYGONS,
+    TILE,
+    DetailSelector,
+    ObjectDetail,
+    choose_pieces,
+    fallback_rule,
+)
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import WARP_RECORD, warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
 from depthwalk.render.impostors.warp_planes import warp_faces
+from depthwalk.render.lod.mesh_choice import TRIANGLES_PER_PIXEL
 from depthwalk.render.lod.mesh_fallback import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.selection import levels_within
@@ -26,7 +35,7 @@ from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import CAPTURED, Objects, Representation
 from depthwalk.scene.object_settings import LodParams, MeshLodParams
-from depthwalk.types import Array, Mask, Rows
+from depthwalk.types import Array, Ints, Mask, Rows
 
 # Least distance at which captured views show an object, in radii of its bounding sphere. Nearer, a viewer might be
 # within its box, whose corners are at most √3 radii from the middle.
@@ -100,7 +109,10 @@ class Planner:
         polygons, clustered, traced, pictured = _by_representation(scene, seen)
         near, captured = _captured_lists(view, scene, seen, pictured)
         polygons = np.concatenate([polygons, near]) if len(near) else polygons
-        mesh = _mesh_list(view, scene, seen.row[polygons], fallbacks, settings.polygons)
+        levels = table.mesh_fallbacks.placed_levels(
+            view, fallbacks, table.meshes, fallback_rule(settings, is_resident), TRIANGLES_PER_PIXEL
+        )
+        mesh = _mesh_list(view, scene, seen.row[polygons], fallbacks, levels, settings.polygons)
         clusters = cluster_draws(view, objects.take(seen.row[clustered]), table, settings.polygons.error)
         traced, height_fields = _height_field_lists(view, scene, seen, traced)
         object_rows = np.concatenate([impostors.row[work.drawn], seen.row[direct], seen.row[traced]])
@@ -296,7 +308,9 @@ def _height_field_lists(
     return traced, lists
 
 
-def _mesh_list(view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, polygons: MeshLodParams) -> DrawList:
+def _mesh_list(
+    view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, levels: Ints, polygons: MeshLodParams
+) -> DrawList:
     """Return draws of meshes, each at the coarsest level whose error the viewer cannot see.
 
     Objects of one asset and level stay in the given order.
@@ -304,16 +318,17 @@ def _mesh_list(view: View, scene: SceneArrays, rows: Rows, fallbacks: Objects, p
     Parameters
     ----------
     rows : (k,) rows of the objects that are meshes.
-    fallbacks : the meshes that are drawn in place of depth images.
+    fallbacks, levels : the meshes that are drawn in place of depth images, and the level of each.
     """
     if not len(rows) and not len(fallbacks):
         return DrawList(records=_NOT_PLACED)
-    table, meshes = scene.table, fallbacks
+    table, meshes, level = scene.table, fallbacks, levels
     if len(rows):
-        meshes = Objects.joined([scene.objects.take(rows), fallbacks])
+        own = scene.objects.take(rows)
+        viewer = viewer_in_object(view, own.position, own.rotation, own.scale)
+        own_level = mesh_level(view, own, table.nearest(own.asset, viewer), table.meshes.error, polygons.error)
+        meshes, level = Objects.joined([own, fallbacks]), np.concatenate([own_level, levels])
     asset = meshes.asset
-    viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
-    level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, polygons.error)
     order = np.lexsort((level, asset))
     return DrawList(
         records=placed_records(view.position, meshes.take(order)),

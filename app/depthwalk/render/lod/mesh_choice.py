@@ -1,9 +1,9 @@
 """Choose for each object whether its mesh or its depth images are drawn.
 
-Near by, where a texel would cover more than a pixel, depth images would only be magnified, and the mesh is drawn unless
-it has many triangles for its pixels. Objects drawn by `auto` also show their mesh where that is quicker. A mesh costs
-by its triangles, depth images by the pixels they cover. Both costs are nearly linear, as the curves of `depthwalk
-tables` show, so that the mesh is quicker where
+Near by, where a texel would cover more than a pixel, depth images would only be magnified, and the mesh is drawn, at a
+level that has few triangles for its pixels, unless that is less accurate than the depth images. Objects drawn by `auto`
+also show their mesh where that is quicker. A mesh costs by its triangles, depth images by the pixels they cover. Both
+costs are nearly linear, as the curves of `depthwalk tables` show, so that the mesh is quicker where
 
     triangles ≤ TRIANGLES_PER_PIXEL · pixels + FREE_TRIANGLES,
 
@@ -33,6 +33,9 @@ from depthwalk.types import Array, Mask, Rows
 # every frame (docs/measurements.md, "When the mesh is slower"), and so limits the triangles of a mesh near by, too.
 TRIANGLES_PER_PIXEL = 0.8
 FREE_TRIANGLES = 60.0
+# Where the level that a pixel allows has more, a coarser one is drawn if it is off by so many texels at most. It looks
+# better than depth images up to .34 texels, no better from .57 on (docs/experiments.md, "Meshes nearer by").
+MESH_TEXELS = 0.5
 
 HYSTERESIS = 1.2  # an object changes when the other way is quicker by this factor; for sizes likewise
 BINS_PER_OCTAVE, BINS = 4, 56  # of sizes on the screen, from 1 to 16,384 pixels

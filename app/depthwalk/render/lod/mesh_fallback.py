@@ -4,6 +4,7 @@ Meshes are fallbacks only in scenes that are drawn as their files say. Where one
 is drawn.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from depthwalk.bake.images import BakedObject
 from depthwalk.geometry.quaternions import conjugate, multiply, rotate
 from depthwalk.render import kernels
 from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED, MeshLevels
+from depthwalk.render.lod.selection import affordable_level, error_level
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects, Representation
@@ -34,16 +36,21 @@ class MeshFallbackRule:
         not even where it is quicker.
     is_resident : returns which (n,) of the meshes (n,), numbers in `CookedParts`, can be drawn in this frame.
     error : geometric error that the mesh's level of detail may have, pixels, see `mesh_level`.
+    texels : geometric error that it may have where finer levels have too many triangles, texels of the depth images;
+        0: no more than `error`.
     """
 
     magnification: float
     is_resident: IsResident
     error: float
+    texels: float = 0.0
 
 
 @dataclass(kw_only=True)
 class MeshFallbacks:
     """Hold which mesh may replace each depth object (see `CookedParts`, which gives `a` numbers).
+
+    What describes the asset is stored by the number of its mesh, too.
 
     Attributes
     ----------
@@ -104,10 +111,11 @@ class MeshFallbacks:
         rows = slice(numbers.start, numbers.stop)
         self.mesh[rows], self.part[rows] = mesh, np.arange(len(objects))
         self.triangles[mesh] = objects[0].mesh_triangles or np.inf
-        self.has_interior[rows] = any(baked.has_interior for baked in objects)
-        self.texel[rows] = max(map(square_texel, objects))
-        self.centre[rows], self.half_height[rows] = centre, (high - low)[1] / 2
-        self.cylinder_radius[rows] = np.hypot(*(corners - centre).T[[0, 2]]).max()
+        for of_asset in rows, mesh:
+            self.has_interior[of_asset] = any(baked.has_interior for baked in objects)
+            self.texel[of_asset] = max(map(square_texel, objects))
+            self.centre[of_asset], self.half_height[of_asset] = centre, (high - low)[1] / 2
+            self.cylinder_radius[of_asset] = np.hypot(*(corners - centre).T[[0, 2]]).max()
         for number, baked in zip(numbers, objects, strict=True):
             self.offset[number], self.turn[number] = baked.position, baked.rotation
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
@@ -183,8 +191,8 @@ class MeshFallbacks:
     ) -> Mask:
         """Return which depth objects are replaced by a mesh that is resident.
 
-        A mesh replaces depth objects that would be magnified, if it has few triangles for its pixels; those for which
-        it is quicker; and those that contain the viewer, if their images lack the interior.
+        A mesh replaces depth objects that would be magnified, if a `level` of it has few triangles for its pixels;
+        those for which it is quicker; and those that contain the viewer, if their images lack the interior.
 
         Parameters
         ----------
@@ -213,8 +221,63 @@ class MeshFallbacks:
         rows = np.flatnonzero(magnified | quicker)
         rows = rows[rule.is_resident(mesh[rows])]
         mesh = mesh[rows]
-        found[rows] = quicker[rows] | (levels.drawn(mesh, rule.error * nearest[rows]) <= most[rows])
+        level = self.level(mesh, nearest[rows], pixels[rows], levels, rule, triangles_per_pixel)
+        found[rows] = quicker[rows] | (levels.triangles[mesh, level] <= most[rows])
         return found
+
+    def level(
+        self,
+        mesh: Rows,
+        nearest: Array,
+        pixels: Array,
+        levels: MeshLevels,
+        rule: MeshFallbackRule,
+        triangles_per_pixel: float,
+    ) -> Ints:
+        """Return the level of detail at which each of m meshes replaces depth objects.
+
+        That is the coarsest whose error is at most `rule.error` pixels. If it has too many triangles, it is the finest
+        that has few enough, as long as its error is at most `rule.texels`: still more accurate than the depth images.
+        Viewers within an asset see all of it.
+
+        Parameters
+        ----------
+        mesh : (m,) numbers of the meshes in `CookedParts`.
+        nearest : (m,) length that a pixel covers at the nearest point of each, metres in its frame.
+        pixels : (m,) that each covers, see `pixels`.
+        levels : the levels of detail of the meshes that are loaded.
+        rule : the errors that are allowed.
+        triangles_per_pixel : how many triangles a mesh may have for each of its pixels.
+
+        Returns
+        -------
+        (m,) levels, 0 the finest.
+        """
+        level = error_level(levels.error[mesh], rule.error * nearest)
+        if not rule.texels:
+            return level
+        accurate = error_level(levels.error[mesh], rule.texels * self.texel[mesh])
+        affordable = affordable_level(levels.triangles[mesh], pixels, triangles_per_pixel)
+        coarser = np.maximum(level, np.minimum(affordable, accurate))
+        return np.where(self.has_interior[mesh] & (nearest <= 0), level, coarser)
+
+    def placed_levels(
+        self, view: View, meshes: Objects, levels: MeshLevels, rule: MeshFallbackRule, triangles_per_pixel: float
+    ) -> Ints:
+        """Return the `level` (m,) of each of m `meshes` that replace depth objects.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        meshes : the meshes as objects, as the method `meshes` returns them.
+        levels, rule, triangles_per_pixel : see `level`.
+        """
+        mesh = meshes.asset
+        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
+        nearest = outside(viewer, self.centre[mesh], self.half_height[mesh], self.cylinder_radius[mesh])
+        middle = (nearest + self.cylinder_radius[mesh]) / view.detail_pixels
+        pixels = self.pixels(mesh, middle, math.prod(view.whole_size))
+        return self.level(mesh, nearest / view.detail_pixels, pixels, levels, rule, triangles_per_pixel)
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
         """Return the meshes that replace the objects `rows`, each mesh once.
