@@ -272,6 +272,8 @@ class MeshFallbacks:
         meshes : the meshes as objects, as the method `meshes` returns them.
         levels, rule, triangles_per_pixel : see `level`.
         """
+        if not len(meshes):  # as in most frames
+            return np.zeros(0, np.int64)
         mesh = meshes.asset
         viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
         nearest = outside(viewer, self.centre[mesh], self.half_height[mesh], self.cylinder_radius[mesh])
