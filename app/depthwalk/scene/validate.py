@@ -7,6 +7,7 @@ column or the `--set` option that gave the value, and what would be right.
 import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -259,31 +260,37 @@ def _index(here: Any, part: str, key: str, place: list[str | int]) -> str | int:
 
 
 def _complaints(error: ValidationError, model: type[BaseModel], source: Source) -> InputError:
-    schema = model.model_json_schema()
     details = error.errors(include_url=False)
     # For a file of another version, report only the version: every other complaint would be noise.
     details = [detail for detail in details if detail["loc"] == ("version",)] or details
     # Locating a mistake and its likely spelling takes time: of a thousand, only those that are reported get this.
     told: dict[str, None] = {}
     for number, detail in enumerate(details, 1):
-        told[str(_complaint(detail, schema, source))] = None
+        told[str(_complaint(detail, model, source))] = None
         if len(told) == MAX_MESSAGES and number < len(details):
             return InputError(*told, f"... and {len(details) - number} more")
     return InputError(*told)
 
 
-def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> InputError:
+@cache
+def _schema_of(model: type[BaseModel]) -> dict[str, Any]:
+    """Return the JSON schema of a model; making it takes longer than checking a scene."""
+    return model.model_json_schema()
+
+
+def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> InputError:
     loc: Loc = tuple(part for part in detail["loc"] if not str(part).startswith(KIND))
     value = detail["input"]
     match detail["type"]:
         case "extra_forbidden":
-            hint = _elsewhere(loc, schema) or _meant(str(loc[-1]), _keys_at(schema, loc[:-1]))
+            schema = _schema_of(model)
+            hint = _elsewhere(loc, model) or _meant(str(loc[-1]), _keys_at(schema, loc[:-1]))
             return source.error(loc, f"unknown key{hint}", at_key=True)
         case "missing":
-            misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], schema, source)
+            misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], model, source)
             return misspelt or source.error(loc[:-1], f"missing key {loc[-1]!r}")
         case "no_kind" if isinstance(value, dict):
-            misspelt = _misspelt(value, loc, _keys_at(schema, loc), schema, source)
+            misspelt = _misspelt(value, loc, None, model, source)
             return misspelt or source.error(loc, detail["msg"])
         case "no_kind" | "model_type" | "model_attributes_type" | "dict_type":
             return source.error(loc, f"must be a mapping of keys, not {shown(value)}")
@@ -307,12 +314,19 @@ def _meant(key: str, known: list[str]) -> str:
     return _hint(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
 
 
-def _elsewhere(loc: Loc, schema: dict[str, Any]) -> str:
+def _elsewhere(loc: Loc, model: type[BaseModel]) -> str:
     """Return the hint for an unknown setting if another place, and only one, has a key of that very name."""
     if any(isinstance(part, int) for part in loc):
         return ""  # what belongs to one object of a list
-    places = [place for place in _places(schema, schema, ()) if place[-1] == loc[-1]]
+    places = [place for place in _settings_of(model) if place[-1] == loc[-1]]
     return f"; did you mean {'.'.join(places[0])!r}?" if len(places) == 1 else ""
+
+
+@cache
+def _settings_of(model: type[BaseModel]) -> tuple[tuple[str, ...], ...]:
+    """Return the locations of all keys of a model outside of lists."""
+    schema = _schema_of(model)
+    return tuple(_places(schema, schema, ()))
 
 
 def _places(node: dict[str, Any], schema: dict[str, Any], place: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
@@ -330,12 +344,17 @@ def _hint(key: str, known: list[str]) -> str:
 
 
 def _misspelt(
-    value: dict[str, Any], loc: Loc, meant: list[str], schema: dict[str, Any], source: Source
+    value: dict[str, Any], loc: Loc, meant: list[str] | None, model: type[BaseModel], source: Source
 ) -> InputError | None:
-    """Return the error about the first unknown key of mapping `value` at `loc` that looks like one of `meant`."""
-    known = _keys_at(schema, loc)
+    """Return the error about the first unknown key of mapping `value` at `loc` that looks like one of `meant`.
+
+    meant: None stands for all keys that are known there.
+    """
+    if not value:
+        return None
+    known = _keys_at(_schema_of(model), loc)
     for key in value:
-        if key not in known and (hint := _hint(key, meant)):
+        if key not in known and (hint := _hint(key, known if meant is None else meant)):
             return source.error((*loc, key), f"unknown key{hint}", at_key=True)
     return None
 
