@@ -7,7 +7,8 @@ import pytest
 from depthwalk.errors import InputError
 from depthwalk.params import Params, param
 from depthwalk.scene.document import parse_document
-from depthwalk.scene.validate import MAX_KEYS_NAMED, MAX_MESSAGES, check_model, raise_all, shown
+from depthwalk.scene.key_hints import MAX_KEYS_NAMED
+from depthwalk.scene.validate import MAX_MESSAGES, check_model, raise_all, shown
 
 
 class Inner(Params):

@@ -5,9 +5,8 @@ column or the `--set` option that gave the value, and what would be right.
 """
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -15,13 +14,13 @@ from pydantic_core import ErrorDetails
 
 from depthwalk.errors import InputError, suggest
 from depthwalk.scene.document import Document, Loc, label, parse_document
+from depthwalk.scene.key_hints import MAX_KEYS_NAMED, known_keys, meant_key, place_hint, spelling_hint
 from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
 
 log = logging.getLogger(__name__)
 
 KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 MAX_MESSAGES = 20
-MAX_KEYS_NAMED = 8  # most keys listed in the error about an unknown one
 
 _PLAIN_WORDS = {
     "Input should be": "must be",
@@ -33,22 +32,6 @@ _PLAIN_WORDS = {
     "a valid string": "text",
     "a valid list": "a list",
 }
-_OTHER_PROGRAMS = {  # Words that other programs use for a key of scene or path files.
-    "eye": "position",
-    "file": "mesh",
-    "location": "position",
-    "look_at": "target",
-    "lookat": "target",
-    "model": "mesh",
-    "path": "mesh",
-    "rotate": "yaw",
-    "rotation": "yaw",
-    "src": "mesh",
-    "translate": "position",
-    "translation": "position",
-    "url": "mesh",
-}
-
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -272,19 +255,12 @@ def _complaints(error: ValidationError, model: type[BaseModel], source: Source) 
     return InputError(*told)
 
 
-@cache
-def _schema_of(model: type[BaseModel]) -> dict[str, Any]:
-    """Return the JSON schema of a model; making it takes longer than checking a scene."""
-    return model.model_json_schema()
-
-
 def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> InputError:
     loc: Loc = tuple(part for part in detail["loc"] if not str(part).startswith(KIND))
     value = detail["input"]
     match detail["type"]:
         case "extra_forbidden":
-            schema = _schema_of(model)
-            hint = _elsewhere(loc, model) or _meant(str(loc[-1]), _keys_at(schema, loc[:-1]))
+            hint = place_hint(loc, model) or meant_key(str(loc[-1]), known_keys(model, loc[:-1]))
             return source.error(loc, f"unknown key{hint}", at_key=True)
         case "missing":
             misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], model, source)
@@ -308,41 +284,6 @@ def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> 
     return source.error(loc, f"{message[0].lower()}{message[1:]}, not {shown(value)}")
 
 
-def _meant(key: str, known: list[str]) -> str:
-    """Return the hint for an unknown key: the known key most like it, or else all known keys if there are few."""
-    few = len(known) <= MAX_KEYS_NAMED
-    return _hint(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
-
-
-def _elsewhere(loc: Loc, model: type[BaseModel]) -> str:
-    """Return the hint for an unknown setting if another place, and only one, has a key of that very name."""
-    if any(isinstance(part, int) for part in loc):
-        return ""  # what belongs to one object of a list
-    places = [place for place in _settings_of(model) if place[-1] == loc[-1]]
-    return f"; did you mean {'.'.join(places[0])!r}?" if len(places) == 1 else ""
-
-
-@cache
-def _settings_of(model: type[BaseModel]) -> tuple[tuple[str, ...], ...]:
-    """Return the locations of all keys of a model outside of lists."""
-    schema = _schema_of(model)
-    return tuple(_places(schema, schema, ()))
-
-
-def _places(node: dict[str, Any], schema: dict[str, Any], place: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """Yield the location of each key that the JSON schema has below `node`, which is at `place`, outside of lists."""
-    for branch in _branches(node, schema):
-        for key, child in branch.get("properties", {}).items():
-            yield (*place, key)
-            yield from _places(child, schema, (*place, key))
-
-
-def _hint(key: str, known: list[str]) -> str:
-    """Return `; did you mean 'x'?` with the known key that says what `key` does elsewhere, or that looks like it."""
-    here = _OTHER_PROGRAMS.get(str(key).lower())
-    return f"; did you mean {here!r}?" if here in known else suggest(key, known)
-
-
 def _misspelt(
     value: dict[str, Any], loc: Loc, meant: list[str] | None, model: type[BaseModel], source: Source
 ) -> InputError | None:
@@ -352,32 +293,8 @@ def _misspelt(
     """
     if not value:
         return None
-    known = _keys_at(_schema_of(model), loc)
+    known = known_keys(model, loc)
     for key in value:
-        if key not in known and (hint := _hint(key, known if meant is None else meant)):
+        if key not in known and (hint := spelling_hint(key, known if meant is None else meant)):
             return source.error((*loc, key), f"unknown key{hint}", at_key=True)
     return None
-
-
-def _keys_at(schema: dict[str, Any], loc: Loc) -> list[str]:
-    """Return the keys that the JSON schema has at `loc`, those of every branch if it has several."""
-    branches = list(_branches(schema, schema))
-    for part in loc:
-        branches = [leaf for branch in branches for child in _child(branch, part) for leaf in _branches(child, schema)]
-    return [key for branch in branches for key in branch.get("properties", {})]
-
-
-def _branches(node: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    if "$ref" in node:
-        yield from _branches(schema["$defs"][node["$ref"].rsplit("/", 1)[1]], schema)
-    for kind in ("anyOf", "oneOf", "allOf"):
-        for branch in node.get(kind, ()):
-            yield from _branches(branch, schema)
-    yield node
-
-
-def _child(node: dict[str, Any], part: str | int) -> Iterator[dict[str, Any]]:
-    children = [node.get("items")] if isinstance(part, int) else [node.get("properties", {}).get(part)]
-    if isinstance(part, str) and children == [None]:
-        children = [node.get("additionalProperties")]
-    yield from (child for child in children if isinstance(child, dict))

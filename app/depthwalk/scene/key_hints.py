@@ -1,0 +1,96 @@
+"""Guess what an unknown key of a scene or path file was meant to be.
+
+A hint is the end of an error message: `; did you mean 'bias'?`, or nothing.
+"""
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+from pydantic import BaseModel
+
+from depthwalk.errors import suggest
+from depthwalk.scene.document import Loc
+
+MAX_KEYS_NAMED = 8  # most keys listed in the error about an unknown one
+_OTHER_PROGRAMS = {  # Words that other programs use for a key of scene or path files.
+    "eye": "position",
+    "file": "mesh",
+    "location": "position",
+    "look_at": "target",
+    "lookat": "target",
+    "model": "mesh",
+    "path": "mesh",
+    "rotate": "yaw",
+    "rotation": "yaw",
+    "src": "mesh",
+    "translate": "position",
+    "translation": "position",
+    "url": "mesh",
+}
+
+
+@cache
+def _schema_of(model: type[BaseModel]) -> dict[str, Any]:
+    """Return the JSON schema of a model; making it takes longer than checking a scene."""
+    return model.model_json_schema()
+
+
+def meant_key(key: str, known: list[str]) -> str:
+    """Return the hint for an unknown `key`: which of the keys `known` is most like it, or else all if they are few."""
+    few = len(known) <= MAX_KEYS_NAMED
+    return spelling_hint(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
+
+
+def place_hint(loc: Loc, model: type[BaseModel]) -> str:
+    """Return the hint for an unknown setting at `loc` if one other place of `model` has a key of that very name."""
+    if any(isinstance(part, int) for part in loc):
+        return ""  # what belongs to one object of a list
+    places = [place for place in _settings_of(model) if place[-1] == loc[-1]]
+    return f"; did you mean {'.'.join(places[0])!r}?" if len(places) == 1 else ""
+
+
+@cache
+def _settings_of(model: type[BaseModel]) -> tuple[tuple[str, ...], ...]:
+    """Return the locations of all keys of a model outside of lists."""
+    schema = _schema_of(model)
+    return tuple(_places(schema, schema, ()))
+
+
+def _places(node: dict[str, Any], schema: dict[str, Any], place: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Yield the location of each key that the JSON schema has below `node`, which is at `place`, outside of lists."""
+    for branch in _branches(node, schema):
+        for key, child in branch.get("properties", {}).items():
+            yield (*place, key)
+            yield from _places(child, schema, (*place, key))
+
+
+def spelling_hint(key: str, known: list[str]) -> str:
+    """Return `; did you mean 'x'?` with the key of `known` that other programs call `key`, or that looks like it."""
+    here = _OTHER_PROGRAMS.get(str(key).lower())
+    return f"; did you mean {here!r}?" if here in known else suggest(key, known)
+
+
+def known_keys(model: type[BaseModel], loc: Loc) -> list[str]:
+    """Return the keys that `model` has at the location `loc`, those of every branch if it has several."""
+    schema = _schema_of(model)
+    branches = list(_branches(schema, schema))
+    for part in loc:
+        branches = [leaf for branch in branches for child in _child(branch, part) for leaf in _branches(child, schema)]
+    return [key for branch in branches for key in branch.get("properties", {})]
+
+
+def _branches(node: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    if "$ref" in node:
+        yield from _branches(schema["$defs"][node["$ref"].rsplit("/", 1)[1]], schema)
+    for kind in ("anyOf", "oneOf", "allOf"):
+        for branch in node.get(kind, ()):
+            yield from _branches(branch, schema)
+    yield node
+
+
+def _child(node: dict[str, Any], part: str | int) -> Iterator[dict[str, Any]]:
+    children = [node.get("items")] if isinstance(part, int) else [node.get("properties", {}).get(part)]
+    if isinstance(part, str) and children == [None]:
+        children = [node.get("additionalProperties")]
+    yield from (child for child in children if isinstance(child, dict))
