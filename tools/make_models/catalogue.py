@@ -67,7 +67,7 @@ MODELS: dict[str, Entry] = {
     "bench": Entry(props.bench, "garden bench, faces +z", Images(160, 5, 0.45), closed=True),
     "hedge": Entry(props.hedge, "2 m of clipped hedge along x", Images(160, 1, 1.13), closed=True),
     "wall": Entry(props.wall, "2 m of low brick wall along x", Images(160, 1), closed=True),
-    "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(160, 5, 0.5), closed=True),
+    "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(164, 5, 0.5), closed=True),
     "dryad": Entry(statue.dryad, "the statue, smooth and light, for the relief of meso.yaml", closed=True),
     "venus_of_the_paper": Entry(heads.venus_of_the_paper, "the woman's bust with the paper's count", closed=True),
     "man_of_the_paper": Entry(heads.man_of_the_paper, "the man's bust with the paper's count, one face open below"),

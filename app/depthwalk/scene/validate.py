@@ -14,7 +14,6 @@ from pydantic_core import ErrorDetails
 
 from depthwalk.errors import InputError, suggest
 from depthwalk.scene.document import Document, Loc, label, parse_document
-from depthwalk.scene.key_hints import MAX_KEYS_NAMED, known_keys, meant_key, place_hint, spelling_hint
 from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
 
 log = logging.getLogger(__name__)
@@ -116,6 +115,8 @@ class Source:
         for part in loc[:-1]:
             among = among[part]
         keys = among if isinstance(among, dict) else ()
+        from depthwalk.scene.key_hints import MAX_KEYS_NAMED  # here, since only mistakes need it
+
         written = [key for key in keys if self.document.holds((*loc[:-1], key))]
         few = written[:MAX_KEYS_NAMED] + ["..."] * (len(written) > MAX_KEYS_NAMED)
         names = f"; the file has {', '.join(few)}" if few and len(loc) > 1 else ""  # those that its author gave
@@ -256,11 +257,15 @@ def _complaints(error: ValidationError, model: type[BaseModel], source: Source) 
 
 
 def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> InputError:
+    from depthwalk.scene import key_hints  # here, since only mistakes need it
+
     loc: Loc = tuple(part for part in detail["loc"] if not str(part).startswith(KIND))
     value = detail["input"]
     match detail["type"]:
         case "extra_forbidden":
-            hint = place_hint(loc, model) or meant_key(str(loc[-1]), known_keys(model, loc[:-1]))
+            hint = key_hints.place_hint(loc, model) or key_hints.meant_key(
+                str(loc[-1]), key_hints.known_keys(model, loc[:-1])
+            )
             return source.error(loc, f"unknown key{hint}", at_key=True)
         case "missing":
             misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], model, source)
@@ -291,6 +296,8 @@ def _misspelt(
 
     meant: None stands for all keys that are known there.
     """
+    from depthwalk.scene.key_hints import known_keys, spelling_hint
+
     if not value:
         return None
     known = known_keys(model, loc)
