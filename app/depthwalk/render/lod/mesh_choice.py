@@ -33,8 +33,9 @@ from depthwalk.types import Array, Mask, Rows
 # every frame (docs/measurements.md, "When the mesh is slower"), and so limits the triangles of a mesh near by, too.
 TRIANGLES_PER_PIXEL = 0.8
 FREE_TRIANGLES = 60.0
-# Where the level that a pixel allows has more, a coarser one is drawn if it is off by so many texels at most. It looks
-# better than depth images up to .34 texels, no better from .57 on (docs/experiments.md, "Meshes nearer by").
+# Where the level that a pixel allows has more, a coarser one is drawn if it is off by so many texels at most. Of the
+# models measured, all look better than their depth images up to .34 texels, and some worse from .57 on
+# (docs/experiments.md, "Meshes nearer by").
 MESH_TEXELS = 0.5
 
 HYSTERESIS = 1.2  # an object changes when the other way is quicker by this factor; for sizes likewise
@@ -217,8 +218,7 @@ class MeshChooser:
         )
         number = objects.asset[rows[near]]
         first = rows[near] - fallbacks.part[number]
-        middle = (nearest + fallbacks.cylinder_radius[number]) / view.detail_pixels
-        pixels = fallbacks.pixels(number, middle, math.prod(view.whole_size))
+        middle, pixels = fallbacks.seen(view, number, nearest)
         quicker = None
         if choice is not None:
             size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle

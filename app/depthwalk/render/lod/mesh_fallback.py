@@ -111,11 +111,11 @@ class MeshFallbacks:
         rows = slice(numbers.start, numbers.stop)
         self.mesh[rows], self.part[rows] = mesh, np.arange(len(objects))
         self.triangles[mesh] = objects[0].mesh_triangles or np.inf
-        for of_asset in rows, mesh:
-            self.has_interior[of_asset] = any(baked.has_interior for baked in objects)
-            self.texel[of_asset] = max(map(square_texel, objects))
-            self.centre[of_asset], self.half_height[of_asset] = centre, (high - low)[1] / 2
-            self.cylinder_radius[of_asset] = np.hypot(*(corners - centre).T[[0, 2]]).max()
+        of_asset = [*numbers, mesh]
+        self.has_interior[of_asset] = any(baked.has_interior for baked in objects)
+        self.texel[of_asset] = max(map(square_texel, objects))
+        self.centre[of_asset], self.half_height[of_asset] = centre, (high - low)[1] / 2
+        self.cylinder_radius[of_asset] = np.hypot(*(corners - centre).T[[0, 2]]).max()
         for number, baked in zip(numbers, objects, strict=True):
             self.offset[number], self.turn[number] = baked.position, baked.rotation
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
@@ -166,6 +166,18 @@ class MeshFallbacks:
         max_pixels : the most pixels that any object may cover.
         """
         return np.minimum(4 * self.cylinder_radius[number] * self.half_height[number] / middle**2, max_pixels)
+
+    def seen(self, view: View, number: Rows, nearest: Array) -> tuple[Array, Array]:
+        """Return the length that a pixel covers at the middle of each asset (m,), metres, and its `pixels` (m,).
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        number : (m,) numbers of the depth objects, or of their meshes, in `CookedParts`.
+        nearest : (m,) from the viewer to the cylinder that encloses each asset, metres in its frame.
+        """
+        middle = (nearest + self.cylinder_radius[number]) / view.detail_pixels
+        return middle, self.pixels(number, middle, math.prod(view.whole_size))
 
     def has_fewer_triangles(self, number: Rows, triangles: Ints) -> Mask:
         """Return which (m,) depth objects have a mesh with fewer triangles than all depth objects of the asset.
@@ -277,8 +289,7 @@ class MeshFallbacks:
         mesh = meshes.asset
         viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
         nearest = outside(viewer, self.centre[mesh], self.half_height[mesh], self.cylinder_radius[mesh])
-        middle = (nearest + self.cylinder_radius[mesh]) / view.detail_pixels
-        pixels = self.pixels(mesh, middle, math.prod(view.whole_size))
+        _, pixels = self.seen(view, mesh, nearest)
         return self.level(mesh, nearest / view.detail_pixels, pixels, levels, rule, triangles_per_pixel)
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
