@@ -1,4 +1,4 @@
-// Writes for each cell of the screen, how far ahead of a camera that has moved the picture's nearest surface is, metres.
+// Writes how far ahead of a camera that has moved the picture's nearest surface is in each cell of the screen, metres.
 flat in float ahead;
 layout(location = 0) out float nearest;
 

@@ -111,12 +111,12 @@ class Source:
 
     def _beside(self, loc: Loc) -> str:
         """Return a hint at the key in the file that an option may have meant when it added another one at `loc`."""
+        from depthwalk.scene.key_hints import MAX_KEYS_NAMED  # here, since only mistakes need it
+
         among = self.document.value
         for part in loc[:-1]:
             among = among[part]
         keys = among if isinstance(among, dict) else ()
-        from depthwalk.scene.key_hints import MAX_KEYS_NAMED  # here, since only mistakes need it
-
         written = [key for key in keys if self.document.holds((*loc[:-1], key))]
         few = written[:MAX_KEYS_NAMED] + ["..."] * (len(written) > MAX_KEYS_NAMED)
         names = f"; the file has {', '.join(few)}" if few and len(loc) > 1 else ""  # those that its author gave

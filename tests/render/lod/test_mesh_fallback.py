@@ -236,7 +236,7 @@ def test_a_coarser_mesh_stands_in_for_its_pixels(gl_device: Device, dense: Mesh)
     ],
 )
 def test_meshes_that_stand_in_are_as_fine_as_their_pixels_allow(
-    dense: Mesh, texels: float, nearest: float, interior: bool, level: int
+    texels: float, nearest: float, interior: bool, level: int
 ) -> None:
     fallbacks, levels = MeshFallbacks.empty(1), MeshLevels.empty(1)
     fallbacks.texel[0], fallbacks.has_interior[0] = 1.0, interior
