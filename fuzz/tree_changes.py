@@ -5,7 +5,7 @@ import random
 from collections import deque
 from typing import Any
 
-from ruamel.yaml import YAML
+import yaml
 
 VALUES: tuple[Any, ...] = (
     None, True, False, 0, 1, -1, 2, 3, 64, 255, 5121, 5123, 5125, 5126, 65536, 2**31, 2**53, 2**64, 1e-9, 0.5, 1e6, 1e7,
@@ -28,7 +28,7 @@ def change_yaml(data: bytes, rng: random.Random, keys: tuple[str, ...] = ()) -> 
 
     Raises ValueError where its aliases make so many values of it that they cannot be written out.
     """
-    tree = YAML(typ="safe", pure=True).load(data.decode())
+    tree = yaml.load(data, Loader=yaml.CSafeLoader)
     if _values(tree, {}) > _MOST_VALUES:
         raise ValueError("aliases make too many values")
     return json.dumps(changed_tree(tree, rng, keys), default=str).encode("utf-8", "surrogatepass")

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from ruamel.yaml import YAML
+import yaml
 
 from depthwalk.commands import render
 
@@ -16,7 +16,7 @@ TEMPLATE = Path(__file__).parents[2] / "examples" / "farm" / "render.yaml"
 @pytest.mark.skipif(os.name == "nt", reason="the template is for bash")
 @pytest.mark.parametrize(("frames", "taken"), [("3-9", "3-9"), ("4", "4-4")])
 def test_the_script_renders_the_frames_of_its_task(tmp_path: Path, frames: str, taken: str) -> None:
-    template = YAML(typ="safe").load(TEMPLATE)
+    template = yaml.safe_load(TEMPLATE.read_text())
     script = template["steps"][0]["script"]["embeddedFiles"][0]["data"]
     values = {"Task.Param.Frame": frames} | {
         f"Param.{each['name']}": each["name"] for each in template["parameterDefinitions"]

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.scene.document import MAX_YAML_DEPTH, label, parse_document, read_document
+from depthwalk.scene.document import label, parse_document, read_document
+from depthwalk.scene.yaml_nodes import MAX_YAML_DEPTH
 
 TEXT = "version: 1\nobjects:\n  - {asset: box, yaw: 90}\nwalk:\n"
 

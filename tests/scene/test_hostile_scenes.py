@@ -158,7 +158,7 @@ MESSAGES = {
         "6:28: objects[0].position: must be [x, y, z]",
     ],
     "syntax": [
-        "3:7: not valid YAML: expected ',' or ']', but got ':'",
+        "3:7: not valid YAML: expected ',' or ']', not ':'",
     ],
     "tab": [
         "3:1: not valid YAML: a tab cannot indent; use spaces",

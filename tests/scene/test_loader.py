@@ -113,7 +113,7 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
         ("camera.fov", "60", "--set camera.fov: camera: missing key 'position'"),
         ("a..b", "1", "--set a..b: must be a dotted path such as render.lod.bias"),
         ("environment.ground.texture", "no.png", "--set environment.ground.texture: file 'no.png' not found"),
-        ("version", "[1", "--set version: value:1:3: not valid YAML: expected ',' or ']', but got '<stream end>'"),
+        ("version", "[1", "--set version: value:1:1: not valid YAML: expected ',' or ']' before the end of the text"),
     ],
 )
 def test_override_messages(tmp_path: Path, key: str, value: str, message: str) -> None:

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from ruamel.yaml import YAML
 
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
@@ -83,7 +83,7 @@ def test_a_scene_with_bytes_changed(tmp_path: Path, edits: list[tuple[int, bytes
 def test_random_values_under_known_keys(tmp_path: Path, values: dict[str, Any]) -> None:
     path = tmp_path / "dump.yaml"
     with path.open("w", encoding="utf-8", errors="replace") as file:
-        YAML(typ="safe").dump({**values, "version": 1}, file)
+        yaml.safe_dump({**values, "version": 1}, file)
     load_all(tmp_path, path.read_bytes())
 
 

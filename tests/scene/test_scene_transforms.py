@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from ruamel.yaml import YAML
 
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene, set_node_transform
@@ -44,7 +44,7 @@ def scene_of(items: list[Any]) -> Scene:
     with TemporaryDirectory() as folder:
         (Path(folder) / "box.obj").touch()
         with (Path(folder) / "scene.yaml").open("w") as file:
-            YAML(typ="safe").dump({"version": 1, "assets": {"box": {"mesh": "box.obj"}}, "objects": items}, file)
+            yaml.safe_dump({"version": 1, "assets": {"box": {"mesh": "box.obj"}}, "objects": items}, file)
         return load_scene(Path(folder) / "scene.yaml")
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _LIBRARIES = (
     "numpy", "scipy", "moderngl", "moderngl-window", "imgui-bundle", "trimesh", "embreex", "OpenEXR", "Pillow",
-    "pydantic", "ruamel.yaml", "imageio-ffmpeg", "rich", "typer",
+    "pydantic", "PyYAML", "imageio-ffmpeg", "rich", "typer",
 )  # fmt: skip
 
 Row = tuple[str, str]

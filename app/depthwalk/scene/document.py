@@ -1,37 +1,38 @@
 """Parse YAML text into plain values that remember their position, so that every error can cite line and column.
 
-ruamel.yaml composes the text into nodes with positions. This module turns them into values itself, because scene files
-need few of YAML's types, and because it limits what aliases and nesting may take.
+`yaml_nodes` composes the text into nodes with positions. This module turns them into values, because scene files need
+few of YAML's types, and because it limits what aliases may take.
 """
 
 import math
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from ruamel.yaml.reader import ReaderError
-from ruamel.yaml.scanner import Scanner, ScannerError
-
 from depthwalk.errors import InputError, missing_file, quoted
 from depthwalk.ingest.formats import MESH_SUFFIXES
-from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
+from depthwalk.limits import MAX_SCENE_BYTES
+from depthwalk.scene.yaml_nodes import (
+    MAX_YAML_DEPTH,
+    MappingNode,
+    Node,
+    ScalarNode,
+    SequenceNode,
+    at_offset,
+    compose,
+    located,
+)
 
 Loc = tuple[str | int, ...]
 """Location of a value in a document: keys and list indices from the root."""
 
-MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # each nested group is a list, its item and the group's own mapping
 MAX_ALIASED_NODES = 10_000  # that aliases may add to the text; a "billion laughs" file adds 10^9
 _LONGEST_LABEL = 68  # characters; the label of 64 nested groups would fill a screen
 _MAX_INTEGER = 2**53  # above it a double no longer holds every integer
 
-_TAG = "tag:yaml.org,2002:"
-_SCALAR_TAGS = {_TAG + name for name in ("null", "bool", "int", "float")}
-_TEXT_TAGS = {_TAG + name for name in ("str", "timestamp", "merge", "value")}  # no field holds a date: it is text
+_TYPES = {"null", "bool", "int", "float", "str"}
+_TEXT_TYPES = {"str", "timestamp", "merge", "value"}  # of YAML 1.1 besides; no field holds a date: it is text
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Document:
     name
         The path as the user gave it; errors cite it.
     root
-        The root node of the text, as ruamel.yaml parses it.
+        The root node of the text, with positions.
     value
         The values of the file: None, bool, int, float, str, list or dict, nested.
     """
@@ -72,7 +73,7 @@ class Document:
             `file:line:column`, counted from 1.
         """
         key, value = list(_nodes_along(self.root, loc))[-1]
-        nothing = isinstance(value, ScalarNode) and value.value == ""  # `key:` alone: YAML puts the value a line later
+        nothing = isinstance(value, ScalarNode) and value.text == ""  # `key:` alone: YAML puts the value a line later
         return _where(self.name, key if key is not None and (at_key or nothing) else value)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
@@ -101,26 +102,6 @@ def label(loc: Loc) -> str:
     return text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL // 2]}...{text[-_LONGEST_LABEL // 2 :]}"
 
 
-def located(name: str, line: int, column: int, message: str) -> InputError:
-    """Return an error about a position in a file.
-
-    Parameters
-    ----------
-    name
-        The file's name in the message.
-    line, column
-        Line and column of the position, counted from 0.
-    message
-        What is wrong.
-
-    Returns
-    -------
-    InputError
-        `name:line:column: message`, counted from 1.
-    """
-    return InputError(f"{name}:{line + 1}:{column + 1}: {message}")
-
-
 def read_document(path: Path) -> Document:
     """Parse a YAML file.
 
@@ -147,7 +128,7 @@ def parse_document(text: str, name: str) -> Document:
 
     Raises InputError, with line and column, if the text is not YAML or is nested deeper than the limits.
     """
-    root = _compose(text, name)
+    root = compose(text, name)
     if root is None:
         raise located(name, 0, 0, "the file is empty")
     return Document(name, root, _Reader(name).value(root, ()))
@@ -171,62 +152,7 @@ def _read_text(path: Path) -> str:
             message = f"binary, not UTF-8 text; scenes and camera paths are YAML, meshes end in {meshes}"
             raise located(str(path), 0, 0, message) from None
         before = data[: error.start].decode("utf-8-sig", errors="replace")
-        raise _at_offset(str(path), before, f"not UTF-8 text (byte 0x{data[error.start]:02x})") from None
-
-
-def _at_offset(name: str, before: str, message: str) -> InputError:
-    return located(name, before.count("\n"), len(before) - (before.rfind("\n") + 1), message)
-
-
-class _BoundedScanner(Scanner):
-    """Refuse brackets nested deeper than `MAX_YAML_DEPTH` while they are scanned.
-
-    A bracket may begin a key, so the scanner reads up to 1,024 characters ahead of the composer, which limits the depth
-    as well, and for each token looks at all brackets that are open: a thousand of them cost a million steps.
-    """
-
-    def fetch_flow_collection_start(self, TokenClass: Any, to_push: str) -> None:  # noqa: N803  (ruamel's names)
-        if len(self.indents) + len(self.flow_context) >= MAX_YAML_DEPTH:
-            raise ScannerError(None, None, "maximum depth", self.reader.get_mark())
-        super().fetch_flow_collection_start(TokenClass, to_push)
-
-
-def _compose(text: str, name: str) -> Node | None:
-    yaml = YAML(typ="safe", pure=True)
-    yaml.Scanner = _BoundedScanner
-    yaml.max_depth = MAX_YAML_DEPTH
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # style remarks on odd but valid text
-            root: Node | None = yaml.compose(text)
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line, column = (mark.line, mark.column) if mark else (0, 0)
-        raise located(name, line, column, f"not valid YAML: {_yaml_problem(error)}") from None
-    except ReaderError as error:
-        message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
-        raise _at_offset(name, text[: error.position], message) from None
-    except (YAMLError, ValueError, AssertionError, AttributeError, IndexError, TypeError, KeyError) as error:
-        # On some broken directives, tags and escapes ruamel raises Python's own exceptions.
-        raise located(name, 0, 0, f"not valid YAML: {_one_line(error) or type(error).__name__}") from None
-    except RecursionError:
-        raise located(name, 0, 0, "nested too deeply") from None
-    return root
-
-
-def _yaml_problem(error: MarkedYAMLError) -> str:
-    problem = _one_line(error.problem or error.context or "malformed")
-    if "maximum depth" in problem:
-        return "nested too deeply"
-    if "'\\t'" in problem:
-        return "a tab cannot indent; use spaces"
-    if "another document" in problem:
-        return "a second document starts here"
-    return problem
-
-
-def _one_line(text: object) -> str:
-    return " ".join(str(text).split())
+        raise at_offset(str(path), before, f"not UTF-8 text (byte 0x{data[error.start]:02x})") from None
 
 
 def _nodes_along(root: Node, loc: Loc) -> Iterator[tuple[Node | None, Node]]:
@@ -235,10 +161,11 @@ def _nodes_along(root: Node, loc: Loc) -> Iterator[tuple[Node | None, Node]]:
     node = root
     yield key, node
     for part in loc:
-        if isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
-            key, node = None, node.value[part]
+        if isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.items):
+            key, node = None, node.items[part]
         elif isinstance(node, MappingNode):
-            found = next((pair for pair in node.value if pair[0].value == part), None)
+            pairs = node.pairs()
+            found = next((pair for pair in pairs if isinstance(pair[0], ScalarNode) and pair[0].text == part), None)
             if found is None:
                 return
             key, node = found
@@ -252,7 +179,6 @@ class _Reader:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.scalars = YAML(typ="safe", pure=True).constructor
         self.seen: set[int] = set()
         self.aliased = 0
 
@@ -269,54 +195,46 @@ class _Reader:
         self.seen.add(id(node))
         if isinstance(node, ScalarNode):
             return self.scalar(node, loc)
-        if str(node.tag) not in (_TAG + "map", _TAG + "seq"):
-            raise self.error(node, loc, f"the tag {quoted(str(node.tag))} is not allowed")
+        if node.tag not in ("map", "seq"):
+            raise self.error(node, loc, f"the tag {quoted(node.tag)} is not allowed")
         if isinstance(node, SequenceNode):
-            return [self.value(child, (*loc, i)) for i, child in enumerate(node.value)]
+            return [self.value(child, (*loc, i)) for i, child in enumerate(node.items)]
         assert isinstance(node, MappingNode)
         return self.mapping(node, loc)
 
     def mapping(self, node: MappingNode, loc: Loc) -> dict[str, Any]:
         values: dict[str, Any] = {}
         lines: dict[str, int] = {}
-        for key_node, child in node.value:
-            if not isinstance(key_node, ScalarNode) or str(key_node.tag) not in _TEXT_TAGS:
+        for key_node, child in node.pairs():
+            if not isinstance(key_node, ScalarNode) or key_node.tag not in _TEXT_TYPES:
                 raise self.error(key_node, loc, "a key must be text; put it in quotes")
-            key = str(key_node.value)
+            key = key_node.text
             if not key.isprintable():
                 raise self.error(key_node, loc, f"the key {quoted(key)} is not printable")
             if key in values:
                 raise self.error(key_node, (*loc, key), f"duplicate key; it is in line {lines[key]} too")
-            lines[key] = key_node.start_mark.line + 1
+            lines[key] = key_node.line + 1
             values[key] = self.value(child, (*loc, key))
         return values
 
-    def text(self, node: ScalarNode, loc: Loc) -> str:
-        text = str(node.value)
-        if any("\ud800" <= character <= "\udfff" for character in text):
-            raise self.error(node, loc, "half a surrogate pair is not text")
-        return text
-
     def scalar(self, node: ScalarNode, loc: Loc) -> bool | int | float | str | None:
-        tag = str(node.tag)
-        if tag in _TEXT_TAGS:
-            return self.text(node, loc)
-        if tag not in _SCALAR_TAGS:
-            raise self.error(node, loc, f"the tag {quoted(tag)} is not allowed")
+        if node.tag in _TEXT_TYPES:
+            return node.text
+        if node.tag not in _TYPES:
+            raise self.error(node, loc, f"the tag {quoted(node.tag)} is not allowed")
         try:
-            value: bool | int | float | None = self.scalars.construct_object(node)
-        except (YAMLError, ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError):
-            # An explicit tag that does not fit its text, as in `!!int many`.
-            raise self.error(node, loc, f"{_shown(node.value)} is not a YAML {tag.removeprefix(_TAG)}") from None
+            value = node.value()
+        except ValueError:  # an explicit tag that does not fit its text, as in `!!int many`
+            raise self.error(node, loc, f"{_shown(node.text)} is not a YAML {node.tag}") from None
         if isinstance(value, float) and not math.isfinite(value):
-            raise self.error(node, loc, f"must be a finite number, not {_shown(node.value)}")
+            raise self.error(node, loc, f"must be a finite number, not {_shown(node.text)}")
         if isinstance(value, int) and abs(value) > _MAX_INTEGER:
-            raise self.error(node, loc, f"the number {_shown(node.value)} is too large")
+            raise self.error(node, loc, f"the number {_shown(node.text)} is too large")
         return value
 
 
 def _where(name: str, node: Node) -> str:
-    return f"{name}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
+    return f"{name}:{node.line + 1}:{node.column + 1}"
 
 
 def _labelled(where: str, loc: Loc, message: str) -> InputError:

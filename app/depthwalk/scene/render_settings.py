@@ -21,13 +21,17 @@ from depthwalk.scene.effect_settings import (
     ShadowParams,
     SmaaParams,
 )
-from depthwalk.scene.object_settings import CompositeParams, CullingParams, LodParams, MeshParams, WarpParams
-from depthwalk.scene.rival_settings import (
+from depthwalk.scene.object_settings import (
     BillboardParams,
+    CompositeParams,
+    CullingParams,
     DistanceParams,
+    LodParams,
+    MeshParams,
     OctahedralParams,
     ParallaxParams,
     ReliefParams,
+    WarpParams,
 )
 
 DEFAULT_BUDGET = 2 << 30  # bytes: with targets and atlas at 4K, half of what even small cards have

@@ -7,7 +7,7 @@ the depth of the view (Schaufler 1997, "Nailboards"), though they are looked up 
 from depthwalk.bake.captured_views import CaptureParams
 from depthwalk.render.captured_view_pass import CapturedViewPass
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.rival_settings import BillboardParams
+from depthwalk.scene.object_settings import BillboardParams
 
 
 class BillboardPass(CapturedViewPass[BillboardParams]):

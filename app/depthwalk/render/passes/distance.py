@@ -9,7 +9,7 @@ from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame
 from depthwalk.render.height_field_pass import HeightFieldPass
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.rival_settings import DistanceParams
+from depthwalk.scene.object_settings import DistanceParams
 
 
 class DistancePass(HeightFieldPass[DistanceParams]):

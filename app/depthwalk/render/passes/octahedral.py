@@ -7,7 +7,7 @@ blended by the barycentric weights of the viewer's direction.
 from depthwalk.bake.captured_views import CaptureParams, Directions
 from depthwalk.render.captured_view_pass import CapturedViewPass
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.rival_settings import OctahedralParams
+from depthwalk.scene.object_settings import OctahedralParams
 
 
 class OctahedralPass(CapturedViewPass[OctahedralParams]):

@@ -7,7 +7,7 @@ surface is written, because colours are looked up by it.
 
 from depthwalk.render.height_field_pass import HeightFieldPass
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.rival_settings import ParallaxParams
+from depthwalk.scene.object_settings import ParallaxParams
 
 
 class ParallaxPass(HeightFieldPass[ParallaxParams]):

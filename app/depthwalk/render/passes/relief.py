@@ -6,7 +6,7 @@ step may be missed. There, rays that leave a polygon's texture see it repeat; he
 
 from depthwalk.render.height_field_pass import HeightFieldPass
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.rival_settings import ReliefParams
+from depthwalk.scene.object_settings import ReliefParams
 
 
 class ReliefPass(HeightFieldPass[ReliefParams]):
