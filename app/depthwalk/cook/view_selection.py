@@ -21,6 +21,8 @@ from depthwalk.types import Array, Ints, Mask
 
 NOWHERE = -1
 _ELSEWHERE, _ASKEW = 0.1, 0.3  # cost of an image where another face owns the surface, or that sees it at a slant
+_STRETCHED = 0.02  # cost of one more width by which texels are stretched; edge-on, a row of them shows a whole triangle
+_MOST_STRETCHED = 50.0  # widths: one that is stretched farther costs no more
 _OTHER_LAYER = 0.1  # cost of finding it only in another layer, where shaders search for what the image lacks
 _TURNED = 0.5  # cost where the surface faces elsewhere
 _EDGE_ON = 0.1  # cosine; samples face their rays, whatever a leaf's normals; these count where rays are steeper
@@ -252,7 +254,8 @@ def _look_up(look: _Look, triangles: _Triangles) -> _View:
         facing = -np.einsum("tpi,ti->tp", inward.take(texel, 0), triangles.normal)
     else:  # all rays are parallel
         facing = np.repeat(triangles.normal @ -inward[:1].T, texel.shape[1], axis=1)
-    askew = _ASKEW * (1 - facing)
+    stretched = 1 / np.maximum(facing, 1 / _MOST_STRETCHED) - 1
+    askew = _ASKEW * (1 - facing) + _STRETCHED * stretched
     before = np.einsum("tpi,ti->tp", origin.take(texel, 0) - triangles.probes, triangles.normal)
     return _View(texel, facing, askew, before)
 
