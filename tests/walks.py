@@ -39,7 +39,9 @@ class FakeRenderer:
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
         return None if self.seen is None else glm.dvec3(*self.seen)
 
-    def frame_all(self, aspect: float, fov: float = 1.0, away: tuple[float, float, float] = (0, 0, 1)) -> Camera:
+    def frame_all(
+        self, aspect: float, fov: float = 1.0, away: tuple[float, float, float] = (0, 0, 1), turns: bool = False
+    ) -> Camera:
         x, y, z = 9 * np.array(away) / np.linalg.norm(away)
         return Camera((x, 1 + y, z), (0, 1, 0), fov)
 

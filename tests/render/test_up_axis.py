@@ -9,7 +9,7 @@ import pytest
 
 import shapes
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.render.up_axis import guess_up, turn_model
+from depthwalk.render.up_axis import ModelTurn, guess_up, turn_model
 from depthwalk.resources import asset_root
 from depthwalk.types import Array
 
@@ -35,6 +35,25 @@ def test_what_stands_in_no_way_keeps_y() -> None:
 def test_a_picture_hangs_and_a_floor_lies() -> None:
     picture = np.array([[-1.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]])
     assert guess_up(picture) == guess_up(picture[:, [0, 2, 1]]) == "y"
+
+
+@pytest.mark.parametrize(("file", "turns"), [("a.obj", True), ("a.ply", True), ("a.glb", False), ("a.GLTF", False)])
+def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) -> None:
+    points = z_upward(load_mesh(asset_root() / "man_of_the_paper.ply").positions)
+    one = {"rotation": np.array([[0, 0, 0, 1.0]]), "position": np.zeros((1, 3)), "scale": np.ones(1)}
+    objects = Named(asset=np.zeros(1, int), **one)
+    world = SimpleNamespace(objects=lambda: objects, points=lambda asset: points, moved=lambda: None)
+    scene = SimpleNamespace(path=Path(file), objects=objects, assets=[SimpleNamespace(up="y", up_is_given=False)])
+    turn = ModelTurn(scene, SimpleNamespace(world=world))  # type: ignore[arg-type]
+    assert bool(turn.guess) == turns
+    assert turn.turn() == f"{'y' if turns else 'z'} points upward; in a scene: up: {'y' if turns else 'z'}"
+
+
+class Named(SimpleNamespace):
+    """One object, whose arrays are its attributes."""
+
+    def __len__(self) -> int:
+        return 1
 
 
 @pytest.mark.slow

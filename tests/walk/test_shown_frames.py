@@ -208,6 +208,21 @@ def test_who_jumps_and_turns_waits_for_a_frame(sliced: Window) -> None:
     assert sliced.frames.draw(View(camera, SIZE), sliced.screen) and sliced.frames.unseen == 0
 
 
+def test_who_jumps_waits_for_a_frame_though_the_last_one_covers_the_view(sliced: Window) -> None:
+    """It would be reprojected across the room, and the way there would be taken for a motion that goes on."""
+    sliced.rest()
+    camera = Camera((1.5, 1.2, 2.5), (0.0, 0.6, 0.0), 0.8)
+    sliced.frames.note(camera, 0.02, SIZE, jumps=1)
+    assert sliced.frames.draw(View(camera, SIZE), sliced.screen)
+    shown = sliced.pixels()
+    sliced.frames.finish()
+    sliced.draw(View(camera, SIZE))
+    off = np.abs(shown - sliced.pixels())
+    assert np.median(off) <= 4 and off.mean() < 8
+    sliced.frames.note(camera, 0.02, SIZE, jumps=1)
+    assert not sliced.frames.draw(View(camera, SIZE), sliced.screen)
+
+
 def test_what_lies_around_is_drawn_at_rest_and_again_after_a_change(sliced: Window) -> None:
     def unseen() -> list[float]:
         return [sliced.frames._reprojection.unseen(View(turned(degrees), SIZE)) for degrees in (90, 180, 270)]

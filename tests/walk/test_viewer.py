@@ -1,6 +1,7 @@
 """A camera that keys, mouse, a path and an orbit move."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -57,6 +58,27 @@ def test_seeking_looks_from_there() -> None:
     walk = state()
     walk.seek(2.0)
     assert walk.camera.position == (10, 0, 0)
+
+
+def test_the_camera_jumps_to_the_path_and_home_and_moves_along() -> None:
+    walk = state()
+    jumps: list[Callable[[], None]] = [
+        lambda: walk.seek(0.5),
+        walk.toggle_path,
+        walk.go_home,
+        lambda: walk.frame_all(1.5),
+    ]
+    for jump in jumps:
+        before = walk.jumps
+        jump()
+        assert walk.jumps == before + 1
+    walk.toggle_path()
+    assert walk.playback is not None
+    walk.playback.time, walk.playback.loop, before = 0.5, True, walk.jumps
+    walk.advance(1.0)
+    assert walk.jumps == before
+    walk.advance(1.0)  # past the end of the path, which starts again
+    assert walk.jumps == before + 1 and is_playing(walk)
 
 
 def test_without_a_path_it_says_so() -> None:

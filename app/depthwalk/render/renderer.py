@@ -358,10 +358,14 @@ class Renderer:
             return None
         return self.view.unproject(across, down, distance)
 
-    def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = IN_FRONT) -> Camera:
+    def frame_all(
+        self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = IN_FRONT, turns: bool = False
+    ) -> Camera:
         """Return a camera that sees every object of the scene; see `render.view.framing.camera_on`."""
         world = self.world
-        return camera_on(world.objects(), world.bounds(), world.extremes, aspect=aspect, fov=fov, away=away)
+        return camera_on(
+            world.objects(), world.bounds(), world.extremes, aspect=aspect, fov=fov, away=away, turns=turns
+        )
 
     def _forget_assets(self) -> None:
         self._last_shadows = Shadows()

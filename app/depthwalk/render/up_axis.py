@@ -14,6 +14,7 @@ from depthwalk.types import Array
 Up = Literal["y", "z"]
 
 _SLICE = 0.02  # part of a model's height, from the lowest point up, that counts as its lower end
+_Y_UP_SUFFIXES = (".glb", ".gltf")  # y is up by definition (glTF 2.0, §3.4); other formats say nothing
 _FLAT = 1e-3  # part of the largest extent: a thinner model is a picture
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
@@ -107,7 +108,8 @@ class ModelTurn:
         if not is_model_file(scene.path) or len(scene.objects) != 1 or getattr(scene.assets[0], "up", "y") != "y":
             return
         self._points = model_points(renderer)
-        if not getattr(scene.assets[0], "up_is_given", False) and guess_up(self._points) == "z":
+        known = getattr(scene.assets[0], "up_is_given", False) or scene.path.suffix.lower() in _Y_UP_SUFFIXES
+        if not known and guess_up(self._points) == "z":
             self.turn()
             self.guess = "It seems to stand along z; U turns it"
 

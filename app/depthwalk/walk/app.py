@@ -32,6 +32,7 @@ from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
+from depthwalk.walk.viewer import home_in
 from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
@@ -119,14 +120,17 @@ class Walk:
         self.renderer = self._loader.open(scene, self.beside.library, representation)
         self._on_gpu.callback(lambda: self.renderer.release())
         self._model_turn = ModelTurn(scene, self.renderer)
-        home = first_camera(scene.camera or self.renderer.frame_all(self._aspect))
+        framed = home_in(scene, self.renderer, self._aspect)
+        home = first_camera(framed)
+        self._home_is_framed = scene.camera is None and home == framed
         playback = Playback(path) if path is not None else None
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self._show_renderer()
         self.state.arrive()
         self._loading.end()
         tour = "P plays the tour, " if playback else ""
-        self.state.tell(self._model_turn.guess or f"W A S D and right drag move and look; {tour}H shows all keys")
+        moves = "W A S D and right drag move and look" if self.state.turned is None else "Drag turns, the wheel zooms"
+        self.state.tell(self._model_turn.guess or f"{moves}; {tour}H shows all keys")
 
     def _begin(self) -> None:
         """Create everything that the loading screen needs, in the window's context."""
@@ -172,6 +176,7 @@ class Walk:
         self.frames.release()
         self.frames = self.state.shown = ShownFrames(renderer)
         self.state.show(scene, renderer, self._aspect)
+        self._home_is_framed = scene.camera is None
         if model_turn.guess:
             self.state.tell(model_turn.guess)
         self.renderer.release()
@@ -184,9 +189,15 @@ class Walk:
         if (message := self._model_turn.turn()) is None:
             self.state.tell("U turns single models; in scenes, assets have the key `up`")
             return
-        self.state.home = self.renderer.frame_all(self._aspect)
-        self.state.go_home()
+        self._home_is_framed = True
+        self._go_home()
         self.state.tell(message)
+
+    def _go_home(self) -> None:
+        """Return to the first camera; one that shows all objects fits them to the window's present size."""
+        if self._home_is_framed:
+            self.state.home = home_in(self.state.scene, self.renderer, self._aspect)
+        self.state.go_home()
 
     def loop(self, before_frame: Callable[[], None]) -> None:
         """Draw frames until the window closes or `before_frame` raises; then save what is being recorded."""
@@ -266,7 +277,7 @@ class Walk:
     def _shows_all(self, dt: float) -> bool:
         """Return whether the window already shows everything there is to show."""
         state = self.state
-        self.frames.note(state.camera, dt, self.window.buffer_size)
+        self.frames.note(state.camera, dt, self.window.buffer_size, state.jumps)
         told = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.beside.progress
         widgets_rest = self._widget_rounds.are_over(told, self._input.take_news())
         return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
@@ -311,7 +322,7 @@ class Walk:
             "N": state.toggle_turntable,
             "G": state.toggle_walking,
             "H": toggle("help"),
-            "HOME": state.go_home,
+            "HOME": self._go_home,
             "K": state.toggle_recording,
             "L": state.focus,
             "O": state.toggle_orbit,

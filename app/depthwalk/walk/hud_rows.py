@@ -11,6 +11,7 @@ from depthwalk.walk.state import State
 _PASS_CHARACTERS = 18  # that fit into it
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass gets its own row
 _NONE = "\u2013"
+_FAR = 1000.0  # metres, from which on they are whole
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 
 
@@ -33,7 +34,8 @@ def viewer_rows(state: State) -> list[tuple[str, str]]:
 
 def _mode(state: State) -> str:
     if state.turned is not None:
-        return f"orbit, {distance(state.turned):.3g} m"
+        away = distance(state.turned)
+        return f"orbit, {away:,.0f} m" if away >= _FAR else f"orbit, {away:.3g} m"
     return f"{state.mode.name.lower()}, {state.walker.speed:.3g} m/s"
 
 

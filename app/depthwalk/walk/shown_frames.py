@@ -69,6 +69,8 @@ class ShownFrames:
         self._view: View | None = None  # view that is shown
         self._camera: Camera | None = None  # of the last call of `note`
         self._moved = False  # whether that differed from the call before
+        self._jumps = 0  # in that call
+        self._has_jumped = False  # whether the last frame shows another place
         self._known: tuple[Any, ...] = ()  # everything else in that call
         self._scale = FrameScale()
         self._finished_scale = 1.0  # of the last frame
@@ -138,7 +140,7 @@ class ShownFrames:
         settings = self._renderer.settings
         return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
 
-    def note(self, camera: Camera, dt: float, size: tuple[int, int]) -> None:
+    def note(self, camera: Camera, dt: float, size: tuple[int, int], jumps: int = 0) -> None:
         """Record what is to be shown; call this once in every round of the window.
 
         Parameters
@@ -149,9 +151,13 @@ class ShownFrames:
             Seconds since the last call.
         size
             (width, height) of the window, pixels.
+        jumps
+            How often the camera has jumped: it was not on its way to where it is now.
         """
         renderer, world = self._renderer, self._renderer.world
         state = size, renderer.settings, renderer.scene.environment, world.representation, world.generation
+        if jumps != self._jumps:
+            self._jumps, self._has_jumped, self._motion = jumps, True, Motion()
         self._motion.follow(camera, dt)
         if state != self._known:
             self._known, self._settled = deepcopy(state), 0
@@ -185,7 +191,7 @@ class ShownFrames:
         if self._still.is_finished and self._is_settled:
             self._still.show(screen)
             return finished
-        if self._reprojection.unseen(view) > _MOST_UNSEEN:  # as before the first frame, or after a sudden turn
+        if self._has_jumped or self._reprojection.unseen(view) > _MOST_UNSEEN:  # or before the first frame
             view = self._view = self._catch_up(view)
             finished = True
         self._reprojection.show(view, screen)
@@ -238,14 +244,17 @@ class ShownFrames:
     def _catch_up(self, view: View) -> View:
         """Finish one or two frames at once, until one covers the view; return the viewer's view by then."""
         start = time.perf_counter()
-        if self._frame.is_drawing:
+        if self._has_jumped:
+            self._frame.drop()
+        elif self._frame.is_drawing:
             self.finish()
             view = View(self._motion.ahead(time.perf_counter() - start), view.size)
-        if self._reprojection.unseen(view) > _MOST_UNSEEN:
+        if self._has_jumped or self._reprojection.unseen(view) > _MOST_UNSEEN:
             coming = time.perf_counter() - start + self.scene_seconds
             view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
             self._begin(view.camera, view, interactive=True)
             self.finish()
+        self._has_jumped = False
         return view
 
     def finish(self) -> None:
@@ -272,6 +281,7 @@ class ShownFrames:
             self._settled = 0  # draw one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
+        self._has_jumped = False
         self._interactive = self._is_new
         self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._interactive else None
         self._finished_scale = 1.0

@@ -11,7 +11,7 @@ from depthwalk.walk.playback import Playback
 from depthwalk.walk.recorder import Recorder, save_path, tolerance_in
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.times import FrameTimes, PictureTimes
-from depthwalk.walk.viewer import Viewer
+from depthwalk.walk.viewer import Viewer, home_in
 
 
 @dataclass
@@ -69,7 +69,7 @@ class State(Viewer):
         self.tell(f"Read {scene.path.name} again" if again else scene.path.name)
         self.end_recording()  # its message is more important
         self.scene, self.renderer, self.shares = scene, renderer, LateShares()
-        self.home = scene.camera or renderer.frame_all(aspect)
+        self.home = home_in(scene, renderer, aspect)
         if not again:
             self.playback = None
             self.arrive()

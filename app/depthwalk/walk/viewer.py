@@ -47,6 +47,26 @@ class Mode(Enum):
     ORBIT = "orbit"
 
 
+def home_in(scene: Scene, renderer: Renderer, aspect: float) -> Camera:
+    """Return the first camera of a scene: its own, or one that shows all objects.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    renderer
+        The renderer that draws it.
+    aspect
+        Width / height of the window.
+
+    Returns
+    -------
+    Camera
+        The camera, world; of a single model also while it turns.
+    """
+    return scene.camera or renderer.frame_all(aspect, turns=is_model_file(scene.path))
+
+
 @dataclass
 class Viewer:
     """Hold the camera of a walk, and move it.
@@ -73,6 +93,8 @@ class Viewer:
         Whether Shift is held.
     turntable
         Whether the camera keeps turning about its target.
+    jumps
+        How often the camera has jumped, as by the key Home: from the picture before, nothing follows for the next one.
     """
 
     scene: Scene
@@ -85,6 +107,7 @@ class Viewer:
     held: HeldKeys = field(default_factory=HeldKeys)
     fast: bool = False
     turntable: bool = False
+    jumps: int = 0
     _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
     _pace: float = 0.0  # the speed at the beginning of the walk, until the whole scene is shown
     _toast: str = ""
@@ -162,7 +185,9 @@ class Viewer:
             if held:
                 self.playback.playing = False
             else:
+                before = self.playback.time
                 self.playback.advance(dt)
+                self.jumps += self.playback.time < before  # it starts again
                 self._look_from(self.playback.camera)
                 return
         if self.walker.walking and not held.keys().isdisjoint((Move.UP, Move.DOWN)):
@@ -224,6 +249,7 @@ class Viewer:
         """Move the camera to the path's position at `seconds` after its beginning; do nothing without a path."""
         if self.playback is not None:
             self.playback.time = seconds
+            self.jumps += 1
             self._look_from(self.playback.camera)
 
     def toggle_path(self) -> None:
@@ -233,6 +259,7 @@ class Viewer:
         else:
             self.turntable = False
             self.playback.toggle()
+            self.jumps += self.playback.playing
 
     def toggle_turntable(self) -> None:
         """Start or stop the camera's continuous turn about its target, in orbit; any other move stops it too."""
@@ -308,11 +335,13 @@ class Viewer:
             look = side.look
             self.tell(f"From {side.name.lower()}" if side.look.y else f"From the {side.name.lower()}")
         self.walker.walking = False
-        self._place(self.renderer.frame_all(aspect, camera.fov, -look))
+        self.jumps += 1
+        self._place(self.renderer.frame_all(aspect, camera.fov, -look, turns=self.turned is not None))
 
     def go_home(self) -> None:
         """Return to `home`, the camera at the beginning of the walk, and stop the path."""
         self._take_over()
+        self.jumps += 1
         self._place(self.home)
 
     def _take_over(self) -> None:

@@ -12,6 +12,7 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Bounds, depth_range, extents, ground_range
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.scene import Scene
 from shapes import ShapeLibrary, scene_of, sphere
 from studio import Studio
 
@@ -105,6 +106,35 @@ def test_the_camera_that_frames_all_sees_all(
     assert columns[0] > 0 and columns[-1] < size[0] - 1
     left, right = solid[:, : size[0] // 2].sum(), solid[:, size[0] // 2 :].sum()
     assert left > 20 and abs(int(left) - int(right)) < 0.2 * left
+
+
+def test_the_camera_that_frames_all_sees_all_while_it_turns(gl_device: Device, studio: Studio) -> None:
+    """A ball beside the middle of another one: from the side it reaches farther out than from the front."""
+    library, size = ShapeLibrary([sphere(columns=48, rows=24)], resolution=64), (90, 120)
+    scene = scene_of((0, (0, 0, -3), 0.0, 1.0), (0, (0, 1, 3), 0.0, 0.5))
+    renderer = Renderer(gl_device, scene, library)
+    tight = renderer.frame_all(size[0] / size[1])
+    camera = renderer.frame_all(size[0] / size[1], turns=True)
+    renderer.release()
+    assert not whole(studio, scene, library, turned(tight, 90), size)
+    for degrees in (0, 45, 90, 200):
+        assert whole(studio, scene, library, turned(camera, degrees), size)
+
+
+def turned(camera: Camera, degrees: float) -> Camera:
+    """The camera turned about its target, around the y axis."""
+    angle = np.radians(degrees)
+    x, y, z = np.subtract(camera.position, camera.target)
+    away = np.cos(angle) * x + np.sin(angle) * z, y, np.cos(angle) * z - np.sin(angle) * x
+    position = np.add(camera.target, away).tolist()
+    return Camera((position[0], position[1], position[2]), camera.target, camera.fov)
+
+
+def whole(studio: Studio, scene: Scene, library: ShapeLibrary, camera: Camera, size: tuple[int, int]) -> bool:
+    """Whether nothing of the scene touches the border of the picture."""
+    solid = studio.picture(scene, library, camera, size=size, transparent=True)[..., 3] > 0
+    border = np.concatenate([solid[0], solid[-1], solid[:, 0], solid[:, -1]])
+    return bool(solid.any() and not border.any())
 
 
 @pytest.mark.parametrize("scale", [0.6, 0.75, 1.5])

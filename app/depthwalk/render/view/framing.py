@@ -17,6 +17,7 @@ from depthwalk.types import Array
 IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 _FILLED = 0.9  # part of the picture's height or width that the objects fill
 _NEAREST = 0.3  # of the objects' radius: least distance of any part of them, so that the perspective stays mild
+_TURNS = 32  # directions that stand for a whole turn: between two of them, corners reach half a per cent farther
 _BLOCK = 1024  # objects whose points are rotated at a time
 
 
@@ -28,6 +29,7 @@ def camera_on(
     aspect: float,
     fov: float,
     away: glm.dvec3,
+    turns: bool = False,
 ) -> Camera:
     """Return the nearest camera that sees all objects, with a margin around.
 
@@ -43,6 +45,7 @@ def camera_on(
     aspect : width of the picture over its height.
     fov : vertical angle of view, radians.
     away : direction from the objects to the camera, world, of any length.
+    turns : whether the camera shall see them all also while it turns about its target, around the world's y axis.
 
     Returns
     -------
@@ -56,12 +59,24 @@ def camera_on(
     across, down = np.array([aspect, 1.0]) * math.tan(fov / 2) * _FILLED
     # In view coordinates, z towards the viewer: a point is visible where ±x ≤ across · (z of the camera − z).
     sides = np.stack([right + across * back, across * back - right, up + down * back, down * back - up, back, -back])
-    east, west, north, south, front, rear = _reach(objects, bounds, extremes, sides, middle)
+    angles = np.linspace(0, 2 * np.pi, _TURNS, endpoint=False) if turns else np.zeros(1)
+    turned = np.einsum("nij,sj->nsi", _around_y(angles), sides).reshape(-1, 3)
+    reach = _reach(objects, bounds, extremes, turned, middle).reshape(-1, len(sides)).max(0)
+    if turns:  # no side reaches farther than the opposite one, for the target to be on the axis
+        reach = np.repeat(reach.reshape(-1, 2).max(1), 2)
+    east, west, north, south, front, rear = reach
     toward = max((east + west) / (2 * across), (north + south) / (2 * down), front + _NEAREST * radius)
-    depth = (front - rear) / 2  # of the middle of the objects
+    depth = 0.0 if turns else (front - rear) / 2  # of the middle of the objects
     sideways = right * (east - west) / 2 + up * (north - south) / 2 + middle
     place, target = sideways + back * toward, sideways + back * depth
     return Camera(components(glm.dvec3(place)), components(glm.dvec3(target)), fov)
+
+
+def _around_y(angles: Array) -> Array:
+    """Return matrices (n, 3, 3) that turn vectors around the y axis by angles (n,), radians."""
+    sine, cosine, zero = np.sin(angles), np.cos(angles), np.zeros_like(angles)
+    rows = [[cosine, zero, sine], [zero, zero + 1, zero], [-sine, zero, cosine]]
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def _reach(
