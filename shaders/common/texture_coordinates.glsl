@@ -43,14 +43,10 @@ bool coordinates_at(vec2 place, Around around, bool border, out vec2 at, out mat
         return true;
     }
     // Beside a seam or an edge: start from the texel of the greatest weight, and extrapolate with the slope of its own chart.
+    // If that has no coordinates, the surface has none: those of the others are another one's.
     int most = 0;
-    float heaviest = -1.0;
-    for (int k = 0; k < 4; ++k) {
-        float weight = (code[k].x & uint(HAS_COORDINATES)) != 0u ? around.weight[k] : -1.0;
-        if (weight > heaviest) {
-            heaviest = weight;
-            most = k;
-        }
+    for (int k = 1; k < 4; ++k) {
+        if (around.weight[k] > around.weight[most]) most = k;
     }
     ivec2 corner = ivec2(most & 1, most >> 1), outward = 2 * corner - 1, middle = around.at[most];
     vec2 own = coordinates_of(code[most]);
@@ -59,7 +55,7 @@ bool coordinates_at(vec2 place, Around around, bool border, out vec2 at, out mat
     vec2 above = coordinates_of(texelFetch(page_coordinates, middle + ivec2(0, outward.y), 0).xy);
     slope = goes_on ? mat2(shortest(beside - own) * float(outward.x), shortest(above - own) * float(outward.y)) : mat2(0.0);
     at = own + slope * (f - vec2(corner));
-    return heaviest >= 0.0;
+    return (code[most].x & uint(HAS_COORDINATES)) != 0u;
 }
 
 // Returns the linear colour at a place of the pages, level 0. stored: the linear colour that they hold there; right, up: the

@@ -125,6 +125,12 @@ def test_the_shader_finds_the_coordinates_of_its_twin(draw: Draw, border: bool) 
     np.testing.assert_allclose(slopes[has].reshape(-1, 2, 2).swapaxes(1, 2), slope[has], atol=1e-5)
 
 
+def test_beside_what_has_a_texture_the_rest_keeps_its_colours() -> None:
+    """The nearest texel decides: the others' coordinates are those of another surface."""
+    _, _, has = coordinates_at(random_codes(), np.array([(11.8, 10.5), (12.2, 10.5), (13.0, 9.2), (13.0, 8.8)]), True)
+    assert has.tolist() == [True, False, False, True]
+
+
 @pytest.mark.parametrize("face", Face)
 @pytest.mark.parametrize("normal", [(0.0, 0.6, 0.8), (1.0, 0.0, 0.0)])
 def test_the_shader_steps_as_its_twin_does(draw: Draw, face: Face, normal: tuple[float, float, float]) -> None:

@@ -15,7 +15,7 @@ def coordinates_at(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], Mask]:
     """Return texture coordinates between texels.
 
-    Between four texels of one chart they are interpolated. Elsewhere they are extrapolated from the nearest texel that
+    Between four texels of one chart they are interpolated. Elsewhere they are extrapolated from the nearest texel, if it
     has any, at the rate at which they change in the cell on that texel's far side, if that cell is in one chart.
 
     Parameters
@@ -49,7 +49,7 @@ def coordinates_at(
     g = 1 - f
     weight = np.stack([g[:, 0] * g[:, 1], f[:, 0] * g[:, 1], g[:, 0] * f[:, 1], f[:, 0] * f[:, 1]])
     known = np.stack([_marked(codes, low + corner, 0, HAS_COORDINATES) for corner in _CORNERS])
-    most = np.where(known, weight, -1).argmax(0)
+    most = weight.argmax(0)
     corner = np.stack([most & 1, most >> 1], -1)
     outward, middle = 2 * corner - 1, low + corner
     own = _fetch(codes, middle)
@@ -61,7 +61,7 @@ def coordinates_at(
     slope = np.where(goes_on[:, None, None], np.stack(steps, -1), 0)
     beside = own + np.einsum("nij,nj->ni", slope, f - corner)
     coordinates = np.where(whole[:, None], inside, beside) % 1.0
-    return coordinates, np.where(whole[:, None, None], inside_slope, slope), whole | known.any(0)
+    return coordinates, np.where(whole[:, None, None], inside_slope, slope), whole | np.take_along_axis(known, most[None], 0)[0]
 
 
 def step_within(
