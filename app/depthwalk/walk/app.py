@@ -126,7 +126,7 @@ class Walk:
         self.state.arrive()
         self._loading.end()
         tour = "P plays the tour, " if playback else ""
-        self.state.tell(self._model_turn.guess or f"W A S D and right drag move and look; {tour}H shows all keys")
+        self.state.tell(self._model_turn.guess or f"W A S D move, right drag looks around; {tour}H shows all keys")
 
     def _begin(self) -> None:
         """Create everything that the loading screen needs, in the window's context."""
@@ -162,7 +162,7 @@ class Walk:
             except StoppedError:
                 if self.window.is_closing:
                     raise
-                self.state.tell(f"Loading {file.name} was stopped")
+                self.state.tell(f"Stopped loading {file.name}")
 
     def _show(self, scene: Scene) -> None:
         """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
@@ -182,7 +182,7 @@ class Walk:
     def _turn_up(self) -> None:
         """Turn a model so that its other axis points upward."""
         if (message := self._model_turn.turn()) is None:
-            self.state.tell("U turns single models; in scenes, assets have the key `up`")
+            self.state.tell("U turns only a model opened by itself; in a scene file, set the asset's key `up`")
             return
         self.state.home = self.renderer.frame_all(self._aspect)
         self.state.go_home()
@@ -236,7 +236,7 @@ class Walk:
 
     def step(self) -> None:
         """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
-        self.device.check()  # in every round, even at rest: the window's content may be lost
+        self.device.check()  # in every iteration, even at rest: the window's content may be lost
         if self.next_file is not None:
             self.frames.finish()
             self._open(self.next_file)
