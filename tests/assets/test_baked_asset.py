@@ -129,9 +129,7 @@ def test_grids_by_step_need_depth_images(folder: Path, caplog: pytest.LogCapture
         assert library.cooked(0, CookOptions(stepped=True))[0].error == pytest.approx(
             library.cooked(0, CookOptions())[0].error
         )
-    assert (
-        caplog.text.count("ball.dpci.npz: holds cooked depth images, drawn as they are, like all such; lod.mode") == 1
-    )
+    assert caplog.text.count("ball.dpci.npz: like all cooked depth images, it is drawn as it was cooked; lod.mode") == 1
     with pytest.raises(InputError, match=r"ball.dpci.npz: holds cooked depth images; lod.mode"):
         library.baked(0)
 

@@ -157,9 +157,9 @@ def test_files_of_parts_that_do_not_fit_are_refused(tmp_path: Path, parts: Calla
         ),
         (["--parts", "17"], "--parts 17: must be auto or a whole number from 1 to 16"),
         (["--parts", "few"], "--parts few: must be auto or a whole number from 1 to 16"),
-        (["--axis", "w"], "--axis w: must be auto, x, y, z or X,Y,Z, a direction"),
-        (["--axis", "0,0,0"], "--axis 0,0,0: not all may be 0, nor any beyond ±1e+06"),
-        (["--axis", "nan,0,0"], "--axis nan,0,0: not all may be 0, nor any beyond ±1e+06"),
+        (["--axis", "w"], "--axis w: must be auto, x, y, z, or a direction X,Y,Z"),
+        (["--axis", "0,0,0"], "--axis 0,0,0: must not be all 0, and each must be within ±1e+06"),
+        (["--axis", "nan,0,0"], "--axis nan,0,0: must not be all 0, and each must be within ±1e+06"),
     ],
 )
 @pytest.mark.parametrize("command", ["bake", "compare"])

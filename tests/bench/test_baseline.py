@@ -48,7 +48,7 @@ def test_frames_that_scatter_are_no_change(walked: np.ndarray) -> None:
 def test_another_machine_is_told(tmp_path: Path) -> None:
     before, now = report_of({"a": [1.0]}), replace(report_of({"a": [1.0]}), renderer="another")
     lines = change_lines(tmp_path, before, now, changes(before, now, 0.05))
-    assert lines[1] == "  warning: another renderer measured that: <gl>, now another"
+    assert lines[1] == "  warning: measured with another renderer: <gl>, now another"
     assert "the same, within the noise" in lines[2]
 
 
@@ -65,8 +65,8 @@ def damaged(change: Callable[[Report], str]) -> str:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no report of bench --json: Invalid JSON"),
-        ("[]", "no report of bench --json: Input should be"),
+        ("", "not a report of bench --json: Invalid JSON"),
+        ("[]", "not a report of bench --json: Input should be"),
         (damaged(lambda r: to_json(r).replace('"renderer"', '"rendering"')), "renderer: Field required"),
         (damaged(lambda r: to_json(replace(r, runs=(replace(r.runs[0], frames=3),)))), "must hold 3 times above 0"),
         (damaged(lambda r: to_json(r).replace("2.0\n", "-2.0\n")), "must hold 2 times above 0"),

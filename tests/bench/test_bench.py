@@ -98,8 +98,8 @@ def test_a_still_camera_needs_no_path(tiny_scene: Path, tmp_path: Path) -> None:
             "relief, distance, parallax, bump, displacement, relief-texture, octahedral, billboard, auto",
         ),
         (["--json", "{d}/no/b.json"], "{d}/no/b.json: the folder '{d}/no' does not exist"),
-        (["--json", "{d}/b", "--html", "{d}/b"], "{d}/b: would overwrite what is measured, or the other report"),
-        (["--html", "{d}/scene.yaml"], "{d}/scene.yaml: would overwrite what is measured, or the other report"),
+        (["--json", "{d}/b", "--html", "{d}/b"], "{d}/b: would overwrite a file that is measured, or the other report"),
+        (["--html", "{d}/scene.yaml"], "{d}/scene.yaml: would overwrite a file that is measured, or the other report"),
     ],
 )
 def test_bench_refuses(tiny_scene: Path, arguments: Sequence[str], message: str) -> None:
@@ -211,7 +211,7 @@ def test_slow_frames_name_what_they_took_longer_for() -> None:
     assert first[10].what == "shadow maps of 2,000,000 triangles" and first[10].ms == pytest.approx(100, rel=0.1)
     assert first[40].what == "shadow maps of 1,000,000 triangles" and first[40].ms == pytest.approx(50, rel=0.1)
     assert first[50].what == "Python's garbage collector" and first[50].ms == 60
-    assert first[30].what.startswith("nothing that is counted")
+    assert first[30].what.startswith("something not counted")
     assert 10 not in [slow.frame for slow in slowest_frames(times.tolist(), {}, range(11, 60))]
 
 

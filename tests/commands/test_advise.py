@@ -70,7 +70,7 @@ def test_where_time_is_up_nothing_is_written(tiny_scene: Path, clock: Callable[[
     clock()
     result = run(tiny_scene, "--resolution", "64,48")
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.splitlines()[-1] == f"{tiny_scene}: nothing to advise: no time was left"
+    assert result.stderr.splitlines()[-1] == f"{tiny_scene}: nothing to advise: there was no time for a measurement"
     assert not tiny_scene.with_name("scene.advice.json").exists()
 
 
@@ -79,7 +79,7 @@ def test_a_scene_without_a_choice_is_refused(tiny_scene: Path) -> None:
     lone = tiny_scene.with_name("lone.yaml")
     lone.write_text("version: 1\nassets: {a: {mesh: ball.ply}}\nobjects: [{asset: a}]\n")
     result = run(lone)
-    message = f"{lone}: nothing to advise: no asset has both a mesh and depth images of it\n"
+    message = f"{lone}: nothing to advise: no asset has both a mesh and depth images made from it\n"
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message)
 
 

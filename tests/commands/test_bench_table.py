@@ -105,9 +105,12 @@ def test_rows_are_made_once(crowd: tuple[Path, Path], tmp_path: Path) -> None:
     [
         (["--counts", "1,x"], "--counts 1,x: must be N,…, whole numbers from 1"),
         (["--counts", "0"], "--counts 0: must be N,…, whole numbers from 1"),
-        (["--counts", "12"], "--counts 12: {s} has 9 objects; --set objects.0.grid.count=[X,Z] adds"),
-        (["--counts", "1", "--run", "11"], "--path: has 40 frames; a moment takes 41 of them"),
-        (["--counts", "1", "--json", "{d}/scene.yaml"], "{d}/scene.yaml: not a table of ours: Expecting value: line 1"),
+        (["--counts", "12"], "--counts 12: {s} has 9 objects; add some with --set objects.0.grid.count=[X,Z]"),
+        (["--counts", "1", "--run", "11"], "--path: has 40 frames, but each moment needs 41"),
+        (
+            ["--counts", "1", "--json", "{d}/scene.yaml"],
+            "{d}/scene.yaml: not a table of bench_table: Expecting value: line 1",
+        ),
     ],
 )
 def test_the_table_refuses(crowd: tuple[Path, Path], arguments: Sequence[str], message: str) -> None:

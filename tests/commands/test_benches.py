@@ -66,7 +66,7 @@ def test_scenes_that_are_measured_are_not_measured_again(
     bench.interrupted = ""
     resumed = run("bench", *scenes)
     assert resumed.exit_code == 0 and bench.seen == ["scene", "second"]
-    assert resumed.stderr == "1 of 2 scenes: taken from a run that was ended\n"
+    assert resumed.stderr == "1 of 2 scenes: results reused from an interrupted run\n"
     assert run("bench", *scenes).exit_code == 0 and len(bench.seen) == 4
 
 
@@ -77,7 +77,7 @@ def test_scenes_that_are_measured_are_not_measured_again(
         (["--baseline", "{d}/a.json"], "--baseline {d}/a.json: with several scenes, put {{scene}} into the name"),
         (
             ["--csv", "{d}/{{scene}}.out", "--json", "{d}/{{scene}}.out"],
-            "{d}/scene.out: would overwrite what is measured, or the other report",
+            "{d}/scene.out: would overwrite a file that is measured, or the other report",
         ),
         (["--cluster", "farm"], "--cluster farm: must be local, local:N or tls://HOST:PORT"),
     ],
@@ -95,7 +95,7 @@ def test_scenes_of_one_name_are_refused(run: Callable[..., Any], scenes: list[Pa
     result = run("bench", scenes[0], twin, "--json", tmp_path / "{scene}.json")
     assert (result.exit_code, result.stderr) == (
         2,
-        f"{twin}: its reports would have the names of those of {scenes[0]}\n",
+        f"{twin}: its reports would overwrite those of {scenes[0]}\n",
     )
 
 

@@ -30,7 +30,7 @@ RENDER = {
     ),
     "two numbers": (
         ["-o", "{d}/a.png", "--camera-position", "1,2"],
-        "--camera-position 1,2: must be X,Y,Z, three numbers of metres",
+        "--camera-position 1,2: must be X,Y,Z, three numbers in metres",
     ),
     "nan": (
         ["-o", "{d}/a.png", "--camera-target", "nan,0,0"],
@@ -43,7 +43,7 @@ RENDER = {
     ),
     "looks nowhere": (
         ["-o", "{d}/a.png", "--camera-position", "0,1,4", "--camera-target", "0,1,4"],
-        "--camera-target: must be elsewhere than the camera's position",
+        "--camera-target: must differ from the camera's position",
     ),
     "no equals": (["-o", "{d}/a.png", "--set", "render.lod.bias"], "--set render.lod.bias: must be KEY=VALUE"),
     "unknown setting": (
@@ -66,7 +66,7 @@ RENDER = {
         ["-o", "{d}/a.gif"],
         "{d}/a.gif: must end in .png, .jpg, .jpeg, .exr, .mp4, or be - for a PNG on standard output",
     ),
-    "no name": (["-o", ""], "-o: is empty; name a file, or - for a PNG on standard output"),
+    "no name": (["-o", ""], "-o: must not be empty; name a file, or - for a PNG on standard output"),
     "clear jpeg": (
         ["-o", "{d}/a.JPG", "--no-background"],
         "{d}/a.JPG: --no-background: a JPEG has no alpha; write .png or .exr",
@@ -124,20 +124,20 @@ RENDER = {
     ),
     "video to a store": (
         ["-o", "memory://a.mp4", "--path", "{d}/walk.yaml"],
-        "memory://a.mp4: a video is encoded into a file of this machine; URLs are for pictures",
+        "memory://a.mp4: a video can only be written to this machine; a URL is for pictures",
     ),
     "two cameras": (
         ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--camera-position", "0,0,1"],
-        "--path: already says where the camera is; leave out the --camera options",
+        "--path: already places the camera; leave out the --camera options",
     ),
     "no path file": (["-o", "{d}/a.mp4", "--path", "{d}/none.yaml"], "{d}/none.yaml: no such file"),
     "over depth images": (
         ["-o", "{d}/ball.dpci.exr"],
-        "{d}/ball.dpci.exr: would overwrite what is rendered; choose another name",
+        "{d}/ball.dpci.exr: would overwrite an input file; choose another name",
     ),
     "over a texture": (
         ["-o", "{d}/ground.png", "--set", "environment.ground.texture=ground.png"],
-        "{d}/ground.png: would overwrite what is rendered; choose another name",
+        "{d}/ground.png: would overwrite an input file; choose another name",
     ),
 }
 
@@ -159,7 +159,7 @@ def test_the_scene_itself_is_not_overwritten(run: Callable[..., Any], tiny_scene
     scene = tiny_scene.rename(tiny_scene.with_name("scene.png"))
     text = scene.read_text()
     result = run("render", scene, "-o", scene)
-    assert (result.exit_code, result.stderr) == (2, f"{scene}: would overwrite what is rendered; choose another name\n")
+    assert (result.exit_code, result.stderr) == (2, f"{scene}: would overwrite an input file; choose another name\n")
     assert scene.read_text() == text
 
 
@@ -187,11 +187,11 @@ def test_no_output_overwrites_what_assets_name(run: Callable[..., Any], linked: 
     rendered = run("render", linked, "-o", file, *small)
     assert (rendered.exit_code, rendered.stderr) == (
         2,
-        f"{file}: would overwrite what is rendered; choose another name\n",
+        f"{file}: would overwrite an input file; choose another name\n",
     )
     measured = run("bench", linked, "--html", file, *small)
     assert (measured.exit_code, measured.stderr) == (
-        2, f"{file}: would overwrite what is measured, or the other report\n",
+        2, f"{file}: would overwrite a file that is measured, or the other report\n",
     )  # fmt: skip
     assert file.read_bytes() == before
 
@@ -200,7 +200,7 @@ def test_no_output_overwrites_what_assets_name(run: Callable[..., Any], linked: 
 def test_compare_overwrites_nothing_of_the_mesh(run: Callable[..., Any], linked: Path, name: str) -> None:
     file = linked.with_name(name)
     result = run("compare", linked.with_name("box.obj"), "--json", file)
-    message = f"{file}: would overwrite what is compared, or the other report\n"
+    message = f"{file}: would overwrite a file that is compared, or the other report\n"
     assert (result.exit_code, result.stderr) == (2, message)
 
 

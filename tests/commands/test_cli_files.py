@@ -243,7 +243,7 @@ def test_bake_writes_to_urls(run: Callable[..., Any], meshes: tuple[Path, Path])
             "file://{d}/x.exr: several meshes need a folder, whose URL ends in /",
         ),
         (["{d}/ball.ply", "-o", "nowhere://x/"], "nowhere://x/: Protocol not known: nowhere"),
-        (["{d}/ball.ply", "-o", "file://{d}/", "--verify"], "--verify compares files of this machine; -o names a URL"),
+        (["{d}/ball.ply", "-o", "file://{d}/", "--verify"], "--verify needs files on this machine, but -o names a URL"),
         (["{d}/ball.ply", "-o", "{d}/no/x.exr"], "{d}/no/x.exr: the folder '{d}/no' does not exist"),
         (["{d}/ball.ply", "--height", "0"], "--height 0: must be above 0 and at most 1000000 metres"),
         (["{d}/ball.ply", "--height", "nan"], "--height nan: must be above 0 and at most 1000000 metres"),
@@ -258,7 +258,7 @@ def test_bake_writes_to_urls(run: Callable[..., Any], meshes: tuple[Path, Path])
             "{d}/none.ply: no such file\n{d}: is a folder\n{d}/court.yaml: no such file",
         ),
         (["{d}/ball.ply", "--texture", "{d}/none.png"], "{d}/none.png: no such file"),
-        (["teapot.ply"], "teapot.ply: ships with the program; -o says where to write"),
+        (["teapot.ply"], "teapot.ply: ships with the program; choose a place to write to with -o"),
     ],
 )
 def test_bake_refuses(

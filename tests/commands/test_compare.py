@@ -92,7 +92,7 @@ def test_json_is_as_documented(gl_device: Device, ball: Path, tmp_path: Path) ->
         ),
         (["--asset-root", "nowhere"], "--asset-root nowhere: no such folder"),
         (["--json", "nowhere/q.json"], "nowhere/q.json: the folder 'nowhere' does not exist"),
-        (["--json", "q", "--html", "q"], "q: would overwrite what is compared, or the other report"),
+        (["--json", "q", "--html", "q"], "q: would overwrite a file that is compared, or the other report"),
     ],
 )
 def test_wrong_options_are_refused_in_one_line(ball: Path, options: Sequence[str], message: str) -> None:
@@ -174,9 +174,9 @@ def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball: Path) -> N
 @pytest.mark.parametrize(
     ("options", "old", "new", "message"),
     [
-        (["--up", "z"], "", "", "--up: {d}/scene.yaml says itself how its meshes are read"),
-        (["--texture", "t.png"], "", "", "--texture: {d}/scene.yaml says itself how its meshes are read"),
-        (["--height", "2"], "", "", "--height: {d}/scene.yaml says itself how its meshes are read"),
+        (["--up", "z"], "", "", "--up: is for mesh files; {d}/scene.yaml sets it for its own meshes"),
+        (["--texture", "t.png"], "", "", "--texture: is for mesh files; {d}/scene.yaml sets it for its own meshes"),
+        (["--height", "2"], "", "", "--height: is for mesh files; {d}/scene.yaml sets it for its own meshes"),
         ([], ", dpci: {resolution: 64, layers: 1}", "", "{d}/scene.yaml: none of its mesh assets has `dpci`"),
         (
             [],
@@ -190,7 +190,12 @@ def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball: Path) -> N
             "",
             "--layers 3: method six-view sees one surface per ray; say 1, or use raycast",
         ),
-        (["--json", "{d}/scene.yaml"], "", "", "{d}/scene.yaml: would overwrite what is compared, or the other report"),
+        (
+            ["--json", "{d}/scene.yaml"],
+            "",
+            "",
+            "{d}/scene.yaml: would overwrite a file that is compared, or the other report",
+        ),
     ],
 )
 def test_wrong_scenes_and_options_with_them_are_refused_in_one_line(

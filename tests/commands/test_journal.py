@@ -56,7 +56,9 @@ def test_a_cache_that_cannot_be_written_is_told_of_once(
     (tmp_path / "cache").write_text("a file, no folder")
     journal.add("a", b"[]")
     journal.add("b", b"[]")
-    assert [record.levelname for record in caplog.records] == ["WARNING"] and "is not kept" in caplog.text
+    assert [record.levelname for record in caplog.records] == [
+        "WARNING"
+    ] and "if this run is interrupted, it cannot be continued" in caplog.text
 
 
 def test_files_that_change_are_told_apart(tmp_path: Path) -> None:

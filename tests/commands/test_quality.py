@@ -120,7 +120,7 @@ def test_a_worker_finds_what_this_process_does(
             "--cluster tcp://a: is not encrypted, and anybody may use it; only tls://HOST:PORT is taken",
         ),
         (["--json", "nowhere/a.json"], "nowhere/a.json: the folder 'nowhere' does not exist"),
-        (["--json", "a", "--html", "a"], "a: would overwrite what is examined, or the other report"),
+        (["--json", "a", "--html", "a"], "a: would overwrite a file that is examined, or the other report"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(options: Sequence[str], message: str) -> None:

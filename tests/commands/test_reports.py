@@ -46,9 +46,9 @@ def test_reports_may_go_anywhere_else(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("reports", "message"),
     [
-        (["scene.yaml"], "scene.yaml: would overwrite what is measured, or the other report"),
-        (["sub/../scene.yaml"], "would overwrite what is measured"),  # the same file by another name
-        (["a.json", "a.json"], "a.json: would overwrite what is measured, or the other report"),
+        (["scene.yaml"], "scene.yaml: would overwrite a file that is measured, or the other report"),
+        (["sub/../scene.yaml"], "would overwrite a file that is measured"),  # the same file by another name
+        (["a.json", "a.json"], "a.json: would overwrite a file that is measured, or the other report"),
         (["gone/a.json"], "does not exist"),
     ],
 )

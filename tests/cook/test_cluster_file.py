@@ -94,4 +94,4 @@ def test_a_full_disk_costs_nothing_but_time(
     monkeypatch.setattr("depthwalk.cook.cluster_builder.build_clusters", lambda mesh: build_clusters(box(1, 1, 1)))
     monkeypatch.setattr("depthwalk.cache.write_arrays", full)
     assert SceneLibrary(load_scene(tiny_scene).assets).mesh_clusters(0) is not None
-    assert "cannot keep the mesh clusters of ball: no space left" in caplog.text
+    assert "cannot store the mesh clusters of ball in the cache: no space left" in caplog.text

@@ -46,7 +46,9 @@ def test_a_series_goes_on_at_the_frame_where_the_gpu_failed(tmp_path: Path, capl
                 fault.after(place)
                 assert drawn(renderer, tmp_path / "after") == before
                 assert renderer.device.live == live
-    assert caplog.messages[0].startswith("frame 0: ") and caplog.messages[0].endswith("made anew")
+    assert caplog.messages[0].startswith("frame 0: ") and caplog.messages[0].endswith(
+        "; recreating everything on the GPU"
+    )
 
 
 @pytest.mark.gl

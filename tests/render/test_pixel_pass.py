@@ -179,7 +179,9 @@ def test_a_sky_that_is_not_even_is_drawn(
 
 @pytest.mark.parametrize("targets", [(), ("lit", "shadow"), ("surface",), ("depth",)])
 def test_it_writes_one_target_that_it_can(targets: tuple[str, ...]) -> None:
-    with pytest.raises(TypeError, match="pass wrong: a pass of pixels writes one target of shadow, lit, screen"):
+    with pytest.raises(
+        TypeError, match="pass wrong: a pixel pass must write exactly one of the targets shadow, lit, screen"
+    ):
         type("Wrong", (Inverted,), {"name": "wrong", "writes": targets})
 
 

@@ -94,7 +94,7 @@ def test_the_brightest_lamps_in_sight_have_maps_and_too_many_are_told_of_once(
     for number, tile in shadows.tiles.items():
         assert shadows.lamps[tile].view.centre == lamps[number].position and shadows.lamps[tile].most == 16
     plan(params, lamps, **DARK)
-    assert caplog.text.count("3 lamps in sight are to cast shadows; render.shadows.lamps allows 2") == 1
+    assert caplog.text.count("3 visible lamps should cast shadows, but render.shadows.lamps allows only 2") == 1
 
 
 def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.MonkeyPatch) -> None:

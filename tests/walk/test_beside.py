@@ -12,7 +12,7 @@ def test_a_library_without_threads_has_nothing_to_stop(monkeypatch: pytest.Monke
     monkeypatch.setattr("depthwalk.render.kernels.load_behind", lambda: loaded.append(True))
     beside = BesideFrames(SceneLibrary(()))
     assert beside.progress is None and beside.failures == []
-    assert beside.stop_baking() == "Nothing is baked now"
+    assert beside.stop_baking() == "Nothing is being baked"
     for _ in range(2):
         beside.begin_what_waited()
     assert loaded == [True]

@@ -51,7 +51,7 @@ def test_a_stopped_bake_leads_back_to_what_was_shown() -> None:
     loader._usable = Representation.MESH
     loader.load_missing(renderer, told.append)
     assert world.representation is Representation.MESH and baked == ["bust"]
-    assert told == ["Loading was stopped"] and not screen.busy
+    assert told == ["Stopped loading"] and not screen.busy
 
 
 def test_what_cannot_be_loaded_is_told_and_what_was_shown_stays() -> None:

@@ -40,6 +40,6 @@ def test_an_answer_is_read_later_and_asked_for_once_a_second() -> None:
 def test_the_hud_tells_shares_of_what_is_there() -> None:
     names = ("objects", "full_triangles", "occluded", "dpci", "warped", "warped_triangles", "assets")
     counts: dict[str, float] = dict.fromkeys(names, 0) | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}
-    assert "of pixels" not in dict(count_rows(counts))
+    assert "pixels" not in dict(count_rows(counts))
     shown = dict(count_rows(counts | {"share_dpci": 0.444, "share_dmesh": 0.0, "share_mesh": 0.556}))
-    assert shown["of pixels"] == "dpci 44%, mesh 56%"
+    assert shown["pixels"] == "dpci 44%, mesh 56%"

@@ -220,7 +220,7 @@ def test_files_are_dropped_and_read_again(start: Start, scene_file: Path, tmp_pa
     program.wait_still()
     scene_file.write_text(SCENE.replace("position: [0.8, 0, 0]", "position: [0.8, 0, 2]"))
     user.do("key", "r")
-    program.wait(lambda report: report.get("message", "").startswith("Read scene.yaml again"), "the scene again")
+    program.wait(lambda report: report.get("message", "").startswith("Reloaded scene.yaml"), "the scene again")
     picture, moved = user.screenshot()
     assert moved.position[0] > 0.2
     assert np.abs(picture - headless_picture(scene_file, moved, (480, 360))).mean() < 1

@@ -178,7 +178,7 @@ def read_keyed(spec: DepthImageAsset) -> "tuple[RangeImage, str]":
         key, image = range_key(spec), read_range_image(spec)
         if range_key(spec) == key:
             return image, key
-    raise InputError(f"{spec.depth}: it, or a picture that belongs to it, changes while it is read")
+    raise InputError(f"{spec.depth}: the file, or a picture that belongs to it, keeps changing while it is read")
 
 
 @contextmanager

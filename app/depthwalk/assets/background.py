@@ -251,11 +251,13 @@ class BackgroundLibrary(SceneLibrary):
         self._keys.pop(asset, None)  # the file may have been replaced since its key was computed
         objects = read_cooked(Path(spilled)) if spilled else find_cooked(self.key(asset), options)
         if objects is None:
-            raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images")
+            raise InputError(f"{self._assets[asset].name}: its depth images are no longer in the cache")
         try:
             return tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
         except OSError as error:
-            raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images: {error}") from None
+            raise InputError(
+                f"{self._assets[asset].name}: its depth images are no longer in the cache: {error}"
+            ) from None
 
     def _take_found(self, request: _Request, future: "Future[Objects | None]") -> None:
         try:
@@ -305,9 +307,12 @@ class BackgroundLibrary(SceneLibrary):
         self._pools_broken += 1
         if self._pools_broken > 1:
             for lost in outstanding:
-                self._fail(lost, f"{self._assets[lost[0]].name}: a process that baked was ended; its mesh is drawn")
+                self._fail(
+                    lost,
+                    f"{self._assets[lost[0]].name}: a baking process was killed again; its mesh is drawn",
+                )
             return
-        log.warning("a process that baked was ended; baking one asset at a time")
+        log.warning("a baking process was killed, perhaps for lack of memory; baking one asset at a time")
         self._processes = 1
         for lost in outstanding:
             self._submit(lost)

@@ -58,5 +58,5 @@ def cooked_objects(
             kept = keep_cooked(name, options, objects)
             return objects if again else kept
         except OSError as error:  # then they stay in memory
-            log.warning("cannot keep cooked depth images: %s", error)
+            log.warning("cannot store cooked depth images in the cache: %s", error)
     return objects

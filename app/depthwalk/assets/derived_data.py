@@ -88,5 +88,5 @@ def _found_or_made(cache: ArrayCache[_T, _Origin], key: str, origin: _Origin, ma
     try:
         cache.keep_value(made, key)
     except OSError as error:
-        log.warning("cannot keep the %s of %s: %s", cache.content, name, error)
+        log.warning("cannot store the %s of %s in the cache: %s", cache.content, name, error)
     return made

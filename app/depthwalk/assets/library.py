@@ -207,9 +207,7 @@ class SceneLibrary(MeshLibrary):
             return cooked_objects(key, baked, options, again=again, begin=begin)
         if options != CookOptions() and not self._warned:
             self._warned = True
-            log.warning(
-                "%s: holds cooked depth images, drawn as they are, like all such; %s", spec.baked, _NEEDS_IMAGES
-            )
+            log.warning("%s: like all cooked depth images, it is drawn as it was cooked; %s", spec.baked, _NEEDS_IMAGES)
         self.report(spec.name, "depth images")
         return read_cooked(spec.baked)
 
@@ -284,7 +282,7 @@ class SceneLibrary(MeshLibrary):
         try:
             keep_baked(baked)
         except OSError as error:  # a full or read-only disk costs the next start time, not this one
-            log.warning("cannot keep the depth images of %s: %s", name, error)
+            log.warning("cannot store the depth images of %s in the cache: %s", name, error)
             self._unkept[baked.key] = baked
         return baked
 

@@ -49,9 +49,11 @@ def bake_missing(assets: Iterable[Asset], processes: int | None, report: Callabl
                 if not isinstance(outcome, InputError):
                     make_room(missing[number].out)
     except OSError as error:
-        log.warning("cannot keep depth images: %s", error)
+        log.warning("cannot store depth images in the cache: %s", error)
     except BrokenExecutor:  # the system ended a process, for example for lack of memory: one at a time needs less
-        log.warning("the system ended a process that baked; the depth images that are missing are baked singly")
+        log.warning(
+            "a baking process was killed, perhaps for lack of memory; baking the remaining depth images one at a time"
+        )
 
 
 def _unbaked_meshes(assets: Iterable[Asset]) -> dict[str, tuple[MeshAsset, ModelParams]]:

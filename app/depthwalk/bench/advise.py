@@ -1,4 +1,4 @@
-"""Measure which representation of each asset is quickest at a wanted error, for `depthwalk advise`."""
+"""Find the quickest representation of each asset within an error limit, for `depthwalk advise`."""
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -198,13 +198,13 @@ def to_table(advised: Advised, want_flip: float) -> Table:
         measured = (f"{cost.milliseconds:.2f} ({_flip(cost):.3f})" for cost in advice.costs.values())
         draws = Representation.MESH if advice.mesh else Representation.DPCI
         rows.append((advice.asset, f"{advice.pixels:g}", *measured, advice.quickest.label, draws.label))
-    notes = [f"{name} {why}: nothing to choose." for name, why in advised.left_out.items()]
+    notes = [f"{name} {why}, so there is nothing to choose." for name, why in advised.left_out.items()]
     if advised.unfinished:
-        notes.append(f"Left out for lack of time: {advised.unfinished} measurements; --seconds allows more.")
+        notes.append(f"Not measured for lack of time: {advised.unfinished}; a larger --seconds allows more.")
     return Table(
         name="advise",
-        title="Milliseconds for each copy of an object, in brackets FLIP",
-        source=f"Quickest: of those with a FLIP of {want_flip:g} at most, or a quarter above the mesh's",
+        title="Milliseconds per copy of an object, with its FLIP in brackets",
+        source=f"Quickest: among those whose FLIP is at most {want_flip:g}, or at most a quarter above the mesh's",
         columns=("asset", "pixels", *(kind.label for kind in COMPARED), "quickest", "auto"),
         rows=tuple(rows),
         notes=tuple(notes),

@@ -56,7 +56,9 @@ def read_report(file: Path) -> Report:
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{file}: no report of bench --json: {place + ': ' if place else ''}{first['msg']}") from None
+        raise InputError(
+            f"{file}: not a report of bench --json: {place + ': ' if place else ''}{first['msg']}"
+        ) from None
     for run in report.runs:
         if len(run.frame_times) != run.frames or min(run.frame_times, default=0) <= 0:
             raise InputError(f"{file}: {run.representation}: frame_times must hold {run.frames} times above 0")
@@ -138,14 +140,14 @@ def changes(before: Report, now: Report, tolerance: float) -> list[Change]:
 
 def change_lines(file: Path, before: Report, now: Report, found: list[Change]) -> list[str]:
     """Return lines of text about the changes since the report in `file`."""
-    lines = [f"against {file}, {before.date}, commit {before.commit or 'unknown'}"]
+    lines = [f"compared with {file}, {before.date}, commit {before.commit or 'unknown'}"]
     for name in ("machine", "renderer", "driver"):
         old, new = getattr(before, name), getattr(now, name)
         if old != new:
-            lines.append(f"  warning: another {name} measured that: {old}, now {new}")
+            lines.append(f"  warning: measured with another {name}: {old}, now {new}")
     for change in found:
         told = {"same": "the same, within the noise"}.get(change.verdict, change.verdict)
-        lines.append(f"  {change.representation}: {told}: frames take {change.ratio} as long")
+        lines.append(f"  {change.representation}: {told}: frames take {change.ratio} as long as before")
         if change.verdict != "same":
             moved = (f"{name} {old:.2f} → {new:.2f} ms" for name, (old, new) in change.passes_ms.items())
             lines.append(f"    {', '.join(moved)}")

@@ -85,7 +85,7 @@ class Run:
     counts
         What was drawn, by name, as means over all frames. Shares of pixels refer to the pixels of all frames together.
     slowest
-        The slowest frames, the slowest first, and what they took longer for.
+        The slowest frames, the slowest first, and why they took longer.
     frame_times
         The time of each frame, milliseconds.
     trace

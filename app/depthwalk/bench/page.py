@@ -47,7 +47,7 @@ def to_html(report: Report, changed: Sequence[str] = ()) -> str:
         for run, colour in zip(report.runs, cycle(plots.COLOURS), strict=False)
     ]
     if in_short := [*speed_ups(report), *changed]:
-        sections.insert(0, Section(title="In short", notes=in_short))
+        sections.insert(0, Section(title="Summary", notes=in_short))
     shown = [plots.frame_times(times, marks), plots.histogram(times)]
     for run in report.runs:
         shown += _stacks(run)
@@ -66,7 +66,7 @@ def _stacks(run: Run) -> list[plots.Plot]:
     pixels = np.array(run.trace.pixels, np.float64)
     parts = pixels / np.maximum(pixels.sum(1, keepdims=True), 1)
     shares = dict(zip(KINDS, parts.T, strict=True))
-    found.append(plots.share_stack(f"{run.representation}: who drew the objects' pixels", shares))
+    found.append(plots.share_stack(f"{run.representation}: pixels of objects, by representation", shares))
     return found
 
 

@@ -104,7 +104,7 @@ def histogram(times: Mapping[str, Sequence[float]]) -> Plot:
         for (name, column), colour in zip(counts.items(), _colours(len(counts)), strict=True)
     ]
     return Plot(
-        title="How many frames take how long",
+        title="Number of frames, by frame time",
         ticks=_ticks(top),
         lines=lines,
         label=f"0 to {_number(longest)} milliseconds, in {_BINS} classes",

@@ -1,4 +1,4 @@
-"""Show a benchmark as JSON, as a table of text and as CSV with a row for each frame."""
+"""Show a benchmark as JSON, as text tables, and as CSV with a row for each frame."""
 
 import csv
 import io
@@ -58,12 +58,13 @@ def headline(report: Report) -> list[str]:
         f"{report.scene}, {report.path or 'still camera'}, {width} × {height}, {report.date}",
         f"depthwalk {report.version} ({report.commit or 'installed'}), Python {machine.python}, {machine.system}",
         f"{machine.processor}, {machine.cores} cores; {report.renderer}, {report.driver}",
-        f"milliseconds; passes timed by {'timer queries' if report.timer == 'gpu' else 'finish and the clock'}",
+        "milliseconds; passes timed by "
+        + ("timer queries" if report.timer == "gpu" else "waiting for the GPU after each"),
     ]
     if report.stride is not None and report.stride > 1.01:
         lines.append(
-            f"jumps: {report.stride:.3g} frames of the path from one to the next, so that less of the frame before "
-            "serves again than on a walk; without --frames the path is walked"
+            f"the camera jumps: it moves {report.stride:.3g} frames of the path at a time, so that fewer impostors "
+            "are reused than on a walk; leave out --frames to measure every frame of the path"
         )
     return lines
 
@@ -84,18 +85,18 @@ def notes(run: Run) -> list[str]:
     """Return the lines below a run's table: its counts that are not 0, and a line for each of its slowest frames."""
     lines = [", ".join(f"{name} {value:g}" for name, value in run.counts.items() if value)]
     if _drew_nothing(run):
-        lines.append(f"nothing was drawn as {run.representation}: no asset that was seen can be")
+        lines.append(f"nothing was drawn as {run.representation}: no visible asset can be drawn so")
     return lines + [_slow_line(slow, run.frame_ms.p50) for slow in run.slowest]
 
 
 def _drew_nothing(run: Run) -> bool:
-    """Return whether no object was drawn in the requested representation, but only as others allow it."""
+    """Return whether no object was drawn in the requested representation, since no asset that was seen has it."""
     kind = "mesh" if run.representation.startswith("mesh") else run.representation
     return run.counts.get(kind) == 0
 
 
 def _slow_line(slow: SlowFrame, median: float) -> str:
-    causes = ", ".join(f"{cause.what} {cause.ms:.1f}" for cause in slow.causes) or "many things a little"
+    causes = ", ".join(f"{cause.what} {cause.ms:.1f}" for cause in slow.causes) or "many small causes"
     return f"frame {slow.frame}: {slow.ms:.1f} ms, {slow.ms - median:.1f} above the median: {causes}"
 
 

@@ -1,4 +1,4 @@
-"""Explain what the slowest frames of a run took longer for.
+"""Explain why the slowest frames of a run took longer than the others.
 
 Passes are not timed in every frame, because timing itself costs time. But the work in each frame is known: triangles
 warped, shadow maps redrawn, shaders compiled. The cost of each kind of work is estimated from all frames of the run
@@ -15,7 +15,7 @@ from scipy.optimize import nnls
 
 _MOST = 5  # frames that are reported
 _TOLD = 0.1  # part of the excess that a cause must explain to be reported
-_OTHER = "nothing that is counted: pixels, or what else the machine did"
+_OTHER = "something not counted, such as shading or other programs"
 
 # Work that is measured in milliseconds, and its description.
 _MEASURED = {
@@ -30,14 +30,14 @@ _COUNTED = {
     "mesh_triangles": "drawing {:,.0f} triangles of meshes",
     "shadow_triangles": "shadow maps of {:,.0f} triangles",
     "shadow_maps": "{:.0f} shadow maps",
-    "dpci": "showing {:,.0f} impostors",
+    "dpci": "drawing {:,.0f} impostors",
     "programs": "compiling {:.0f} shader programs",
 }
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cause:
-    """Name something that a frame took longer for.
+    """Name one reason why a frame took longer than the median frame.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class SlowFrame:
     ms
         Its time, milliseconds.
     causes
-        What it took longer for than the median frame, largest first.
+        Why it took longer than the median frame, the largest cause first.
     """
 
     frame: int
@@ -73,7 +73,7 @@ class SlowFrame:
 def slowest_frames(
     times: Sequence[float], work: Mapping[str, Sequence[float]], frames: Sequence[int]
 ) -> tuple[SlowFrame, ...]:
-    """Find the slowest frames of a run, and what they took longer for.
+    """Find the slowest frames of a run, and why they took longer.
 
     Parameters
     ----------

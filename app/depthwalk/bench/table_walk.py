@@ -65,7 +65,7 @@ class Walk:
         times = path.frames()
         last = len(times) - SETTLING - run
         if last < 0:
-            raise InputError(f"--path: has {len(times)} frames; a moment takes {SETTLING + run} of them")
+            raise InputError(f"--path: has {len(times)} frames, but each moment needs {SETTLING + run}")
         starts = np.linspace(0, last, moments).astype(int).tolist()
         cameras = [tuple(path.sample(time) for time in times[k : k + SETTLING + run]) for k in starts]
         return cls(tuple(cameras), seconds, size)
@@ -82,7 +82,7 @@ class Walk:
 
 
 def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
-    """Choose objects that are in view at most moments of a walk, since objects out of view cost next to nothing.
+    """Choose the objects that are in view most often on a walk, since objects out of view cost next to nothing.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
     Returns
     -------
     numpy.ndarray
-        (count,) ascending numbers of the objects whose positions are in view at most moments; among equals, the
-        nearest.
+        (count,) ascending numbers of the objects whose positions are in view at the greatest number of moments;
+        among equals, the nearest.
     """
     position = scene.objects.position
     places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)

@@ -19,17 +19,20 @@ _MOST_PIXELS = 4096
 def main(
     scene: SceneArgument,
     want_flip: Annotated[
-        float, typer.Option(metavar="FLIP", min=0, max=1, help="Mean FLIP of an object that is low enough.")
+        float,
+        typer.Option(
+            metavar="FLIP", min=0, max=1, help="Greatest mean FLIP, over the pixels of an object, that is good enough."
+        ),
     ] = 0.12,
     seconds: Annotated[
         float,
         typer.Option(
-            metavar="S", min=0, max=86_400, help="Time after which no measurement begins; baking does not count."
+            metavar="S", min=0, max=86_400, help="Begin no measurement after this many seconds; baking does not count."
         ),
     ] = 60.0,
     json: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the advice to this file; left out: SCENE.advice.json, beside SCENE."),
+        typer.Option(metavar="FILE", help="Write the advice to this file; by default SCENE.advice.json, beside SCENE."),
     ] = None,
     resolution: Resolution = "640,480",
     asset_root: AssetRoots = None,
@@ -37,7 +40,7 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure how each asset of a scene is drawn quickest on this machine, at a wanted error.
+    """Find the quickest way to draw each asset of a scene on this machine, within an error limit.
 
     The advice is written to a file, which the scene names by the key `advice`; `representation: auto` follows it.
     """
@@ -65,8 +68,12 @@ def main(
         advised = advise(opened, library, size, want_flip, seconds, report)
     table = to_table(advised, want_flip)
     if not advised.sizes:
-        why = "no time was left" if advised.unfinished else "no asset has both a mesh and depth images of it"
+        why = (
+            "there was no time for a measurement"
+            if advised.unfinished
+            else "no asset has both a mesh and depth images made from it"
+        )
         raise InputError(f"{scene}: nothing to advise: {why}")
     write_report(out, advice_text(renderer, want_flip, fields(advised.sizes)))
     print(to_text(table))
-    print(f"\nwritten to {out}; to use it, let the scene say:  advice: {out.name}")
+    print(f"\nwritten to {out}; to use it, add this line to the scene file:  advice: {out.name}")

@@ -40,8 +40,8 @@ def main(
             "-o",
             "--output",
             metavar="FILE_OR_DIR",
-            help="File or existing folder to write to, or their URL; a file .dpci.npz holds cooked depth images, which "
-            "open at once.",
+            help="File or existing folder to write to, or its URL; a file whose name ends in .dpci.npz holds cooked "
+            "depth images, which open faster.",
             show_default="beside each mesh",
         ),
     ] = None,
@@ -51,7 +51,7 @@ def main(
         Method,
         typer.Option(
             help="How surfaces are sampled: by ray casting, or from six views warped on the GPU; paper: six views, "
-            "without anything that the paper does not have.",
+            "without any step that the paper does not describe.",
         ),
     ] = Method.RAYCAST,
     parts: Parts = None,
@@ -62,7 +62,13 @@ def main(
     texture: Texture = None,
     jobs: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, max=MAX_JOBS, help="Meshes baked at a time.", show_default="one per core"),
+        typer.Option(
+            metavar="N",
+            min=1,
+            max=MAX_JOBS,
+            help="Number of meshes to bake at the same time.",
+            show_default="one per core",
+        ),
     ] = None,
     cluster: ClusterOption = None,
     force: Annotated[
@@ -76,7 +82,7 @@ def main(
 ) -> None:
     """Bake meshes to depth images, NAME.dpci.exr.
 
-    Scenes that name the mesh with the same values use the file. Cooked depth images, NAME.dpci.npz, are smaller and
+    Scenes that use the mesh with the same settings find the file. Cooked depth images, NAME.dpci.npz, are smaller and
     complete: scenes name them as `baked`, and need no mesh. Depth images that are up to date or in the cache are not
     baked again, so after Ctrl-C the same command continues where it stopped.
     """
@@ -85,16 +91,16 @@ def main(
 
     where = parse_cluster(cluster)
     if where and jobs:
-        raise InputError("--jobs: is for the pool of this process; --cluster local:N says how many processes to start")
+        raise InputError("--jobs: cannot be combined with --cluster; --cluster local:N sets the number of processes")
     found = named_files(meshes) if out is not None else [own_file(mesh, "-o") for mesh in meshes]
     files = output_files(found, out)
     specs = [mesh_spec(mesh, texture, up.value, height) for mesh in found]
     check_inputs(specs)
     paths = [file for file in files if isinstance(file, Path)]
     if verify and len(paths) < len(files):
-        raise InputError("--verify compares files of this machine; -o names a URL")
+        raise InputError("--verify needs files on this machine, but -o names a URL")
     if verify and any(is_cooked_file(file) for file in paths):
-        raise InputError("--verify compares depth images, .dpci.exr; cooked ones, .dpci.npz, are drawn from them")
+        raise InputError("--verify needs depth images, .dpci.exr; it cannot measure cooked ones, .dpci.npz")
     chosen = parse_layers(layers), parse_parts(parts), parse_axis(axis)
     try:
         params = ModelParams(

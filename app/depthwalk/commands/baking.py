@@ -196,7 +196,7 @@ def _tell_of_loss(outcome: Baked | Kept, params: ModelParams) -> None:
     """Warn if so much of a surface is missing from all depth images that holes will show, and suggest a remedy."""
     if isinstance(outcome, Baked) and outcome.left_out > _SEEN_LOSS and params.layers != "auto":
         remedy = "raycast with --layers auto" if params.by_six_views else "--layers auto"
-        missing = f"{100 * outcome.left_out:.1f} % of the visible surface will be missing; {remedy} holds more of it"
+        missing = f"{100 * outcome.left_out:.1f} % of the visible surface will be missing; {remedy} captures more of it"
         log.warning("%s: %s", outcome.out, missing)
 
 

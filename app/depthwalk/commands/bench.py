@@ -60,7 +60,12 @@ def main(
     ] = None,
     tolerance: Annotated[
         float,
-        typer.Option(metavar="PERCENT", min=0, max=1000, help="Difference that --baseline attributes to chance."),
+        typer.Option(
+            metavar="PERCENT",
+            min=0,
+            max=1000,
+            help="Change of the frame time, per cent, that --baseline attributes to chance.",
+        ),
     ] = 5.0,
     representations: Annotated[
         list[str] | None,

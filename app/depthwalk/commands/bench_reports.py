@@ -61,7 +61,7 @@ def report_files(scenes: Sequence[Path], files: ReportFiles) -> list[ReportFiles
         stems: dict[str, Path] = {}
         for scene in scenes:
             if scene.stem in stems:
-                raise InputError(f"{scene}: its reports would have the names of those of {stems[scene.stem]}")
+                raise InputError(f"{scene}: its reports would overwrite those of {stems[scene.stem]}")
             stems[scene.stem] = scene
     return [
         ReportFiles(**{name: Path(str(file).replace(_SCENE, scene.stem)) for name, file in given.items()})

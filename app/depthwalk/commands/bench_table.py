@@ -45,12 +45,16 @@ def main(
     counts: Annotated[
         str | None,
         typer.Option(
-            metavar="N,...", help="Numbers of objects, a row each.", show_default=f"{_COUNTS}; with --gpu {_GPU_COUNTS}"
+            metavar="N,...",
+            help="Numbers of objects; each has its own row.",
+            show_default=f"{_COUNTS}; with --gpu {_GPU_COUNTS}",
         ),
     ] = None,
     frames: Annotated[int, typer.Option(metavar="N", min=1, help="Moments of the path at which frames are timed.")] = 8,
     run: Annotated[int, typer.Option(metavar="N", min=1, help="Consecutive frames timed at each moment.")] = 8,
-    seconds: Annotated[float, typer.Option(metavar="S", min=0, help="Time to spend on timing a column of a row.")] = 60,
+    seconds: Annotated[
+        float, typer.Option(metavar="S", min=0, help="Seconds to spend on timing each way to draw, per row.")
+    ] = 60,
     resolution: Annotated[
         str | None,
         typer.Option(
@@ -60,7 +64,8 @@ def main(
         ),
     ] = None,
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Store rows in this file, and take those it holds.")
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Store rows in this file, and reuse those that it already holds."),
     ] = None,
     gpu: Annotated[bool, typer.Option("--gpu", help="Use the defaults for a GPU, and list a time per pass.")] = False,
     asset_root: AssetRoots = None,
@@ -73,7 +78,9 @@ def main(
     numbers = _parse_counts(counts or (_GPU_COUNTS if gpu else _COUNTS))
     loaded, camera_path = open_scene(scene, asset_root, settings), load_path(path)
     if max(numbers) > (world := len(loaded.objects)):
-        raise InputError(f"--counts {max(numbers)}: {scene} has {world} objects; --set objects.0.grid.count=[X,Z] adds")
+        raise InputError(
+            f"--counts {max(numbers)}: {scene} has {world} objects; add some with --set objects.0.grid.count=[X,Z]"
+        )
     walk = Walk.along(camera_path, frames, run, seconds, size)
     head = {
         "version": depthwalk.__version__,
@@ -130,7 +137,7 @@ def _stored_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:
         document = json.loads(file.read_text("utf-8"))
         rows = {row["objects"]: row_from(row) for row in document["rows"]}
     except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{file}: not a table of ours: {error}") from None
+        raise InputError(f"{file}: not a table of bench_table: {error}") from None
     for key, value in head.items():
         if document.get(key) != value:
             raise InputError(f"{file}: holds a table of another {key}, {document.get(key)!r} instead of {value!r}")

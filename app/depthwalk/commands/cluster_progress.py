@@ -98,10 +98,10 @@ def cluster_progress(what: str, total: int, cluster: Cluster) -> Iterator[Displa
         """Return the columns by their headings."""
         return {
             what: f"{ended} of {total}",
-            "a second": f"{rate.per_second:.1f}",
+            "per second": f"{rate.per_second:.1f}",
             "left": duration(rate.seconds_left(total - ended)),
             "workers": str(progress.workers),
-            "tried again": str(progress.again + progress.lost),
+            "retried": str(progress.again + progress.lost),
         }
 
     def done(count: int) -> None:

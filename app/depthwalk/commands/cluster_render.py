@@ -79,7 +79,7 @@ def render_on_cluster(
                 log.error("%s: frames %s: %s", scene, spans(chunk), failure)
                 missing += chunk
     if missing:
-        log.error("%s: frames not drawn: %s; the same command draws them", scene, spans(missing))
+        log.error("%s: frames not drawn: %s; run the same command again to draw them", scene, spans(missing))
     return not missing
 
 

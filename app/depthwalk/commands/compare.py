@@ -41,7 +41,8 @@ def main(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FILE", help="OBJ, PLY, STL, GLB or glTF files; scene files, for each asset with `dpci`."
+            metavar="FILE",
+            help="OBJ, PLY, STL, GLB or glTF files, or scene files; of a scene, each asset with `dpci` is compared.",
         ),
     ],
     json: JsonReport = None,
@@ -65,7 +66,7 @@ def main(
         Method | None,
         typer.Option(
             help="How surfaces are sampled: by ray casting, or from six views warped on the GPU; paper: six views, "
-            "without anything that the paper does not have.",
+            "without any step that the paper does not describe.",
             show_default="raycast, or as the scene says",
         ),
     ] = None,

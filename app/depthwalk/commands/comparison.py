@@ -270,7 +270,7 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> Compared:
             gpu_bytes = renderer.gpu_bytes  # in close views there may be more
             close = measure_views(renderer, height, CLOSE_BY, pool, advance)
         if not views:
-            raise InputError(f"{spec.mesh}: shows no pixel in any view")
+            raise InputError(f"{spec.mesh}: covers no pixel in any view")
         costs = Costs(
             bake_seconds=bake.seconds,
             bake_peak_bytes=bake.peak_bytes,

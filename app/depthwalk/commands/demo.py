@@ -130,7 +130,7 @@ def render_tour(
     try:
         FOLDER.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(f"{FOLDER}: cannot be made: {error.strerror}") from None
+        raise InputError(f"{FOLDER}: cannot be created: {error.strerror}") from None
     stills, video = Output(str(FOLDER / f"{name}-{{frame:2}}.png")), Output(str(FOLDER / f"{name}.mp4"))
     with open_headless(scene, size, chosen, library) as headless:
         draw_frames(headless, sample_path(tour, STILLS)[: frames or STILLS], stills, tour.fps)

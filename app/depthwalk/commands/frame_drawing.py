@@ -186,7 +186,7 @@ def draw_frame(headless: HeadlessRenderer, view: View, output: Output, frame: in
             return headless.pixels()[..., : 4 if output.transparent else 3].copy()
         except GPU_FAILURES as error:
             failure = f"frame {frame}: {error}"
-            log.warning("%s; context and objects are made anew", failure)
+            log.warning("%s; recreating everything on the GPU", failure)
     raise GpuError(failure)
 
 

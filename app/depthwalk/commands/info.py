@@ -117,7 +117,7 @@ def _opengl() -> Iterator[Row]:
         yield "largest texture", f"{device.limits.edge} texels a side, {device.limits.layers} layers"
         conservative = "GL_ARB_conservative_depth" in device.context.extensions
         yield "conservative depth", "yes" if conservative else "no"
-        yield "tells of a lost context", "yes" if device.notices_loss else "no"
+        yield "reports a lost context", "yes" if device.notices_loss else "no"
     finally:
         device.context.release()
 

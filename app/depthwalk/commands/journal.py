@@ -63,7 +63,11 @@ class Journal:
                 file.write(b"\n" + hashlib.sha256(entry).hexdigest().encode() + b" " + entry)
         except OSError as error:
             self._is_writable = False
-            log.warning("%s: cannot be written: %s; what is measured is not kept", self.path, error.strerror or error)
+            log.warning(
+                "%s: cannot be written: %s; if this run is interrupted, it cannot be continued",
+                self.path,
+                error.strerror or error,
+            )
 
     def remove(self) -> None:
         """Remove the journal, if possible."""

@@ -79,7 +79,7 @@ def measured(things: Measurements[T], cluster: ClusterAddress | None) -> Iterato
     found = _known(things, results)
     rest = [number for number in range(len(things.tasks)) if number not in found]
     if found:
-        log.warning("%d of %d %s: taken from a run that was ended", len(found), len(things.tasks), things.what)
+        log.warning("%d of %d %s: results reused from an interrupted run", len(found), len(things.tasks), things.what)
     if rest:
         for number, result in _here(things, rest) if cluster is None else _on_cluster(things, rest, cluster):
             found[number] = result
@@ -96,7 +96,12 @@ def _known(things: Measurements[T], results: "TypeAdapter[tuple[T]]") -> dict[in
             try:
                 (found[number],) = results.validate_json(entries[task.key])
             except ValidationError as error:  # its checksum is right, so another version wrote it
-                log.warning("%s: %s: measured again: %s", things.journal.path, things.names[number], error.errors()[0])
+                log.warning(
+                    "%s: %s: the stored result cannot be used, measuring again: %s",
+                    things.journal.path,
+                    things.names[number],
+                    error.errors()[0]["msg"],
+                )
     return found
 
 

@@ -49,7 +49,7 @@ class CameraOptions:
         """Return `camera` with these changes. Raises InputError if its target would be its position."""
         position, target = self.position or camera.position, self.target or camera.target
         if self.given and position == target:
-            raise InputError("--camera-target: must be elsewhere than the camera's position")
+            raise InputError("--camera-target: must differ from the camera's position")
         return replace(camera, position=position, target=target, fov=self.angle or camera.fov)
 
     @property
@@ -92,7 +92,7 @@ def parse_camera(position: str | None, target: str | None, angle: float | None) 
 def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
     """Raise InputError if both a camera `path` and one of the options in `camera` place the camera."""
     if path is not None and camera.given:
-        raise InputError("--path: already says where the camera is; leave out the --camera options")
+        raise InputError("--path: already places the camera; leave out the --camera options")
 
 
 def parse_resolution(text: str) -> tuple[int, int]:
@@ -137,9 +137,9 @@ def parse_axis(text: str | None) -> "BakeAxis | None":
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--axis {text}: must be auto, x, y, z or X,Y,Z, a direction") from None
+        raise InputError(f"--axis {text}: must be auto, x, y, z, or a direction X,Y,Z") from None
     if not (any((x, y, z)) and all(abs(value) <= MAX_COORDINATE for value in (x, y, z))):
-        raise InputError(f"--axis {text}: not all may be 0, nor any beyond ±{MAX_COORDINATE:g}")
+        raise InputError(f"--axis {text}: must not be all 0, and each must be within ±{MAX_COORDINATE:g}")
     return x, y, z
 
 
@@ -232,7 +232,7 @@ def _point(option: str, text: str | None) -> Point | None:
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"{option} {text}: must be X,Y,Z, three numbers of metres") from None
+        raise InputError(f"{option} {text}: must be X,Y,Z, three numbers in metres") from None
     if not all(abs(value) <= MAX_COORDINATE for value in (x, y, z)):  # false for NaN, too
         raise InputError(f"{option} {text}: each coordinate must be within ±{MAX_COORDINATE:g} m")
     return x, y, z

@@ -93,7 +93,7 @@ def own_file(path: Path, option: str) -> Path:
     Raises InputError if only a shipped file has this name; `option` is the option that names another place.
     """
     if (found := given_or_shipped(path)) != path:
-        raise InputError(f"{path}: ships with the program; {option} says where to write")
+        raise InputError(f"{path}: ships with the program; choose a place to write to with {option}")
     return found
 
 
@@ -118,9 +118,9 @@ RepresentationOption = Annotated[
     typer.Option(
         "--representation",
         metavar="NAME",
-        help="Draw all that can be drawn so as dpci (depth images), mesh, mesh-lod, mesh-clusters, dmesh, octahedral "
-        "or billboard; reliefs also as relief, distance, parallax, bump, displacement or relief-texture; auto: mesh "
-        "or dpci, whichever is quicker; scene: as the scene file says.",
+        help="How to draw every object that can be drawn so: dpci (depth images), mesh, mesh-lod, mesh-clusters, "
+        "dmesh, octahedral or billboard; reliefs also relief, distance, parallax, bump, displacement or "
+        "relief-texture; auto: mesh or dpci, whichever is quicker; scene: as the scene file says.",
     ),
 ]
 PathOption = Annotated[
@@ -129,13 +129,13 @@ PathOption = Annotated[
 ]
 Frames = Annotated[
     int | None,
-    typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; all of the path if left out."),
+    typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames; by default the whole path."),
 ]
 NoBackground = Annotated[bool, typer.Option("--no-background", help="Leave the background transparent (alpha 0).")]
 AssetRoots = Annotated[
     list[Path] | None,
     typer.Option(
-        "--asset-root", metavar="DIR", help="Folder, besides the scene's, in which to look for its files; repeatable."
+        "--asset-root", metavar="DIR", help="Additional folder in which to look for the scene's files; repeatable."
     ),
 ]
 Settings = Annotated[
@@ -170,7 +170,7 @@ Parts = Annotated[
     typer.Option(
         "--parts",
         metavar="N|auto",
-        help="Cylinders among which a mesh is divided, at most; auto: chosen by its shape.",
+        help="Maximum number of parts into which to divide a mesh; auto: depends on its shape.",
         show_default="1, or as the scene says",
     ),
 ]
@@ -198,14 +198,14 @@ Texture = Annotated[
 ]
 JsonReport = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as JSON.")]
 HtmlReport = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as a page with pictures.")
+    Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as an HTML page with pictures.")
 ]
 CacheLimit = Annotated[
     str | None,
     typer.Option(
         "--cache-limit",
         metavar="SIZE",
-        help="Most that the cache of depth images may hold, such as 500MB; DEPTHWALK_CACHE_LIMIT says it for good.",
+        help="Maximum size of the cache of depth images, such as 500MB; DEPTHWALK_CACHE_LIMIT sets it permanently.",
         show_default="4GiB",
     ),
 ]
@@ -215,7 +215,7 @@ ClusterOption = Annotated[
     typer.Option(
         "--cluster",
         metavar="local[:N]|tls://HOST:PORT",
-        help="Use a Dask cluster: N processes of this machine, or the workers of a scheduler.",
+        help="Use a Dask cluster: N processes on this machine, or the workers of a scheduler.",
         show_default="this process and its pool",
     ),
 ]

@@ -83,7 +83,7 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
     """
     name = output.name
     if not name:
-        raise InputError("-o: is empty; name a file, or - for a PNG on standard output")
+        raise InputError("-o: must not be empty; name a file, or - for a PNG on standard output")
     if output.suffix not in SUFFIXES:
         raise InputError(f"{name}: must end in {', '.join(SUFFIXES)}, or be - for a PNG on standard output")
     if braces := re.search(r"\{[^}]*\}", _FRAME.sub("", name)):
@@ -95,9 +95,9 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
         if not has_path:
             raise InputError(f"{name}: a video needs --path")
         if output.is_series:
-            raise InputError(f"{name}: a video is one file, without {{frame}}")
+            raise InputError(f"{name}: a video is a single file; leave {{frame}} out of its name")
         if output.is_remote:
-            raise InputError(f"{name}: a video is encoded into a file of this machine; URLs are for pictures")
+            raise InputError(f"{name}: a video can only be written to this machine; a URL is for pictures")
     elif (count := len(frames)) > 1 and not output.is_series:
         raise InputError(f"{name}: the path has {count} frames; put {{frame:4}} into the name, or give --frames 1")
     if output.is_remote:
@@ -112,7 +112,7 @@ def _check_files(output: Output, frames: Sequence[int], inputs: Sequence[Path]) 
     files = [output.file(frame) for frame in (frames if output.is_series else [0])]
     taken = {path.resolve() for path in inputs} | {path.parent.resolve() / path.name for path in inputs}
     if hit := next((file for file in files if resolve(file.parent) / file.name in taken), None):
-        raise InputError(f"{hit}: would overwrite what is rendered; choose another name")
+        raise InputError(f"{hit}: would overwrite an input file; choose another name")
 
 
 def has_frame(output: Output, frame: int, key: str) -> bool:

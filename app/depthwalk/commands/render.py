@@ -49,7 +49,7 @@ def main(
             "-o",
             "--output",
             metavar="OUT",
-            help="PNG, JPEG, EXR or MP4 file; {frame:4} in its name numbers the files of a path; - is stdout.",
+            help="PNG, JPEG, EXR or MP4 file to write; {frame:4} in its name is the frame's number; - is stdout.",
         ),
     ],
     path: PathOption = None,
@@ -59,7 +59,10 @@ def main(
     ] = None,
     resume: Annotated[
         bool,
-        typer.Option("--resume", help="Skip frames that an earlier run has drawn alike; always on with --cluster."),
+        typer.Option(
+            "--resume",
+            help="Skip frames that an earlier run has already drawn from the same input; always on with --cluster.",
+        ),
     ] = False,
     cluster: ClusterOption = None,
     resolution: Resolution = DEFAULT_RESOLUTION,

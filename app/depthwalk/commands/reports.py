@@ -100,7 +100,7 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
         if report is not None:
             check_folder(report)
             if report.resolve() in taken:
-                raise InputError(f"{report}: would overwrite what is {use}, or the other report")
+                raise InputError(f"{report}: would overwrite a file that is {use}, or the other report")
             taken.add(report.resolve())
 
 

@@ -138,7 +138,7 @@ def main(
     print(f"GL objects {growth.gl_objects[0]} to {growth.gl_objects[-1]}")
     print(f"memory {memory[0] / 1e6:.1f} to {memory[-1] / 1e6:.1f} MB, {growth.bytes_per_frame:+.1f} bytes a frame")
     if growth.grows:
-        print("it grows")
+        print("memory or the number of GL objects grows")
         raise typer.Exit(FAILURE)
 
 

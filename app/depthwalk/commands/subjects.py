@@ -102,7 +102,7 @@ def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices
 def _of_scene(scene: Path, roots: Sequence[Path], choices: Choices) -> list[Subject]:
     for option in ("texture", "up", "height"):
         if getattr(choices, option) is not None:
-            raise InputError(f"--{option}: {scene} says itself how its meshes are read")
+            raise InputError(f"--{option}: is for mesh files; {scene} sets it for its own meshes")
     subjects = [
         Subject(name=f"{scene}: {asset.name}", spec=asset, params=_bake_params(asset.dpci, choices), scene=scene)
         for asset in load_scene(scene, roots).assets

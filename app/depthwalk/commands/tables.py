@@ -25,7 +25,9 @@ def main(
     ] = None,
     most_triangles: Annotated[
         int,
-        typer.Option(metavar="N", min=1000, max=20_000_000, help="Most triangles in the table `triangles`."),
+        typer.Option(
+            metavar="N", min=1000, max=20_000_000, help="Greatest number of triangles in the table `triangles`."
+        ),
     ] = 1_100_000,
     json: JsonReport = None,
     markdown: Annotated[
@@ -35,7 +37,7 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure the tables of the papers again, with the papers' figures beside, and curves that they lack.
+    """Reproduce the papers' tables on this machine, beside the published figures, with additional curves.
 
     The scenes are those that ship with the program. All tables together take less than fifteen minutes on two cores.
     """

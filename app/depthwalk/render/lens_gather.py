@@ -218,7 +218,7 @@ class LensGather:
         Raises GpuError where points are smaller than tiles, which OpenGL allows and no known driver does.
         """
         if (most := self._gl.device.context.info["GL_POINT_SIZE_RANGE"][1]) < TILE:
-            raise GpuError(f"render.dof.mode: gather needs points of {TILE} pixels; this driver has {most:g} at most")
+            raise GpuError(f"render.dof.mode: gather needs points {TILE} pixels wide; this driver allows {most:g}")
         half, quarter = self._reduce(size, 2, 0), self._reduce(size, LARGEST_BLOCK, HIGHEST_MIP)
         self._reduced = half, quarter
         tiles = -(-size[0] // TILE), -(-size[1] // TILE)

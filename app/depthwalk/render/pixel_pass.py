@@ -90,7 +90,7 @@ class PixelPass(Pass[P]):
             return
         if len(cls.writes) != 1 or not RESULTS.get(cls.writes[0]):
             written = ", ".join(name for name, colour in RESULTS.items() if colour)
-            raise TypeError(f"pass {cls.name}: a pass of pixels writes one target of {written}")
+            raise TypeError(f"pass {cls.name}: a pixel pass must write exactly one of the targets {written}")
         if "shader" not in vars(cls):
             cls.shader = f"{cls.name}/{cls.name}.glsl"
 

@@ -209,4 +209,6 @@ class ShadowPlanner:
         """Warn, once, that some of the lamps in sight cast no shadows though the scene asks for them."""
         if requested > allowed > 0 and not self._warned:
             self._warned = True
-            log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", requested, allowed)
+            log.warning(
+                "%d visible lamps should cast shadows, but render.shadows.lamps allows only %d", requested, allowed
+            )

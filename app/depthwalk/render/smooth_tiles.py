@@ -131,8 +131,8 @@ class SmoothTiles:
         """Create the images for `tiles` (columns, rows), in place of those for another number."""
         if (most := self._gl.device.context.info["GL_POINT_SIZE_RANGE"][1]) < TILE:
             raise GpuError(
-                f"render.reprojection.mode: moving pictures needs points of {TILE} pixels; this driver has {most:g} at "
-                "most; set it to off"
+                f"render.reprojection.mode: reprojection needs points {TILE} pixels wide; this driver allows {most:g}; "
+                "set it to off"
             )
         if self._made is not None:
             for image in self._made:

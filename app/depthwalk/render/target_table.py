@@ -103,7 +103,7 @@ TARGETS: dict[str, Target] = {
     ),
     "material_depth": Target(
         textures={"material_depth_texture": DEPTH24},
-        holds="Depth that stands for the asset that a pixel shows, less FULL_COVERAGE where that covers it in part",
+        holds="Number of the asset that a pixel shows, as a depth; less FULL_COVERAGE if it covers it in part",
     ),
     "sun_maps": Target(
         textures={"sun_maps": DEPTH24},
@@ -115,7 +115,7 @@ TARGETS: dict[str, Target] = {
     ),
     "shadow": Target(
         textures={"shadow_texture": R8},
-        holds="r = part of the sun's light that reaches the pixel's surface",
+        holds="r = fraction of the sun's light that reaches the pixel's surface",
     ),
     "lit": Target(
         textures={"lit_texture": RGBA16F, "lit_before": RGBA16F},
@@ -123,7 +123,7 @@ TARGETS: dict[str, Target] = {
     ),
     "screen": Target(
         textures={"screen": RGBA8, "screen_before": RGBA8},
-        holds="The finished picture in sRGB, of the size that was asked for; set for each frame",
+        holds="The finished picture in sRGB, in the requested size; set for each frame",
     ),
 }
 

@@ -111,7 +111,7 @@ class ModelTurn:
         known = getattr(scene.assets[0], "up_is_given", False) or scene.path.suffix.lower() in _Y_UP_SUFFIXES
         if not known and guess_up(self._points) == "z":
             self.turn()
-            self.guess = "It seems to stand along z; U turns it"
+            self.guess = "The model seems to be z-up and was turned upright; U turns it back"
 
     def turn(self) -> str | None:
         """Switch the upward axis between y and z, and return a message to the user.
@@ -122,7 +122,7 @@ class ModelTurn:
             return None
         self._up = "z" if self._up == "y" else "y"
         turn_model(self._scene, self.renderer, self._points, self._up)
-        return f"{self._up} points upward; in a scene: up: {self._up}"
+        return f"{self._up} points upward; in a scene file: up: {self._up}"
 
 
 def stand_upright(scene: Scene, renderer: Renderer) -> str:
@@ -135,4 +135,4 @@ def stand_upright(scene: Scene, renderer: Renderer) -> str:
     """
     if not ModelTurn(scene, renderer).guess:
         return ""
-    return f"{scene.path}: seems to stand along z, and is drawn so; --set assets.model.up=y says otherwise"
+    return f"{scene.path}: the model seems to be z-up and was turned upright; --set assets.model.up=y prevents this"

@@ -129,7 +129,7 @@ class Walk:
         self.state.arrive()
         self._loading.end()
         tour = "P plays the tour, " if playback else ""
-        moves = "W A S D and right drag move and look" if self.state.turned is None else "Drag turns, the wheel zooms"
+        moves = "W A S D move, right drag looks around" if self.state.turned is None else "Drag turns, the wheel zooms"
         self.state.tell(self._model_turn.guess or f"{moves}; {tour}H shows all keys")
 
     def _begin(self) -> None:
@@ -166,7 +166,7 @@ class Walk:
             except StoppedError:
                 if self.window.is_closing:
                     raise
-                self.state.tell(f"Loading {file.name} was stopped")
+                self.state.tell(f"Stopped loading {file.name}")
 
     def _show(self, scene: Scene) -> None:
         """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
@@ -187,7 +187,7 @@ class Walk:
     def _turn_up(self) -> None:
         """Turn a model so that its other axis points upward."""
         if (message := self._model_turn.turn()) is None:
-            self.state.tell("U turns single models; in scenes, assets have the key `up`")
+            self.state.tell("U turns only a model opened by itself; in a scene file, set the asset's key `up`")
             return
         self._home_is_framed = True
         self._go_home()
@@ -247,7 +247,7 @@ class Walk:
 
     def step(self) -> None:
         """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
-        self.device.check()  # in every round, even at rest: the window's content may be lost
+        self.device.check()  # in every iteration, even at rest: the window's content may be lost
         if self.next_file is not None:
             self.frames.finish()
             self._open(self.next_file)

@@ -1,4 +1,4 @@
-"""Hold the library of the scene that a walk shows, and its work in the background."""
+"""Manage the library of the scene that the window shows, and its work in the background."""
 
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
@@ -52,9 +52,9 @@ class BesideFrames:
     def stop_baking(self) -> str:
         """Stop the current baking, and return a message for the user."""
         if self._background is None or self._background.progress is None:
-            return "Nothing is baked now"
+            return "Nothing is being baked"
         self._background.cancel()
-        return "Stopped; what has no depth images yet stays a mesh. R begins again"
+        return "Stopped baking; objects without depth images are drawn as meshes. R starts again"
 
     def replace(self, library: SceneLibrary) -> None:
         """Replace the present library, whose work ends, by `library`."""

@@ -1,4 +1,7 @@
-"""Measure the rounds of a walk, and decide when one may be skipped because the window already shows everything."""
+"""Measure the iterations of the frame loop, and decide when one may be skipped.
+
+It may be skipped if the window already shows everything.
+"""
 
 import time
 from collections.abc import Iterator
@@ -7,16 +10,16 @@ from typing import Any
 
 from depthwalk.walk.window import wait_for_event
 
-_ROUNDS = 3  # in which widgets are drawn after an event: imgui responds to events a round later
+_ROUNDS = 3  # iterations in which widgets are drawn after an event: imgui responds to events one iteration later
 
 
 class WalkClock:
-    """Measure the rounds of a walk, without the time spent on loading and on waiting for the user.
+    """Measure the iterations of the frame loop, without the time spent on loading and on waiting for the user.
 
     Attributes
     ----------
     now
-        When the present round began, on the clock of `time.perf_counter`.
+        When the present iteration began, on the clock of `time.perf_counter`.
     left_out
         How long the clock has been stopped since then, seconds.
     """
@@ -26,7 +29,7 @@ class WalkClock:
         self.left_out = 0.0
 
     def tick(self) -> float:
-        """Begin a round, and return how long the last one took, seconds."""
+        """Begin an iteration, and return how long the last one took, seconds."""
         before, self.now = self.now, time.perf_counter()
         stopped, self.left_out = self.left_out, 0.0
         return self.now - before - stopped
@@ -47,14 +50,14 @@ class WalkClock:
 
 
 class WidgetRounds:
-    """Count the rounds in which widgets must still be drawn after their content has changed."""
+    """Count the iterations of the frame loop in which widgets must still be drawn after their content has changed."""
 
     def __init__(self) -> None:
         self._told: tuple[Any, ...] = ()
         self._left = 0
 
     def are_over(self, told: tuple[Any, ...], has_news: bool) -> bool:
-        """Return whether the widgets already show their content; call this once in every round.
+        """Return whether the widgets already show their content; call this once per iteration.
 
         Parameters
         ----------

@@ -6,11 +6,11 @@ _SPARE = 0.8  # part of the limit within which the next larger frame must be exp
 
 
 class FrameScale:
-    """Make frames that take too long smaller, and larger again once there is time.
+    """Give frames fewer pixels if they take too long, and more again once there is time.
 
-    A reprojected picture gets worse the older it is: in the garden, 0.2 s of walking and turning cost more than a third
-    of the pixels does (docs/walking.md, "Age or pixels"). The time of a frame is expected to grow at most in proportion
-    to its pixels, that is to the square of its scale.
+    A reprojected picture gets worse the older it is: in the garden, 0.2 s of walking and turning make it worse than
+    losing a third of its pixels does (docs/experiments.md, "Age or pixels"). The time of a frame is expected to grow at
+    most in proportion to its pixels, that is to the square of its scale.
 
     Attributes
     ----------

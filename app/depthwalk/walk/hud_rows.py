@@ -83,7 +83,7 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
         ("made of", f"{counts['full_triangles']:,} triangles" if counts["full_triangles"] else _NONE),
         ("occluded", f"{counts['occluded']:,}"),
         ("drawn as", _lines(kinds)),
-        ("of pixels", _lines(pixels)),
+        ("pixels", _lines(pixels)),
         ("case", _lines(cases, 2)),
         ("Iter_step", _lines(_numbered(counts, "step_"))),
         ("LOD level", _lines(_numbered(counts, "level_"))),

@@ -1,8 +1,8 @@
 """Draw the surroundings of a viewer in advance, at low resolution, so that a quick turn finds something there.
 
 Finished frames are stored in a map of the surroundings (`render.surround`). If the viewer is about to see something
-that no frame showed from nearby, a side of a cube around him is drawn between two frames, with so few pixels that it
-takes about one slice.
+that no frame showed from nearby, one side of a cube around the viewer is drawn between two frames, with so few pixels
+that it takes about one slice.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ _MOST_REDRAWN = 30  # sides that are drawn again: with little memory, assets may
 
 
 class LookAround:
-    """Draw such sides, one at a time, in steps.
+    """Draw the sides of a cube around the viewer, one at a time, in steps.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class LookAround:
     Attributes
     ----------
     knows_all
-        Whether enough is known of the surroundings of a viewer at rest; set this to False when he moves.
+        Whether enough is known of the surroundings of a viewer at rest; set this to False when the viewer moves.
     """
 
     def __init__(self, renderer: Renderer, surround: Surround) -> None:
@@ -56,13 +56,13 @@ class LookAround:
         self._slices.drop()
 
     def note_change(self) -> None:
-        """Record that the scene or its settings have changed, so that nothing looks as it did."""
+        """Discard what is known of the surroundings: the scene or its settings have changed."""
         self._surround.forget()
         self.knows_all = self._knew_all = False
         self._redrawn = 0
 
     def note_frame(self) -> None:
-        """Record that a frame has been finished: a moving viewer gets one side per frame, lest frames be late."""
+        """Record that a frame is finished: a moving viewer gets one side per frame, so that frames are not late."""
         self._is_due = True
 
     def begin_for_walk(self, coming: list[View]) -> bool:
@@ -95,9 +95,9 @@ class LookAround:
         return self.is_drawing
 
     def begin_at_rest(self, position: Array) -> bool:
-        """Begin a side of which too little is known from a position (3,), world, metres; return whether.
+        """Begin a side of which too little is known from a position (3,), world, metres; return whether there is one.
 
-        Once there is none, `knows_all` is True.
+        If there is none, `knows_all` becomes True.
         """
         self.knows_all = self.knows_all or not self._begin_any(position, waits=True)
         self._knew_all |= self.knows_all
@@ -115,7 +115,7 @@ class LookAround:
         return self._slices.advance(seconds)
 
     def _draw(self, side: View, waits: bool) -> Iterator[str]:
-        """Draw a side. waits: whether to draw it again if it lacks assets that are still being brought to the GPU."""
+        """Draw a side. waits: whether to draw it again if it lacks assets that are still being uploaded."""
         yield from self._renderer.auxiliary_steps(SURROUNDING, side, self._surround.canvas())
         targets, fitted = self._renderer.targets, self._renderer.auxiliary_view
         assert targets is not None and fitted is not None  # the last step has set them

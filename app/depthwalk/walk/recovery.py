@@ -47,7 +47,7 @@ class GpuRecovery:
             if len(self._failures) == _MOST_FAILURES and now - self._failures[0] < _FAILURE_SECONDS:
                 raise error
             self._failures.append(now)
-            log.warning("%s; everything on the GPU is made anew", error)
+            log.warning("%s; recreating everything on the GPU", error)
             try:
                 self._restart()
             except GPU_FAILURES as again:

@@ -156,7 +156,7 @@ class SceneLoader:
             except (InputError, StoppedError) as error:
                 if self._window.is_closing:
                     raise
-                tell(str(error) or "Loading was stopped")
+                tell(str(error) or "Stopped loading")
                 renderer.world.representation = self._usable
                 self._load_anyway(renderer)
             self._usable = renderer.world.representation

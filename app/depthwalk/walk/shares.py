@@ -1,4 +1,4 @@
-"""Find, once per second, which part of the objects' pixels each representation drew, without waiting for the GPU.
+"""Find, once per second, what fraction of the objects' pixels each representation drew, without waiting for the GPU.
 
 The HUD shows these shares.
 """

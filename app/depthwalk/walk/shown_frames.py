@@ -82,7 +82,7 @@ class ShownFrames:
 
     @property
     def refines(self) -> bool:
-        """Return whether other pictures than frames may be drawn, such as the still one; not while targets are viewed.
+        """Return whether pictures other than frames may be drawn, such as the still one; not while targets are viewed.
 
         Setting it to False redraws a frame, since the targets may be those of another picture.
         """
@@ -121,7 +121,7 @@ class ShownFrames:
 
     @property
     def _is_new(self) -> bool:
-        """Return whether the first frames are being drawn, which must come soon and are refined by later ones."""
+        """Return whether the first frames are being drawn, which must appear soon and are refined by later ones."""
         return len(self._durations) < _MEASURED
 
     @property
@@ -141,7 +141,7 @@ class ShownFrames:
         return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
 
     def note(self, camera: Camera, dt: float, size: tuple[int, int], jumps: int = 0) -> None:
-        """Record what is to be shown; call this once in every round of the window.
+        """Record what is to be shown; call this once per iteration of the frame loop.
 
         Parameters
         ----------
@@ -200,7 +200,8 @@ class ShownFrames:
     def work(self) -> None:
         """Continue for a slice with what the window is to show next, if frames are drawn in slices.
 
-        Call this once in every round, after the picture is on the screen: the next one then follows the newest input.
+        Call this once per iteration of the frame loop, after the picture is on the screen: the next one then follows
+        the newest input.
         """
         if self._is_untaken:
             self._is_untaken = False
@@ -242,7 +243,7 @@ class ShownFrames:
         return False
 
     def _catch_up(self, view: View) -> View:
-        """Finish one or two frames at once, until one covers the view; return the viewer's view by then."""
+        """Finish one or two frames at once, until one covers the view; return the viewer's view at that time."""
         start = time.perf_counter()
         if self._has_jumped:
             self._frame.drop()
@@ -294,9 +295,9 @@ class ShownFrames:
         self._end_frame(max(time.perf_counter() - start, of_passes))
 
     def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a frame at once that can be reprojected if it took long, so that the second one is not waited for.
+        """Draw a frame at once, in a way that it can be reprojected if it took long.
 
-        It has no margin, which would delay it.
+        Then the window need not wait for the second frame. The frame has no margin, which would delay it.
         """
         self._source = view
         self._draw_whole(view, self._reprojection.canvas(view.size))
@@ -355,7 +356,7 @@ class ShownFrames:
         return True
 
     def _take_finished(self) -> None:
-        """Show the frame that was drawn in slices from now on."""
+        """From now on, show the frame that was drawn in slices."""
         targets, fitted, source = self._renderer.targets, self._renderer.view, self._source
         assert targets is not None and fitted is not None and source is not None
         near, far = fitted.depth_range

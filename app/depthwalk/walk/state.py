@@ -66,7 +66,7 @@ class State(Viewer):
             Width / height of the window.
         """
         again = scene.path == self.scene.path
-        self.tell(f"Read {scene.path.name} again" if again else scene.path.name)
+        self.tell(f"Reloaded {scene.path.name}" if again else scene.path.name)
         self.end_recording()  # its message is more important
         self.scene, self.renderer, self.shares = scene, renderer, LateShares()
         self.home = home_in(scene, renderer, aspect)
@@ -111,7 +111,8 @@ class State(Viewer):
         self.pull.start(self.surfaces.distance_at(0.5, 0.5))
         off = self.renderer.settings.dof.mode == "none"
         self.tell(
-            f"Focus at {self.pull.target:.3g} m" + ("; depth of field is off, see dof in the panel" if off else "")
+            f"Focus at {self.pull.target:.3g} m"
+            + ("; depth of field is off: switch it on under dof in the panel" if off else "")
         )
 
     def pull_focus(self, dt: float) -> None:

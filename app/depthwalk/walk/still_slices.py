@@ -9,7 +9,7 @@ from depthwalk.walk.slices import Slices
 
 
 class StillSlices:
-    """Draw a still picture over several rounds of the window.
+    """Draw a still picture over several iterations of the frame loop.
 
     Parameters
     ----------

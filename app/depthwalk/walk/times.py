@@ -37,7 +37,8 @@ class FrameTimes:
 class PictureTimes(FrameTimes):
     """Hold the time from each of the last pictures to the next.
 
-    A picture counts only if the round before showed one too; the first one, and one after a rest, do not.
+    A picture counts only if the previous iteration of the frame loop showed one too; the first one, and one after a
+    rest, do not.
     """
 
     def __init__(self) -> None:
@@ -45,12 +46,12 @@ class PictureTimes(FrameTimes):
         self._follows = False
 
     def note(self, seconds: float, *, shows: bool) -> None:
-        """Record a round of the window.
+        """Record an iteration of the frame loop.
 
         Parameters
         ----------
         seconds
-            From the beginning of the previous round to that of this one.
+            From the beginning of the previous iteration to that of this one.
         shows
             Whether it shows a picture.
         """

@@ -269,7 +269,7 @@ class Viewer:
         self._take_over()
         self.set_mode(Mode.ORBIT)
         self.turntable = True
-        self.tell("Turning about the target; N or any move stops it")
+        self.tell("Turning about the target; N or any movement stops it")
 
     def set_mode(self, mode: Mode) -> None:
         """Change the way in which keys and mouse move the camera, without moving it now.
@@ -286,7 +286,7 @@ class Viewer:
             if np.isinf(distance):
                 distance = self._distance_to_all()
             self.turned = orbit.with_distance(self.camera, distance)
-        self.tell({Mode.FLY: "Flying", Mode.WALK: "Walking on the ground", Mode.ORBIT: "In orbit about a target"}[mode])
+        self.tell({Mode.FLY: "Flying", Mode.WALK: "Walking on the ground", Mode.ORBIT: "Orbiting a target"}[mode])
 
     def toggle_walking(self) -> None:
         """Change from walking to flying, and from any other mode to walking."""
@@ -308,7 +308,7 @@ class Viewer:
         """
         point = self.surfaces.point_at(across, down)
         if point is None:
-            self.tell("No surface under the mouse to turn about")
+            self.tell("No surface under the mouse to orbit about")
             return
         self._take_over()
         if self.turned is None:

@@ -211,7 +211,7 @@ def test_a_full_disk_costs_nothing_but_time(
     monkeypatch.setattr("depthwalk.cache.write_arrays", full)
     monkeypatch.setattr("depthwalk.bake.levels.mesh_levels", two_levels)
     assert len(SceneLibrary(load_scene(tiny_scene).assets).mesh_levels(0)) == 2
-    assert "cannot keep the simplified meshes of ball: no space left" in caplog.text
+    assert "cannot store the simplified meshes of ball in the cache: no space left" in caplog.text
 
 
 def test_relief_has_no_levels(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -283,5 +283,5 @@ def test_a_driver_without_large_points_is_named() -> None:
     """OpenGL promises points of one pixel only."""
     context = SimpleNamespace(info={"GL_POINT_SIZE_RANGE": (1.0, 8.0)})
     lens = LensGather(cast(Any, SimpleNamespace(device=SimpleNamespace(context=context))))
-    with pytest.raises(GpuError, match="gather needs points of 16 pixels; this driver has 8 at most"):
+    with pytest.raises(GpuError, match="gather needs points 16 pixels wide; this driver allows 8"):
         lens.draw(cast(Any, SimpleNamespace(size=SIZE)), 16, {})

@@ -74,4 +74,4 @@ def test_more_than_can_be_drawn_does_not_glow(
 ) -> None:
     monkeypatch.setattr("depthwalk.render.resources.translucent_mesh.MAX_TRANSLUCENT_TRIANGLES", 1)
     assert gather_translucent(panes((0.0, LAMP))) is None
-    assert caplog.messages == ["a mesh has 2 triangles that glow, more than 1; it is drawn without its glow"]
+    assert caplog.messages == ["a mesh has 2 glowing triangles, the limit is 1; it is drawn without its glow"]

@@ -221,7 +221,7 @@ def test_more_lamps_than_maps_are_told_of_once(
     with caplog.at_level(logging.WARNING), Stage(studio, scene, library, sun=False) as stage:
         assert stage.draw(FROM_ABOVE)["shadow_maps"] == 2
         assert stage.draw(FROM_ABOVE)["shadow_maps"] == 0
-    assert caplog.messages == ["3 lamps in sight are to cast shadows; render.shadows.lamps allows 2"]
+    assert caplog.messages == ["3 visible lamps should cast shadows, but render.shadows.lamps allows only 2"]
 
 
 def test_what_is_at_the_lamp_casts_no_shadow(studio: Studio, library: ShapeLibrary) -> None:

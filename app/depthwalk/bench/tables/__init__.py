@@ -1,1 +1,1 @@
-"""Reproduce the papers' tables, and set the papers' figures beside ours; for `depthwalk tables`."""
+"""Reproduce the papers' tables on this machine, beside the published figures, for `depthwalk tables`."""

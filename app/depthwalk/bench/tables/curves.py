@@ -1,4 +1,4 @@
-"""Measure the cost of an object by triangles, by number and by pixels: curves that the paper could not draw.
+"""Measure the cost of an object by triangles, number of objects and pixels: curves that the paper does not show.
 
 The object is the Venus of table 1, 67,170 triangles. Its simplified levels have fewer triangles; for more, each
 triangle is divided into equal parts, so that the surface stays the same.
@@ -37,10 +37,10 @@ SPACING = 2.5  # metres between objects, while their number varies
 SLOW = 1500.0  # milliseconds: slower ways are not measured with more objects or triangles
 _CLUSTERED = 300_000  # triangles; building clusters of more takes minutes
 _SIDES = ((0, 1), (1, 2), (2, 0))  # corners of a triangle
-_SOURCE = "Not in the paper: it compares two heads of fixed size"
+_SOURCE = "Not in the paper, which compares two heads of fixed size"
 _TIMES = (
-    "Processor time of all threads on a software rasteriser, else time by the clock; means over frames of a walk, in "
-    "turn, less what a frame without objects takes."
+    "With a software rasteriser, processor time of all threads; otherwise wall-clock time. Means over the frames of a "
+    "walk, in which all representations alternate, minus the time of a frame without objects."
 )
 
 
@@ -82,7 +82,9 @@ def over_triangles(report: Report, most: int = TRIANGLES) -> Table:
             columns[kind.label].append(cost)
             if cost is not None and cost > SLOW:
                 slow.add(kind)
-    return _table("triangles", "Time of an object by triangles of its mesh", "triangles", x, columns, "ms each")
+    return _table(
+        "triangles", "Time per object, by the triangles of its mesh", "triangles", x, columns, "ms per object"
+    )
 
 
 def over_objects(report: Report, counts: Sequence[int] = COUNTS) -> Table:
@@ -112,7 +114,7 @@ def over_objects(report: Report, counts: Sequence[int] = COUNTS) -> Table:
             columns[kind.label].append(cost)
             if cost is not None and cost > SLOW:
                 slow.add(kind)
-    return _table("objects", "Time of a frame by number of objects", "objects", x, columns, "ms a frame")
+    return _table("objects", "Time per frame, by the number of objects", "objects", x, columns, "ms per frame")
 
 
 def over_pixels(report: Report, heights: Sequence[float] = HEIGHTS) -> Table:
@@ -132,12 +134,15 @@ def over_pixels(report: Report, heights: Sequence[float] = HEIGHTS) -> Table:
         for kind, cost in found.by.items():
             columns[kind.label].append(cost.milliseconds)
             flips[kind.label].append(cost.flip)
-    table = _table("pixels", "Time of an object by pixels that it covers", "pixels", x, columns, "ms each")
+    table = _table("pixels", "Time per object, by the pixels that it covers", "pixels", x, columns, "ms per object")
     return replace(
         table,
         columns=(*table.columns, *(f"{name}: FLIP" for name in flips)),
         rows=tuple((*row, *(column[k] for column in flips.values())) for k, row in enumerate(table.rows)),
-        notes=(*table.notes, "FLIP: against the mesh with 16 samples a pixel, where either shows the object."),
+        notes=(
+            *table.notes,
+            "FLIP: compared with the mesh at 16 samples per pixel, where either shows the object.",
+        ),
     )
 
 

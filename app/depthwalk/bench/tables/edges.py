@@ -31,12 +31,12 @@ def measured(report: Report) -> Table:
         )
     return Table(
         name="edges",
-        title="GPAA: silhouettes and creases against all edges",
+        title="GPAA: silhouettes and creases compared with all edges",
         source="基于边缘优化的几何体信息反走样, table 1: 0.76, 0.88, 0.75 and 0.71 of the time",
         columns=(
             *("shape", "lines", "one object: all, ms", "chosen, ms", "chosen ÷ all"),
             *(f"{MANY} objects: all, ms", "chosen, ms", "chosen ÷ all", "the paper's"),
         ),
         rows=tuple(rows),
-        notes=("Time of one core for finding the lines of a frame, the least of many in turn.",),
+        notes=("Time to find the lines of a frame on one core: the shortest of many runs, which alternate.",),
     )

@@ -59,11 +59,12 @@ def measured(report: Report) -> Table:
         columns=("view", "way", "passes, ms", "÷ dpci", "frame, ms", "frame ÷ dpci's", "paper", "PSNR, FLIP"),
         rows=tuple(_rows(report)),
         notes=(
-            "passes: those that find the surface, the median of the frames whose passes are timed one by one; the rest "
-            "of a frame looks up colours and adds light, the same for all.",
-            "frame ÷ dpci's: medians of the ratios of frames, all ways in turn; in brackets the bounds of 95 %.",
-            "PSNR and FLIP: against the displaced surface with 16 samples a pixel, where either shows it. bump and "
-            "parallax show no silhouettes.",
+            "passes: the time of the passes that find the surface, median over the frames in which passes are timed; "
+            "the other passes look up colours and add light, and are the same for all.",
+            "frame ÷ dpci's: medians over the frames, with the bounds of 95 % confidence in brackets; all ways "
+            "alternate frame by frame.",
+            "PSNR and FLIP: compared with the displaced surface at 16 samples per pixel, where either shows "
+            "it. bump and parallax show no silhouettes.",
         ),
     )
 

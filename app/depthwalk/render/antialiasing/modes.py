@@ -94,8 +94,8 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
         return 1
     if device.max_samples < MULTISAMPLING:
         raise InputError(
-            f"render.aa: msaa needs {MULTISAMPLING} samples per pixel, each shaded by itself; {device.renderer} offers "
-            f"{device.max_samples}; choose ssaa or gpaa-edge"
+            f"render.aa: msaa needs {MULTISAMPLING} samples per pixel, each shaded separately; {device.renderer} "
+            f"offers {device.max_samples}; choose ssaa or gpaa-edge"
         )
     return MULTISAMPLING
 

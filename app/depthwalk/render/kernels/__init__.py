@@ -101,6 +101,8 @@ def _load_behind() -> None:
             check=False,
         )
         if done.returncode:
-            _LOG.warning("frames are planned by NumPy, since numba fails: %s", done.stderr.strip()[-200:])
+            _LOG.warning(
+                "frames are planned by NumPy, which is slower, since numba fails: %s", done.stderr.strip()[-200:]
+            )
             return
     load()

@@ -34,7 +34,11 @@ def is_writable() -> bool:
         folder().mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder()).close()
     except OSError as error:
-        log.warning("frames are planned by NumPy, since %s cannot be written: %s", folder(), error.strerror or error)
+        log.warning(
+            "frames are planned by NumPy, which is slower, since %s cannot be written: %s",
+            folder(),
+            error.strerror or error,
+        )
         return False
     return True
 

@@ -220,7 +220,9 @@ class AssetStore:
             self._free(number)
         if excess > 0 and not self._warned:
             self._warned = True
-            log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
+            log.warning(
+                "the visible assets need more GPU memory than the %d MB of render.gpu_memory", self.budget / 1e6
+            )
 
     def _free(self, number: int) -> None:
         """Free all of depth object `number`."""

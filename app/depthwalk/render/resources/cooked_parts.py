@@ -147,7 +147,7 @@ class CookedParts:
         numbers = self._numbers[asset]
         if len(objects) != len(numbers):
             log.warning(
-                "asset %d was replaced: it has %d parts now, not %d; open the scene again to show it as it is",
+                "the file of asset %d was replaced: it has %d parts now, not %d; reload the scene to show it correctly",
                 asset,
                 len(objects),
                 len(numbers),

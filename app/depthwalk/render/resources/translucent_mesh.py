@@ -110,7 +110,7 @@ def gather_translucent(mesh: Mesh) -> TranslucentMesh | None:
     shining = _Gathered(mesh, mesh.faces, glowing, _stencil, _GlowingFaces(mesh).of)
     if len(shining.faces) > MAX_TRANSLUCENT_TRIANGLES:
         found, most = len(shining.faces), MAX_TRANSLUCENT_TRIANGLES
-        log.warning("a mesh has %d triangles that glow, more than %d; it is drawn without its glow", found, most)
+        log.warning("a mesh has %d glowing triangles, the limit is %d; it is drawn without its glow", found, most)
         shining = _Gathered(mesh, mesh.faces, (), _stencil)
     vertices = np.concatenate([through.vertices, shining.vertices])
     if not len(vertices):

@@ -119,7 +119,7 @@ class TranslucentStore:
             try:
                 self._show(asset, self._reading.pop(asset).result())
             except InputError as error:  # drawing the asset's other surfaces reports it, too
-                log.warning("what is translucent cannot be shown: %s", error)
+                log.warning("translucent surfaces cannot be shown: %s", error)
 
     def _gathered(self, asset: int) -> TranslucentMesh | None:
         mesh = self._read(asset)
