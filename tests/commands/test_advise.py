@@ -74,6 +74,12 @@ def test_where_time_is_up_nothing_is_written(tiny_scene: Path, clock: Callable[[
     assert not tiny_scene.with_name("scene.advice.json").exists()
 
 
+def test_pictures_too_small_for_a_measurement_are_refused(tiny_scene: Path) -> None:
+    result = run(tiny_scene, "--resolution", "10,14")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == "--resolution 10,14: must be at least 15 pixels wide or high\n"
+
+
 @pytest.mark.gl
 def test_a_scene_without_a_choice_is_refused(tiny_scene: Path) -> None:
     lone = tiny_scene.with_name("lone.yaml")

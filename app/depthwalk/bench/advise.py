@@ -83,7 +83,7 @@ def advise(
     library
         Its assets.
     size
-        Width and height of the pictures, pixels.
+        Width and height of the pictures, pixels. Objects that are larger are not measured.
     want_flip
         The mean FLIP, where an object is, that is low enough, 0 to 1.
     seconds
@@ -117,9 +117,9 @@ def advise(
         library.mesh_clusters(asset)
         costs[asset] = ObjectCosts(scene, asset, library, size)
     start, found, unfinished = time.monotonic(), list[SizeAdvice](), 0
-    for pixels in SIZES:
+    for pixels in (pixels for pixels in SIZES if pixels <= max(size)):
         for asset in used:
-            if pixels > max(size) or time.monotonic() - start > seconds:
+            if time.monotonic() - start > seconds:
                 unfinished += 1
                 continue
             name = scene.assets[asset].name

@@ -9,8 +9,16 @@ from dataclasses import asdict
 from depthwalk.bench.measure import Report, Run, Spread
 from depthwalk.bench.ratio import paired_ratio
 from depthwalk.bench.slow_frames import SlowFrame
+from depthwalk.scene.arrays import CAPTURED, HEIGHT_FIELDS, MESHES
 
 _COLUMNS = ("p50", "p95", "p99", "max", "mean")
+
+# Names of the counts of objects that are drawn in some representations, by these; others have counts of their own.
+_COUNTED_AS = {
+    kind.label: name
+    for name, kinds in {"mesh": MESHES, "height_fields": HEIGHT_FIELDS, "captured": CAPTURED}.items()
+    for kind in kinds
+}
 
 
 def to_json(report: Report) -> str:
@@ -91,8 +99,7 @@ def notes(run: Run) -> list[str]:
 
 def _drew_nothing(run: Run) -> bool:
     """Return whether no object was drawn in the requested representation, since no asset that was seen has it."""
-    kind = "mesh" if run.representation.startswith("mesh") else run.representation
-    return run.counts.get(kind) == 0
+    return run.counts.get(_COUNTED_AS.get(run.representation, run.representation)) == 0
 
 
 def _slow_line(slow: SlowFrame, median: float) -> str:

@@ -49,13 +49,15 @@ def main(
         why = "since pictures are compared with ones of four times the width and height"
         raise InputError(f"--resolution {resolution}: each side must be at most {_MOST_PIXELS} pixels, {why}")
     from depthwalk.assets.library import SceneLibrary
-    from depthwalk.bench.advise import advise, fields, to_table
+    from depthwalk.bench.advise import SIZES, advise, fields, to_table
     from depthwalk.bench.tables.table import to_text
     from depthwalk.commands.progress import asset_progress
     from depthwalk.commands.reports import check_report_files, input_files, write_report
     from depthwalk.gpu.headless_device import headless_device
     from depthwalk.scene.advice import advice_text
 
+    if max(size) < min(SIZES):
+        raise InputError(f"--resolution {resolution}: must be at least {min(SIZES)} pixels wide or high")
     found = given_or_shipped(scene) if json is not None else own_file(scene, "--json")
     opened = open_scene(found, asset_root, settings)
     out = json or opened.path.with_suffix(_SUFFIX)

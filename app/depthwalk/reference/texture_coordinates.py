@@ -15,8 +15,8 @@ def coordinates_at(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], Mask]:
     """Return texture coordinates between texels.
 
-    Between four texels of one chart they are interpolated. Elsewhere they are extrapolated from the nearest texel, if it
-    has any, at the rate at which they change in the cell on that texel's far side, if that cell is in one chart.
+    Between four texels of one chart they are interpolated. Elsewhere they are extrapolated from the nearest texel if that
+    has any, at the rate at which they change in the cell on its far side, if that cell is in one chart.
 
     Parameters
     ----------
@@ -61,7 +61,11 @@ def coordinates_at(
     slope = np.where(goes_on[:, None, None], np.stack(steps, -1), 0)
     beside = own + np.einsum("nij,nj->ni", slope, f - corner)
     coordinates = np.where(whole[:, None], inside, beside) % 1.0
-    return coordinates, np.where(whole[:, None, None], inside_slope, slope), whole | np.take_along_axis(known, most[None], 0)[0]
+    return (
+        coordinates,
+        np.where(whole[:, None, None], inside_slope, slope),
+        whole | np.take_along_axis(known, most[None], 0)[0],
+    )
 
 
 def step_within(
