@@ -191,7 +191,7 @@ def test_the_quicker_way_is_named_with_its_bounds() -> None:
 @pytest.mark.parametrize("kind", ["mesh", "mesh-lod", "relief", "relief-texture", "octahedral", "billboard"])
 def test_what_could_not_be_drawn_as_asked_is_not_compared(kind: str) -> None:
     report = report_of({kind: [1.0, 2.0], "dpci": [3.0, 4.0]})
-    counts = {"mesh": 0, "height_fields": 0, "captured": 0, "dpci": 7, "occluded": 0}
+    counts: dict[str, float] = {"mesh": 0, "height_fields": 0, "captured": 0, "dpci": 7, "occluded": 0}
     unlike = replace(report.runs[0], counts=counts)
     text = to_text(replace(report, runs=(unlike, report.runs[1])))
     assert text.count(f"nothing was drawn as {kind}:") == 1 and " as fast as " not in text and not text.endswith("\n")

@@ -15,7 +15,7 @@ def coordinates_at(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], Mask]:
     """Return texture coordinates between texels.
 
-    Between four texels of one chart they are interpolated. Elsewhere they are extrapolated from the nearest texel if that
+    Between four texels of one chart they are interpolated. Elsewhere they are extrapolated from the nearest texel if it
     has any, at the rate at which they change in the cell on its far side, if that cell is in one chart.
 
     Parameters
