@@ -25,6 +25,22 @@ def test_stages_count_as_parts_of_an_assets_time() -> None:
     assert batch.progress(ASSETS).fraction == half_way.fraction
 
 
+def test_within_a_stage_the_time_left_becomes_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = [100.0]
+    monkeypatch.setattr("depthwalk.assets.progress.time.perf_counter", lambda: times[-1])
+    batch = Batch(total=1, _began=100.0)
+    batch.note(0, "reading")
+    left = []
+    for moment, stage in ((101.0, "structure"), (104.0, "owners"), (110.0, "cooking"), (112.0, ""), (115.0, "")):
+        times.append(moment)
+        if stage:
+            batch.note(0, stage)
+        left.append((batch.progress(ASSETS).fraction, batch.progress(ASSETS).seconds_left))
+    assert left[2:] == [(0.5, 10.0), (0.6, pytest.approx(8.0)), (0.75, pytest.approx(5.0))]
+    times.append(500.0)
+    assert batch.progress(ASSETS).fraction == 0.98
+
+
 def test_what_is_finished_is_no_longer_named() -> None:
     batch = Batch(total=2)
     batch.note(0, "side")
