@@ -181,7 +181,7 @@ class FileFinder:
                 if path.is_file():
                     return path
             if not inside:
-                return "leaves the scene's folder and every asset root"
+                return "leaves the scene's folder and every asset root; name its folder by --asset-root DIR"
             return "is a folder, not a file" if any(path.is_dir() for path in inside) else _NOT_FOUND
         except (OSError, ValueError, RuntimeError):  # the name is too long, has a null character or a loop of links
             return "is not a usable path"
