@@ -209,8 +209,9 @@ def _model_document(path: Path) -> Document:
         raise missing_file(path)
     from depthwalk.ingest.mesh_head import is_all_translucent  # here, since scenes need none of it
 
-    name = json.dumps(path.resolve().name, ensure_ascii=False)
-    images = "" if is_all_translucent(path) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
+    file = path.resolve()  # as the asset is read: the command line prints equal warnings once
+    name = json.dumps(file.name, ensure_ascii=False)
+    images = "" if is_all_translucent(file) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
     asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}{images}}}"
     return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
 
