@@ -56,6 +56,9 @@ def test_other_comments_are_no_colours(text: str) -> None:
         ("a:\n- b: 1\n   c: 2\n", "3:4: indented unlike 'b' of line 2 (column 3)"),
         ("a:\n  - b: 1\n - c: 2\n", "3:2: indented unlike '-' of line 2 (column 3)"),
         ("a:\n - b: 1\n- c: 2\n", "3:1: indented unlike '-' of line 2 (column 2)"),
+        ("a:\n - b\n- c: 2\n", "3:1: indented unlike '-' of line 2 (column 2)"),
+        ("a: [b,\n  c]\n d: 2\n", "3:2: indented unlike 'a' of line 1 (column 1)"),
+        ("a:\n  'b'\n  c: 2\n", "3:3: indented unlike 'a' of line 1 (column 1)"),
         ("a: 1\n- b: 2\n", "2:1: expected a key, not '-'"),
     ],
 )

@@ -97,9 +97,9 @@ def colour_message(line: str, column: int) -> str:
 
 
 def _has_no_colon(line: str) -> bool:
-    """Return whether a line is neither blank, nor a comment, nor has a colon that ends a key."""
-    bare = re.sub(r"(?:^|\s)#.*", "", line).strip()
-    return bool(bare) and not _COLON.search(bare)
+    """Return whether a line has plain text without a colon that ends a key."""
+    bare = _INDENT.sub("", re.sub(r"(?:^|\s)#.*", "", line)).strip()
+    return bool(bare) and bare[0] not in "[]{}'\"" and not _COLON.search(bare)
 
 
 class _Explanation:
@@ -149,13 +149,18 @@ class _Explanation:
             line = next((n for n, text in enumerate(self.lines) if text.strip() and text.lstrip()[0] != "#"), 0)
         elif "mapping values are not allowed" in self.problem:
             line = self._first_line_of_text()
-        elif "expected key" in self.problem and self.tokens:  # a comment ended the text
+        elif "expected key" in self.problem and self._ends_with_value():  # a comment ended the text
             line = self.tokens[-1].start_mark.line
         else:
             return None
         if line == self.place[0] or not _has_no_colon(self.lines[line]):
             return None
         return self._colon_after(line, len(self.lines[line]) - len(_INDENT.sub("", self.lines[line], count=1)))
+
+    def _ends_with_value(self) -> bool:
+        """Return whether the mistake follows the plain text that is the value of a key."""
+        before = self.tokens[-2:]
+        return len(before) == 2 and isinstance(before[0], ValueToken) and getattr(before[1], "plain", False)
 
     def _first_line_of_text(self) -> int:
         """Return the first of the lines without a colon above the mistake; its own line if they continue a value."""
