@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from depthwalk.errors import InputError, missing_file, suggest
+from depthwalk.errors import InputError, UnbakableError, missing_file, suggest
 from depthwalk.scene.loader import load_scene
 
 
@@ -43,6 +43,12 @@ def test_messages_hold_nothing_that_a_terminal_obeys() -> None:
     error = InputError("a\x1b[31m.yaml: bad\n/etc/passwd: ok", "grün\u202e.obj: cannot be read")
     assert str(error) == "a\\x1b[31m.yaml: bad\\n/etc/passwd: ok\ngrün\\u202e.obj: cannot be read"
     assert str(pickle.loads(pickle.dumps(error))) == str(error)  # from one process to another
+
+
+def test_the_reason_without_advice_survives_another_process() -> None:
+    error = UnbakableError("a\x1b.obj: is flat", "draw polygons")
+    for copy in (error, pickle.loads(pickle.dumps(error))):
+        assert (str(copy), copy.reason) == ("a\\x1b.obj: is flat; draw polygons", "a\\x1b.obj: is flat")
 
 
 def test_another_ending_of_the_same_kind_is_suggested(tmp_path: Path) -> None:

@@ -35,6 +35,22 @@ class InputError(Exception):
         return "\n".join(self.lines)
 
 
+class UnbakableError(InputError):
+    """Report that a mesh cannot have depth images, though it can be drawn as polygons.
+
+    Attributes
+    ----------
+    reason
+        Why, with the name of the file, without what the user may do about it.
+    """
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        """Make an error from the `reason`, and what the user may do: `remedy`."""
+        super().__init__(f"{reason}; {remedy}")
+        self.reason = printable(reason)
+        self.args = (reason, remedy)  # with which it is made anew in another process
+
+
 def printable(text: object) -> str:
     r"""Return `text` with every unprintable character replaced by an escape such as `\x1b`.
 

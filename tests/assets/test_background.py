@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, cast
@@ -103,6 +104,24 @@ def test_a_mesh_that_cannot_be_baked_is_told_of_once(
     wait_until(library, lambda: bool(library.failures))
     assert "ball.ply" in library.failures[0] and len(library.failures) == 1
     assert not library.is_cooked(0, OPTIONS) and not library.poll() and library.progress is None
+
+
+@pytest.mark.parametrize(
+    ("vertex", "reason"),
+    [("0.5 0 1", "is flat and horizontal"), ("90000 9 1", "is 90000 m across, and depth images hold 1e-06 to 40000 m")],
+)
+@pytest.mark.slow
+def test_what_cannot_have_depth_images_is_drawn_as_polygons(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, vertex: str, reason: str
+) -> None:
+    """The message says so; advice to draw polygons would be of no use."""
+    empty_cache(monkeypatch, tmp_path / "cache")
+    mesh = tmp_path / "floor.obj"
+    mesh.write_text(f"v 0 0 0\nv {vertex}\nv 1 0 0\nf 1 2 3\n")
+    with closing(BackgroundLibrary(load_scene(mesh).assets, processes=1)) as library:
+        assert not library.is_cooked(0, OPTIONS)
+        wait_until(library, lambda: bool(library.failures))
+        assert library.failures == [f"{mesh.resolve()}: {reason}; it is drawn as polygons"]
 
 
 @pytest.mark.slow

@@ -82,11 +82,11 @@ RENDER = {
     ),
     "one name for three frames": (
         ["-o", "{d}/a.png", "--path", "{d}/walk.yaml"],
-        "{d}/a.png: the path has 3 frames; put {{frame:4}} into the name, or give --frames 1",
+        "{d}/a.png: 3 frames do not fit into one picture; put {{frame:4}} into the name, or give --frames 1",
     ),
     "three frames to stdout": (
         ["-o", "-", "--path", "{d}/walk.yaml"],
-        "-: the path has 3 frames; put {{frame:4}} into the name, or give --frames 1",
+        "-: 3 frames do not fit into one picture; put {{frame:4}} into the name, or give --frames 1",
     ),
     "frames of nothing": (["-o", "{d}/a.png", "--frames", "2"], "--frames: needs --path"),
     "no frames": (

@@ -2,10 +2,13 @@
 
 import gc
 import io
+import logging
 
 import pytest
+import typer
 
 from depthwalk.commands.program import guarded, without_garbage
+from depthwalk.errors import InputError
 
 
 def test_garbage_is_looked_for_again_after_the_start_even_if_that_fails() -> None:
@@ -25,3 +28,19 @@ def test_a_stream_that_lacks_a_character_gets_an_escape(
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(stream, encoding, newline="\n"))
     guarded(lambda: print("2 × 3"))()
     assert stream.getvalue() == written
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_a_warning_that_ends_the_command_is_printed_once(capsys: pytest.CaptureFixture[str], quiet: bool) -> None:
+    """Even with --quiet, which hides the warning. What an earlier command said does not count."""
+
+    def command(*, quiet: bool) -> None:
+        for _ in range(2):
+            logging.getLogger("depthwalk.render").warning("%s", InputError("a: broken"))
+        raise InputError("a: broken", "b: gone")
+
+    for _ in range(2):
+        with pytest.raises(typer.Exit) as ended:
+            guarded(command)(quiet=quiet)
+        assert ended.value.exit_code == 2
+        assert capsys.readouterr().err == "a: broken\nb: gone\n"

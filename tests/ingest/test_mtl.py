@@ -8,7 +8,7 @@ from PIL import Image
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.material_library import MaterialLibrary
-from depthwalk.ingest.mtl import parse_mtl
+from depthwalk.ingest.mtl import material_libraries, parse_mtl
 from depthwalk.ingest.sources import Sources
 
 
@@ -22,6 +22,29 @@ def test_terms_names_and_images() -> None:
 
 def test_the_last_material_of_a_name_wins() -> None:
     assert parse_mtl("newmtl a\nNs 1\nnewmtl a\nKd 0 0 0\n")["a"].terms == {"kd": [0, 0, 0]}
+
+
+@pytest.mark.parametrize(
+    ("line", "found", "missing"),
+    [
+        ("mtllib a.mtl", ["a.mtl"], []),
+        ("mtllib my own.mtl", ["my own.mtl"], []),
+        ("mtllib a.mtl b.mtl", ["a.mtl", "b.mtl"], []),
+        ("mtllib a.mtl gone.mtl", ["a.mtl"], ["gone.mtl"]),
+        ("mtllib long gone.mtl\nmtllib a.mtl", ["a.mtl"], ["long gone.mtl"]),
+        ("mtllib ../a.mtl", ["a.mtl"], []),
+        ("mtllib ../../a/outside.mtl", [], ["../../a/outside.mtl"]),
+    ],
+)
+def test_libraries_that_are_missing_are_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, line: str, found: list[str], missing: list[str]
+) -> None:
+    for name in ("a.mtl", "b.mtl", "my own.mtl"):
+        (tmp_path / name).touch()
+    libraries = material_libraries(f"{line}\nusemtl a\n".encode(), tmp_path / "m.obj", Sources())
+    assert libraries == [tmp_path / name for name in found]
+    start = f"{tmp_path / 'm.obj'}: "
+    assert caplog.messages == [f"{start}{name!r} is missing or outside the folder; ignored" for name in missing]
 
 
 def library(folder: Path, text: str) -> MaterialLibrary:

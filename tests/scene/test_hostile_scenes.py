@@ -64,7 +64,7 @@ MESSAGES = {
         "1:1: the file is empty",
     ],
     "hash-colour": [
-        '6:3: environment.background: must be "#rrggbb" (in quotes) or [r, g, b] from 0 to 1',
+        "6:15: environment.background: '#' starts a comment; put the colour in quotes: \"#202020\"",
     ],
     "panorama-horizon": [
         "6:27: assets.seen.depth_image.panorama.horizon: must be a number, not 'low'",
@@ -91,7 +91,8 @@ MESSAGES = {
         "3:15: assets.one.mesh: file 'models/one.obj' not found",
         "3:40: assets.one.texture: file 'one.png' not found",
         "4:15: assets.two.mesh: file '/etc/hostname' is absolute; paths are relative to the scene file",
-        "5:32: assets.three.depth_image.depth: file '../../../no.png' leaves the scene's folder and every asset root",
+        "5:32: assets.three.depth_image.depth: file '../../../no.png' leaves the scene's folder and every asset root; "
+        "name its folder by --asset-root DIR",
         "7:21: environment.ground.texture: file 'lawn.png' not found",
     ],
     "mixed-up-files": [
@@ -158,7 +159,7 @@ MESSAGES = {
         "6:28: objects[0].position: must be [x, y, z]",
     ],
     "syntax": [
-        "3:7: not valid YAML: expected ',' or ']', not ':'",
+        "3:7: not valid YAML: expected ',' or ']', not ':'; the '[' of line 2 is open",
     ],
     "tab": [
         "3:1: not valid YAML: a tab cannot indent; use spaces",

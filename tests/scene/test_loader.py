@@ -146,7 +146,8 @@ def test_symbolic_links_do_not_lead_out(tmp_path: Path) -> None:
     (inside / "link.obj").symlink_to(outside / "secret.obj")
     path = inside / "scene.yaml"
     path.write_text("version: 1\nassets: {a: {mesh: link.obj}}\n")
-    with pytest.raises(InputError, match=r":2:20: assets\.a\.mesh: file 'link\.obj' leaves the scene's folder"):
+    told = r"leaves the scene's folder and every asset root; name its folder by --asset-root DIR$"
+    with pytest.raises(InputError, match=rf":2:20: assets\.a\.mesh: file 'link\.obj' {told}"):
         load_scene(path)
     (asset,) = load_scene(path, [outside]).assets
     assert isinstance(asset, MeshAsset) and asset.mesh == outside / "secret.obj"

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.loader import load_mesh
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
@@ -32,6 +33,19 @@ def test_set_reaches_the_mesh(ball: Path) -> None:
     assert (asset.up, asset.height) == ("z", 3.0)
     with pytest.raises(InputError, match=r"^--set assets\.model\.heigth: unknown key; did you mean 'height'\?$"):
         load_scene(ball, (), {"assets.model.heigth": "3"})
+
+
+def test_what_it_lacks_is_told_in_the_words_of_its_reader(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The command line prints equal warnings once, so a relative path must not make them differ."""
+    (tmp_path / "a.obj").write_text("mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    monkeypatch.chdir(tmp_path)
+    (asset,) = load_scene("a.obj").assets
+    assert isinstance(asset, MeshAsset)
+    load_mesh(asset.mesh)
+    path = tmp_path.resolve() / "a.obj"
+    assert set(caplog.messages) == {f"{path}: 'gone.mtl' is missing or outside the folder; ignored"}
 
 
 def test_a_mesh_format_that_is_not_read_is_no_scene(tmp_path: Path) -> None:

@@ -71,6 +71,19 @@ def test_words_of_other_programs_are_understood(key: str, meant: str | None) -> 
     assert told(f"{key}: 1", model=Node) == [f"file:1:1: {key}: unknown key{hint}"]
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("inner: {size:3}", "file:1:9: inner.size:3: unknown key; a space is missing after 'size:'"),
+        ("inner: size:3", "file:1:8: inner: must be a mapping of keys, not 'size:3'; a space is missing after 'size:'"),
+        ("inner: {far:3}", "file:1:9: inner.far:3: unknown key; known here: 'size', 'name'"),
+        ("inner: far:3", "file:1:8: inner: must be a mapping of keys, not 'far:3'"),
+    ],
+)
+def test_a_space_that_is_missing(text: str, message: str) -> None:
+    assert told(text) == [message]
+
+
 def test_many_keys_are_not_listed() -> None:
     fields: dict[str, Any] = {f"key{i}": (int, 0) for i in range(MAX_KEYS_NAMED + 1)}
     from pydantic import create_model

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
@@ -69,6 +69,18 @@ def test_what_cannot_be_loaded_is_told_and_what_was_shown_stays() -> None:
         loader.load_missing(renderer, told.append)
         assert renderer.world.representation is shown
     assert told == ["bust.ply: no such file"]
+
+
+def test_what_cannot_be_read_is_told_once_though_several_needed_it() -> None:
+    """Its mesh in place of depth images, and whoever bakes these."""
+    window, _, screen = loading([])
+    reader = SimpleNamespace(failures=["a.obj:3: broken", "b.obj: gone"])
+    world = SimpleNamespace(is_whole=False, take_arrivals=lambda viewer: None)
+    renderer = SimpleNamespace(world=world, assets=SimpleNamespace(meshes=SimpleNamespace(reader=reader)))
+    library, scene = SimpleNamespace(failures=["a.obj:3: broken"]), SimpleNamespace(camera=None)
+    with pytest.raises(InputError) as caught:
+        loader_of(window, screen)._wait(cast(Any, renderer), cast(Any, library), cast(Any, scene))
+    assert caught.value.lines == ("a.obj:3: broken", "b.obj: gone")
 
 
 def test_who_closes_the_window_ends_what_is_loaded() -> None:

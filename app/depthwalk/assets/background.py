@@ -20,7 +20,7 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.assets.progress import Batch, Progress
 from depthwalk.cook.cook import CookedObject, CookOptions, HeldArrays, Prefetcher
 from depthwalk.cook.cooked_file import find_cooked, read_cooked
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, UnbakableError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.arrays import OF_MESH, Representation
 from depthwalk.scene.scene import Asset, Scene
@@ -290,6 +290,8 @@ class BackgroundLibrary(SceneLibrary):
         asset, options = request
         try:
             spilled = future.result()
+        except UnbakableError as error:
+            self._fail(request, f"{error.reason}; it is drawn as polygons")
         except InputError as error:
             self._fail(request, str(error))
         except BrokenExecutor:

@@ -99,7 +99,8 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
         if output.is_remote:
             raise InputError(f"{name}: a video can only be written to this machine; a URL is for pictures")
     elif (count := len(frames)) > 1 and not output.is_series:
-        raise InputError(f"{name}: the path has {count} frames; put {{frame:4}} into the name, or give --frames 1")
+        remedy = "put {frame:4} into the name, or give --frames 1"
+        raise InputError(f"{name}: {count} frames do not fit into one picture; {remedy}")
     if output.is_remote:
         check_url(output.target(0))
     elif not output.to_stdout:

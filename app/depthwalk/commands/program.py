@@ -127,10 +127,10 @@ def as_program(main: Callable[..., None], name: str | None = None) -> typer.Type
 def guarded(command: Command) -> Command:
     """Wrap the function `command` so that it ends with the exit codes that this module documents.
 
-    An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only with
-    --verbose. SIGTERM unwinds the command like Ctrl-C, so that half-written files are removed; long-running commands
-    also call `end_if_interrupted`. The command's options `verbose` and `quiet` set up logging, and `cache_limit` bounds
-    the cache.
+    An InputError is printed as its bare message, without the lines that were warnings before. Any other exception is
+    printed in one line, with a traceback only with --verbose. SIGTERM unwinds the command like Ctrl-C, so that
+    half-written files are removed; long-running commands also call `end_if_interrupted`. The command's options
+    `verbose` and `quiet` set up logging, and `cache_limit` bounds the cache.
     """
 
     @functools.wraps(command)
@@ -150,7 +150,9 @@ def guarded(command: Command) -> Command:
         except (typer.Exit, typer.BadParameter):
             raise
         except InputError as error:
-            print(error, file=sys.stderr)
+            for line in error.lines:
+                if line not in _warned():
+                    print(line, file=sys.stderr)
             raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt:
             raise typer.Exit(INTERRUPTED) from None
@@ -289,18 +291,30 @@ class _PlainFormatter(logging.Formatter):
 
 
 class _OnceFilter(logging.Filter):
-    """Let each warning pass once: a mesh's files are looked up when it is hashed and again when it is read."""
+    """Let each warning pass once: a mesh's files are looked up when it is hashed and again when it is read.
+
+    Attributes
+    ----------
+    seen
+        The warnings so far.
+    """
 
     def __init__(self) -> None:
         super().__init__()
-        self._seen: set[str] = set()
+        self.seen: set[str] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Return whether to print `record`."""
         message = record.getMessage()
-        is_new = record.levelno != logging.WARNING or message not in self._seen
-        self._seen.add(message)
+        is_new = record.levelno != logging.WARNING or message not in self.seen
+        self.seen.add(message)
         return is_new
+
+
+def _warned() -> set[str]:
+    """Return the warnings on stderr so far: what is first noticed in the background may then end the command."""
+    filters = [one for handler in log.handlers for one in handler.filters]
+    return set().union(*(one.seen for one in filters if isinstance(one, _OnceFilter)))
 
 
 def _configure_logging(verbose: bool, quiet: bool) -> None:

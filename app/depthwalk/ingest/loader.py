@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, UnbakableError
 from depthwalk.geometry.triangles import doubled_areas, row_ids
 from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
@@ -24,6 +24,7 @@ from depthwalk.limits import MAX_TRANSLUCENT_TRIANGLES
 
 log = logging.getLogger(__name__)
 
+_AS_POLYGONS = "draw it as polygons, without 'dpci' or by --representation mesh"
 LEVEL = 1e-6  # height over extent below which a mesh counts as flat and horizontal
 SMALLEST, LARGEST = 1e-15, 1e15  # extents whose squares float32 can hold
 SMALLEST_BAKED, LARGEST_BAKED = 1e-6, 40_000.0  # m, extents whose diagonals and details float16 can hold
@@ -223,29 +224,25 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raise InputError if `mesh`, from the file `path`, cannot be baked: flat, out of range, or nothing opaque."""
+    """Raise UnbakableError for a `mesh`, from the file `path`, that is flat, out of range, or not opaque at all."""
     _check_extent(mesh.positions, path)
     _check_opaque(len(mesh.faces), path)
 
 
 def _check_opaque(faces: int, path: Path) -> None:
     if not faces:
-        raise InputError(
-            f"{path}: nothing of it is opaque; draw it as polygons, without 'dpci' or by --representation mesh"
-        )
+        raise UnbakableError(f"{path}: nothing of it is opaque", _AS_POLYGONS)
 
 
 def _check_extent(positions: NDArray[np.floating], path: Path) -> None:
     largest = float(np.ptp(positions, axis=0).max())
     if not SMALLEST_BAKED <= largest <= LARGEST_BAKED:
-        raise InputError(
-            f"{path}: is {largest:g} m across, and depth images hold {SMALLEST_BAKED:g} to {LARGEST_BAKED:g} m; "
-            "give it another 'height', or draw it as polygons, without 'dpci' or by --representation mesh"
+        held = f"depth images hold {SMALLEST_BAKED:g} to {LARGEST_BAKED:g} m"
+        raise UnbakableError(
+            f"{path}: is {largest:g} m across, and {held}", f"give it another 'height', or {_AS_POLYGONS}"
         )
     if _level(positions):
-        raise InputError(
-            f"{path}: is flat and horizontal; draw it as polygons, without 'dpci' or by --representation mesh"
-        )
+        raise UnbakableError(f"{path}: is flat and horizontal", _AS_POLYGONS)
 
 
 def _level(positions: NDArray[np.floating]) -> bool:

@@ -93,7 +93,7 @@ def is_all_translucent(path: Path) -> bool:
 
 def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     """Return the information in an OBJ file and its material libraries."""
-    libraries = material_libraries(data, path.parent, sources)
+    libraries = material_libraries(data, path, sources)
     folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
     materials = read_materials(libraries, sources).values()
     names = [texture_name(name) for material in materials for name in (material.image, material.glow) if name]

@@ -63,15 +63,15 @@ def parse_mtl(contents: str) -> dict[str, MtlMaterial]:
     return materials
 
 
-def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path]:
-    """Return the material libraries that an OBJ file names, if they exist in its folder.
+def material_libraries(data: bytes, mesh: Path, sources: Sources) -> list[Path]:
+    """Return the material libraries that an OBJ file names, if they exist in its folder; the log names the others.
 
     Parameters
     ----------
     data
         The text of the OBJ file; names in it may contain blanks.
-    folder
-        The folder of the OBJ file.
+    mesh
+        The OBJ file; libraries lie in its folder, and warnings name it.
     sources
         Reads files and keeps their bytes.
 
@@ -81,12 +81,14 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
         The MTL files, in the order of their names in the file.
     """
     libraries: list[Path] = []
+    folders = [mesh.parent]
     if not (b"b" in data or b"B" in data) or b"mtllib" not in data.lower():  # avoids scanning a million lines
         return libraries
     data = as_utf8(data)
     for line in arguments(data, b"mtllib"):
-        whole = find(text(line), [folder], sources)
-        libraries += [whole] if whole else find_all(text(line).split(), [folder], sources)
+        name, words = text(line), text(line).split()
+        several = not find(name, folders, sources) and bool(find_all(words, folders, sources))
+        libraries += find_all(words if several else [name], folders, sources, mesh)
     return list(dict.fromkeys(libraries))
 
 

@@ -144,7 +144,7 @@ def _materials(mesh: ObjMesh, data: bytes, path: Path, sources: Sources) -> tupl
     """Return the number of each group's material (G,), and the materials, last group first."""
     default = Material(base_colour=WHITE) if mesh.colours is not None else Material()
     found: list[Material | None] = [None] * len(mesh.material_names)
-    if libraries := material_libraries(data, path.parent, sources):
+    if libraries := material_libraries(data, path, sources):
         from depthwalk.ingest.material_library import MaterialLibrary
 
         library = MaterialLibrary(libraries, path, sources)

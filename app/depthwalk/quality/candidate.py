@@ -140,7 +140,10 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
         )
     if candidate.coverage < LOW_COVERAGE:
         missing = 100 * (1 - candidate.coverage)
-        lines.append(f"{missing:.1f} % of its visible surface is in no depth image: more layers, or a finer resolution")
+        lines.append(
+            f"{missing:.1f} % of its visible surface is farther than a texel from all triangles of the depth images: "
+            "more layers, or a finer resolution"
+        )
     if candidate.deeper is not None:
         now, then = candidate.deeper.now, candidate.deeper.then
         lines.append(

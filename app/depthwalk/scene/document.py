@@ -7,6 +7,7 @@ few of YAML's types, and because it limits what aliases may take.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from depthwalk.scene.yaml_nodes import (
     compose,
     located,
 )
+from depthwalk.scene.yaml_problems import colour_in_comment, colour_message
 
 Loc = tuple[str | int, ...]
 """Location of a value in a document: keys and list indices from the root."""
@@ -131,7 +133,7 @@ def parse_document(text: str, name: str) -> Document:
     root = compose(text, name)
     if root is None:
         raise located(name, 0, 0, "the file is empty")
-    return Document(name, root, _Reader(name).value(root, ()))
+    return Document(name, root, _Reader(name, text).value(root, ()))
 
 
 def _read_text(path: Path) -> str:
@@ -177,10 +179,15 @@ def _nodes_along(root: Node, loc: Loc) -> Iterator[tuple[Node | None, Node]]:
 class _Reader:
     """Turn nodes into plain values. Raises a located InputError for YAML features that scene files do not use."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, text: str) -> None:
         self.name = name
+        self.text = text
         self.seen: set[int] = set()
         self.aliased = 0
+
+    @cached_property
+    def lines(self) -> list[str]:
+        return self.text.splitlines()
 
     def error(self, node: Node, loc: Loc, message: str) -> InputError:
         return _labelled(_where(self.name, node), loc, message)
@@ -214,8 +221,16 @@ class _Reader:
             if key in values:
                 raise self.error(key_node, (*loc, key), f"duplicate key; it is in line {lines[key]} too")
             lines[key] = key_node.line + 1
+            if isinstance(child, ScalarNode) and not child.text:
+                self.check_colour(key_node, (*loc, key))
             values[key] = self.value(child, (*loc, key))
         return values
+
+    def check_colour(self, key: ScalarNode, loc: Loc) -> None:
+        """Raise the error about a colour without quotes, which is a comment, after a key without a value."""
+        line = self.lines[key.line]
+        if (column := colour_in_comment(line, key.column)) is not None:
+            raise _labelled(f"{self.name}:{key.line + 1}:{column + 1}", loc, colour_message(line, column))
 
     def scalar(self, node: ScalarNode, loc: Loc) -> bool | int | float | str | None:
         if node.tag in _TEXT_TYPES:

@@ -66,9 +66,20 @@ def _places(node: dict[str, Any], schema: dict[str, Any], place: tuple[str, ...]
 
 
 def spelling_hint(key: str, known: list[str]) -> str:
-    """Return `; did you mean 'x'?` with the key of `known` that other programs call `key`, or that looks like it."""
+    """Return `; did you mean 'x'?` with the key of `known` that other programs call `key`, or that looks like it.
+
+    If `key` is one of them and its value, as in `{mesh:spot.obj}`, the hint asks for the space between them.
+    """
+    if space := space_hint(key, known):
+        return space
     here = _OTHER_PROGRAMS.get(str(key).lower())
     return f"; did you mean {here!r}?" if here in known else suggest(key, known)
+
+
+def space_hint(text: object, known: list[str]) -> str:
+    """Return `; a space is missing after 'x:'` if the `text` in place of a mapping begins with a key of `known` so."""
+    key, colon, _ = str(text).partition(":")
+    return f"; a space is missing after {key + colon!r}" if colon and key in known else ""
 
 
 def known_keys(model: type[BaseModel], loc: Loc) -> list[str]:

@@ -181,7 +181,7 @@ class FileFinder:
                 if path.is_file():
                     return path
             if not inside:
-                return "leaves the scene's folder and every asset root"
+                return "leaves the scene's folder and every asset root; name its folder by --asset-root DIR"
             return "is a folder, not a file" if any(path.is_dir() for path in inside) else _NOT_FOUND
         except (OSError, ValueError, RuntimeError):  # the name is too long, has a null character or a loop of links
             return "is not a usable path"
@@ -209,8 +209,9 @@ def _model_document(path: Path) -> Document:
         raise missing_file(path)
     from depthwalk.ingest.mesh_head import is_all_translucent  # here, since scenes need none of it
 
-    name = json.dumps(path.resolve().name, ensure_ascii=False)
-    images = "" if is_all_translucent(path) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
+    file = path.resolve()  # as the asset is read: the command line prints equal warnings once
+    name = json.dumps(file.name, ensure_ascii=False)
+    images = "" if is_all_translucent(file) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
     asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}{images}}}"
     return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
 

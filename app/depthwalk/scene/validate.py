@@ -274,7 +274,8 @@ def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> 
             misspelt = _misspelt(value, loc, None, model, source)
             return misspelt or source.error(loc, detail["msg"])
         case "no_kind" | "model_type" | "model_attributes_type" | "dict_type":
-            return source.error(loc, f"must be a mapping of keys, not {shown(value)}")
+            hint = key_hints.space_hint(value, key_hints.known_keys(model, loc))
+            return source.error(loc, f"must be a mapping of keys, not {shown(value)}{hint}")
         case "path_type":
             return source.error(loc, f"must be the name of a file, not {shown(value)}")
         case "too_short" | "too_long":

@@ -22,11 +22,11 @@ from yaml import (
 
 from depthwalk.errors import InputError, quoted
 from depthwalk.limits import MAX_GROUP_DEPTH
+from depthwalk.scene.yaml_problems import explained
 
 MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # each nested group is a list, its item and the group's own mapping
 
 _TAG = "tag:yaml.org,2002:"
-_AT_END = " before the end of the text"
 _TYPES = {"null", "bool", "int", "float", "str", "seq", "map", "timestamp", "merge", "value"}
 
 # What YAML allows (§5.1), without the halves of surrogate pairs; the byte order mark is allowed at the start only.
@@ -150,7 +150,8 @@ def compose(text: str, name: str) -> Node | None:
     except yaml.MarkedYAMLError as error:
         if "nesting" in (error.problem or ""):  # libyaml read ahead to a deeper bracket than the first one too deep
             return compose(text[: _offset(text, error.problem_mark)], name)
-        raise _problem(error, text, name) from None
+        line, column, problem = explained(error, text)
+        raise located(name, line, column, f"not valid YAML: {problem}") from None
     except yaml.YAMLError as error:
         raise located(name, 0, 0, f"not valid YAML: {' '.join(str(error).split())}") from None
 
@@ -223,23 +224,3 @@ def _offset(text: str, mark: Any) -> int:
     """Return how many characters of the text precede a mark."""
     line, column = _at(mark)
     return sum(map(len, text.splitlines(keepends=True)[:line])) + column
-
-
-def _problem(error: yaml.MarkedYAMLError, text: str, name: str) -> InputError:
-    """Return libyaml's error as ours. What is wrong at the end of the text is reported where it began."""
-    problem = " ".join((error.problem or error.context or "malformed").split())
-    line, column = _at(error.problem_mark or error.context_mark)
-    lines = text.splitlines()
-    if "end of stream" in problem or (line >= len(lines) and error.context_mark):
-        line, column = _at(error.context_mark)
-        problem = problem.replace("found unexpected end of stream", "expected a closing quote") + _AT_END
-    elif line < len(lines):
-        character = lines[line][column : column + 1]
-        if character == "\t" and "cannot start any token" in problem:
-            problem = "a tab cannot indent; use spaces"
-        elif "cannot start any token" in problem:
-            problem = f"{quoted(character)} cannot start a value"
-        elif problem.endswith(("']'", "'}'")):
-            problem += f", not {quoted(character)}"
-    problem = problem.replace("did not find expected", "expected").replace("<document start>", "'---' before this")
-    return located(name, line, column, f"not valid YAML: {problem}")

@@ -286,7 +286,7 @@ class Walk:
         """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
         sources = self.renderer.assets.meshes.reader.failures, self.beside.failures
         if complaints := [complaint for failures in sources for complaint in failures]:
-            self.state.tell("\n".join(complaints))
+            self.state.tell("\n".join(dict.fromkeys(complaints)))
         for failures in sources:
             failures.clear()
         self.state.take_pace()

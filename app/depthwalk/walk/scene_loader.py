@@ -106,7 +106,7 @@ class SceneLoader:
         while not renderer.world.is_whole and (camera is None or time.perf_counter() < end):
             renderer.world.take_arrivals(viewer)
             if complaints := [*library.failures, *renderer.assets.meshes.reader.failures]:
-                raise InputError(*complaints)
+                raise InputError(*dict.fromkeys(complaints))
             if renderer.world.is_whole:
                 break
             if not rehearsed and not len(renderer.world.objects()):

@@ -181,7 +181,7 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(
         draws_until(walk, lambda: caplog.records)
         for _ in range(3):
             walk.look(NEAR)
-        assert [record.message for record in caplog.records] == ["a mesh cannot be shown: ball.ply: has gone"]
+        assert [record.message for record in caplog.records] == ["ball.ply: has gone"]
         assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"], library.read) == (1, 0, [0])
 
 

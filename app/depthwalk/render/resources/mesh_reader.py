@@ -188,7 +188,7 @@ class MeshReader:
         except InputError as error:
             self._failed.add(asset)
             self.failures.append(str(error))
-            log.warning("a mesh cannot be shown: %s", error)
+            log.warning("%s", error)  # bare: whoever takes `failures` may report it in these words, too
         return asset
 
     def _read(self, asset: int, simplified: bool | None, clustered: bool) -> FallbackMesh:

@@ -118,8 +118,8 @@ class TranslucentStore:
         for asset in [asset for asset, future in self._reading.items() if future.done()]:
             try:
                 self._show(asset, self._reading.pop(asset).result())
-            except InputError as error:  # drawing the asset's other surfaces reports it, too
-                log.warning("translucent surfaces cannot be shown: %s", error)
+            except InputError as error:  # drawing the asset's other surfaces reports it in these words, too
+                log.warning("%s", error)
 
     def _gathered(self, asset: int) -> TranslucentMesh | None:
         mesh = self._read(asset)
