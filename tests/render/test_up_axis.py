@@ -46,7 +46,7 @@ def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) ->
     scene = SimpleNamespace(path=Path(file), objects=objects, assets=[SimpleNamespace(up="y", up_is_given=False)])
     turn = ModelTurn(scene, SimpleNamespace(world=world))  # type: ignore[arg-type]
     assert bool(turn.guess) == turns
-    assert turn.turn() == f"{'y' if turns else 'z'} points upward; in a scene: up: {'y' if turns else 'z'}"
+    assert turn.turn() == f"{'y' if turns else 'z'} points upward; in a scene file: up: {'y' if turns else 'z'}"
 
 
 class Named(SimpleNamespace):

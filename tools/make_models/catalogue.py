@@ -53,7 +53,7 @@ class Entry:
 MODELS: dict[str, Entry] = {
     "head_venus": Entry(heads.head_venus, "bust of a woman, rasped marble", Images(272, 3, 0.5), closed=True),
     "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(256, 3, 0.45), closed=True),
-    "statue": Entry(statue.statue, "draped woman with a bowl, chiselled limestone", Images(320, 2, 0.65), closed=True),
+    "statue": Entry(statue.statue, "draped woman with a bowl, chiselled limestone", Images(320, 2, 0.75), closed=True),
     "tree_oak": Entry(plants.oak, "broad-leaved tree, 19,000 lobed leaves", Images(176, 2, 1.0), closed=True),
     "tree_fir": Entry(plants.fir, "conifer, 5,700 twigs of 91 needles", Images(144, 2, 1.0), closed=True),
     "topiary": Entry(plants.topiary, "two clipped balls of box in a terracotta pot", Images(144, 2, 1.25), closed=True),

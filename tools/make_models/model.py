@@ -91,7 +91,8 @@ def vertex_normals(model: Model) -> NDArray[np.float32]:
 def write_ply(path: Path, model: Model) -> None:
     """Write `model` to the file `path` as binary little-endian PLY.
 
-    Positions are float32, as are normals where the model has them; colours are sRGB in 8 bits.
+    Positions are float32, as are normals where the model has them; colours are sRGB in 8 bits. Indices have 16 bits
+    where these suffice.
     """
     names = ["x", "y", "z"] + (["nx", "ny", "nz"] if model.normals is not None else [])
     vertices = np.empty(
@@ -102,9 +103,10 @@ def write_ply(path: Path, model: Model) -> None:
         vertices[name] = reals[:, k]
     for k, name in enumerate(("red", "green", "blue")):
         vertices[name] = np.round(np.clip(model.colours[:, k], 0, 1) * 255)
-    faces = np.empty(len(model.faces), [("count", "u1"), ("index", "<i4", 3)])
+    index, index_type = ("<u2", "ushort") if len(vertices) <= 1 << 16 else ("<i4", "int")
+    faces = np.empty(len(model.faces), [("count", "u1"), ("index", index, 3)])
     faces["count"], faces["index"] = 3, model.faces
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
     header += [f"property float {n}" for n in names] + [f"property uchar {n}" for n in ("red", "green", "blue")]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    header += [f"element face {len(faces)}", f"property list uchar {index_type} vertex_indices", "end_header"]
     write_bytes(path, ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes())

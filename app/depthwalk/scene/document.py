@@ -24,7 +24,6 @@ from depthwalk.scene.yaml_nodes import (
     compose,
     located,
 )
-from depthwalk.scene.yaml_problems import colour_in_comment, colour_message
 
 Loc = tuple[str | int, ...]
 """Location of a value in a document: keys and list indices from the root."""
@@ -229,6 +228,10 @@ class _Reader:
     def check_colour(self, key: ScalarNode, loc: Loc) -> None:
         """Raise the error about a colour without quotes, which is a comment, after a key without a value."""
         line = self.lines[key.line]
+        if "#" not in line:
+            return
+        from depthwalk.scene.yaml_problems import colour_in_comment, colour_message  # here: only mistakes need them
+
         if (column := colour_in_comment(line, key.column)) is not None:
             raise _labelled(f"{self.name}:{key.line + 1}:{column + 1}", loc, colour_message(line, column))
 

@@ -22,7 +22,6 @@ from yaml import (
 
 from depthwalk.errors import InputError, quoted
 from depthwalk.limits import MAX_GROUP_DEPTH
-from depthwalk.scene.yaml_problems import explained
 
 MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # each nested group is a list, its item and the group's own mapping
 
@@ -150,6 +149,8 @@ def compose(text: str, name: str) -> Node | None:
     except yaml.MarkedYAMLError as error:
         if "nesting" in (error.problem or ""):  # libyaml read ahead to a deeper bracket than the first one too deep
             return compose(text[: _offset(text, error.problem_mark)], name)
+        from depthwalk.scene.yaml_problems import explained  # here: only mistakes need it
+
         line, column, problem = explained(error, text)
         raise located(name, line, column, f"not valid YAML: {problem}") from None
     except yaml.YAMLError as error:
