@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from depthwalk.cache import read_arrays
+from depthwalk.cache import read_arrays, write_arrays
 from depthwalk.cook import colour_pca
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import cooked_key, find_cooked, keep_cooked, read_cooked, write_cooked
+from depthwalk.errors import InputError
 from shapes import bake, box, checkers, globe, joined, sphere
 
 
@@ -81,6 +82,17 @@ def test_a_damaged_file_is_none(made: tuple[CookedObject, ...], folder: Path) ->
     (path,) = folder.rglob("*.npz")
     path.write_bytes(b"PK\x03\x04")
     assert find_cooked("abc", CookOptions()) is None
+
+
+@pytest.mark.parametrize("document", ["[" * 100_000 + "]" * 100_000, '{"version": ' + "[" * 900 + "]" * 900 + "}"])
+def test_documents_nested_deeply_are_refused(tmp_path: Path, document: str) -> None:
+    """Deeper in a stack of calls, fewer levels suffice for what the first document does."""
+    path = tmp_path / "a.dpci.npz"
+    write_arrays(path, {"made_of": document}, True)
+    assert cooked_key(path) is None
+    with pytest.raises(InputError) as caught:
+        read_cooked(path)
+    assert len(str(caught.value)) < 300 and str(caught.value).startswith(f"{path}: ")
 
 
 def test_texture_coordinates_are_stored_only_where_there_are_any(folder: Path) -> None:

@@ -122,7 +122,7 @@ def cooked_key(path: Path) -> str | None:
     try:
         made_of = _made_of(path)
         same = made_of["version"] in (_LAYOUT, _PAIRED_LAYOUT) and made_of.get("cooked_by", 2) == COOK_VERSION
-        return str(made_of["key"]) if same else None
+        return made_of["key"] if same and isinstance(made_of["key"], str) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -169,8 +169,16 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
 
 def _made_of(path: Path) -> dict[str, Any]:
     """Return what a file of `write_cooked` records of its origin. Raises OSError or ValueError if nothing."""
-    made_of: dict[str, Any] = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
+    made_of: dict[str, Any] = _document(path, "made_of")
     return made_of
+
+
+def _document(path: Path, name: str) -> Any:
+    """Return the JSON document `name` of a file. Raises OSError or ValueError if it cannot be read."""
+    try:
+        return json.loads(str(read_arrays(path, [name])[name]))
+    except RecursionError:
+        raise ValueError(f"{name} is nested too deeply") from None
 
 
 def _load_user_file(path: Path, number: int, packed: bool) -> tuple[LodGeometry, VirtualTexture]:
@@ -186,7 +194,7 @@ def _complaints(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:  # the last for a layout nested a thousand deep
         raise InputError(f"{path}: damaged cooked depth images: {error!s:.200}") from None
 
 
@@ -223,7 +231,7 @@ def _name(key: str, options: CookOptions) -> str:
 
 def _objects(path: Path) -> tuple[CookedObject, ...]:
     """Return the objects in a file. Raises OSError, ValueError, KeyError or TypeError if it is damaged."""
-    headers = json.loads(str(read_arrays(path, ["objects"])["objects"]))
+    headers = _document(path, "objects")
     names = [_column(LodGeometry, number, name) for number in range(len(headers)) for name in _SMALL]
     stored = read_arrays(path, names)
     return tuple(_from_file(path, number, header, stored) for number, header in enumerate(headers))
