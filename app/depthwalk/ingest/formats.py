@@ -4,7 +4,8 @@ from pathlib import Path
 
 from depthwalk.errors import InputError
 
-MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf")
+GLTF_SUFFIXES = (".glb", ".gltf")
+MESH_SUFFIXES = (".obj", ".ply", ".stl", *GLTF_SUFFIXES)
 OTHER_MESH_SUFFIXES = (
     ".3ds",
     ".3mf",

@@ -23,7 +23,7 @@ from trimesh.visual.texture import TextureVisuals
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError, quoted
 from depthwalk.ingest import gltf
-from depthwalk.ingest.formats import IMAGE_SUFFIXES
+from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
@@ -62,7 +62,7 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
     """
     folder = _Folder(path, sources)
     placed = _placed(_read_scene(path, data, folder), path)
-    soup = _joined(placed, path, linear_colours=path.suffix.lower() in (".glb", ".gltf"))
+    soup = _joined(placed, path, linear_colours=path.suffix.lower() in GLTF_SUFFIXES)
     if folder.defects:
         raise folder.defects[0]
     return soup
@@ -107,7 +107,7 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
         head = data[: data.find(b"end_header")]
         if (readable := as_utf8(head)) is not head:  # only if needed: a copy takes as much memory as the file
             data = readable + data[len(head) :]
-    elif suffix in (".glb", ".gltf"):
+    elif suffix in GLTF_SUFFIXES:
         header = gltf.read_header(data, path)
         gltf.check_header(header, path)
         length = len(data)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.ingest.formats import is_model_file
+from depthwalk.ingest.formats import GLTF_SUFFIXES, is_model_file
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
@@ -14,7 +14,6 @@ from depthwalk.types import Array
 Up = Literal["y", "z"]
 
 _SLICE = 0.02  # part of a model's height, from the lowest point up, that counts as its lower end
-_Y_UP_SUFFIXES = (".glb", ".gltf")  # y is up by definition (glTF 2.0, §3.4); other formats say nothing
 _FLAT = 1e-3  # part of the largest extent: a thinner model is a picture
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
@@ -108,7 +107,8 @@ class ModelTurn:
         if not is_model_file(scene.path) or len(scene.objects) != 1 or getattr(scene.assets[0], "up", "y") != "y":
             return
         self._points = model_points(renderer)
-        known = getattr(scene.assets[0], "up_is_given", False) or scene.path.suffix.lower() in _Y_UP_SUFFIXES
+        # In glTF y is up by definition (2.0, §3.4); other formats say nothing.
+        known = getattr(scene.assets[0], "up_is_given", False) or scene.path.suffix.lower() in GLTF_SUFFIXES
         if not known and guess_up(self._points) == "z":
             self.turn()
             self.guess = "The model seems to be z-up and was turned upright; U turns it back"

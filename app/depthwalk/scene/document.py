@@ -16,6 +16,8 @@ from depthwalk.ingest.formats import MESH_SUFFIXES
 from depthwalk.limits import MAX_SCENE_BYTES
 from depthwalk.scene.yaml_nodes import (
     MAX_YAML_DEPTH,
+    SCALAR_TYPES,
+    TEXT_TYPES,
     MappingNode,
     Node,
     ScalarNode,
@@ -31,9 +33,6 @@ Loc = tuple[str | int, ...]
 MAX_ALIASED_NODES = 10_000  # that aliases may add to the text; a "billion laughs" file adds 10^9
 _LONGEST_LABEL = 68  # characters; the label of 64 nested groups would fill a screen
 _MAX_INTEGER = 2**53  # above it a double no longer holds every integer
-
-_TYPES = {"null", "bool", "int", "float", "str"}
-_TEXT_TYPES = {"str", "timestamp", "merge", "value"}  # of YAML 1.1 besides; no field holds a date: it is text
 
 
 @dataclass(frozen=True)
@@ -212,7 +211,7 @@ class _Reader:
         values: dict[str, Any] = {}
         lines: dict[str, int] = {}
         for key_node, child in node.pairs():
-            if not isinstance(key_node, ScalarNode) or key_node.tag not in _TEXT_TYPES:
+            if not isinstance(key_node, ScalarNode) or key_node.tag not in TEXT_TYPES:
                 raise self.error(key_node, loc, "a key must be text; put it in quotes")
             key = key_node.text
             if not key.isprintable():
@@ -236,9 +235,9 @@ class _Reader:
             raise _labelled(f"{self.name}:{key.line + 1}:{column + 1}", loc, colour_message(line, column))
 
     def scalar(self, node: ScalarNode, loc: Loc) -> bool | int | float | str | None:
-        if node.tag in _TEXT_TYPES:
+        if node.tag in TEXT_TYPES:
             return node.text
-        if node.tag not in _TYPES:
+        if node.tag not in SCALAR_TYPES:
             raise self.error(node, loc, f"the tag {quoted(node.tag)} is not allowed")
         try:
             value = node.value()

@@ -26,7 +26,9 @@ from depthwalk.limits import MAX_GROUP_DEPTH
 MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # each nested group is a list, its item and the group's own mapping
 
 _TAG = "tag:yaml.org,2002:"
-_TYPES = {"null", "bool", "int", "float", "str", "seq", "map", "timestamp", "merge", "value"}
+SCALAR_TYPES = {"null", "bool", "int", "float"}
+TEXT_TYPES = {"str", "timestamp", "merge", "value"}  # those of YAML 1.1 besides; no field holds a date: it is text
+_TYPES = SCALAR_TYPES | TEXT_TYPES | {"seq", "map"}
 
 # What YAML allows (§5.1), without the halves of surrogate pairs; the byte order mark is allowed at the start only.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
@@ -163,7 +165,7 @@ def _root(text: str, name: str) -> Node | None:
     opened: list[SequenceNode | MappingNode] = [holder]
     anchors: dict[str, Node] = {}
     for event in yaml.parse(text, Loader=yaml.CBaseLoader):
-        line, column = _at(event.start_mark)
+        line, column = place_of(event.start_mark)
         if isinstance(event, DocumentStartEvent) and holder.items:
             raise located(name, line, column, "not valid YAML: a second document starts here")
         if not isinstance(event, NodeEvent):
@@ -216,12 +218,12 @@ def _value_of(tag: str, text: str) -> bool | int | float | None:
     return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
 
 
-def _at(mark: Any) -> tuple[int, int]:
+def place_of(mark: Any) -> tuple[int, int]:
     """Return line and column of a mark of PyYAML, counted from 0; the start of the text if there is none."""
     return (mark.line, mark.column) if mark else (0, 0)
 
 
 def _offset(text: str, mark: Any) -> int:
     """Return how many characters of the text precede a mark."""
-    line, column = _at(mark)
+    line, column = place_of(mark)
     return sum(map(len, text.splitlines(keepends=True)[:line])) + column

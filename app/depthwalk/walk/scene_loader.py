@@ -17,6 +17,7 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.clock import WalkClock
 from depthwalk.walk.loading import LoadingScreen, StoppedError
+from depthwalk.walk.viewer import home_in
 from depthwalk.walk.window import Window
 
 _PATIENCE = 0.7  # seconds that a scene whose camera is known may take before its first frame
@@ -128,7 +129,7 @@ class SceneLoader:
         except InputError:
             return
         if min(size) > 0:
-            renderer.rehearse(View(scene.camera or renderer.frame_all(size[0] / size[1]), size), self._window.fbo)
+            renderer.rehearse(View(home_in(scene, renderer, size[0] / size[1]), size), self._window.fbo)
 
     def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> None:
         """Load whatever the next frame needs that is not loaded yet; call this before every frame.
