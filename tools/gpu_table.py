@@ -71,7 +71,7 @@ class Measured:
 def measure(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> Measured:
     """Draw the frames of `cameras` twice, waiting for each and for none, after `_WARM` frames of the first of them."""
     headless.renderer.remembers = True
-    finish, timers = headless.device.context.finish, headless.renderer.timers
+    finish, timers = headless.finish, headless.renderer.timers
     views = [View(camera, headless.size) for camera in cameras]
     for _ in range(_WARM):
         headless.draw(views[0])

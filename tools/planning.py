@@ -39,7 +39,7 @@ def measure(scene: Path, path: Path, first: int, frames: int) -> dict[str, float
         for number, camera in enumerate(cameras):
             frame.clear()
             headless.draw(View(camera, SIZE))
-            headless.device.context.finish()
+            headless.finish()
             for name in STEPS if number >= WARM else ():
                 spent[name].append(frame[name])
     return {name: statistics.median(times) for name, times in spent.items()}

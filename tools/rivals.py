@@ -118,7 +118,7 @@ def time_ways(
                 spent.clear()
                 clock, start = time.perf_counter(), time.process_time()
                 headless.draw(View(camera, headless.size))
-                headless.device.context.finish()
+                headless.finish()
                 if number >= WARM:
                     times[name].frame.append(1e3 * (time.process_time() - start))
                     times[name].clock.append(1e3 * (time.perf_counter() - clock))

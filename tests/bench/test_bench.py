@@ -139,7 +139,8 @@ def test_times_belong_to_the_measured_frames(lag: int, every: int, mean: int, ag
     headless = SimpleNamespace(
         size=(8, 8),
         draw=timers.draw,
-        device=SimpleNamespace(context=SimpleNamespace(finish=lambda: None), live=Counter()),
+        finish=lambda: None,
+        device=SimpleNamespace(live=Counter()),
         renderer=SimpleNamespace(timers=timers, plan=plan),
         pixel_counts=lambda: np.array([1, 0, 3, 0, 0]),
     )

@@ -1,5 +1,6 @@
 """Renderers without a window: several at a time, and what a failing one leaves behind."""
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,23 @@ def test_a_second_release_does_nothing(make: Callable[..., Any]) -> None:
     with make() as headless:
         headless.release()
     headless.release()
+
+
+def test_finish_leaves_nothing_to_do(tiny_scene: Path, gl_device: Device) -> None:
+    scene, large = load_scene(tiny_scene), (2048, 1536)
+
+    def work_after(wait: Callable[[HeadlessRenderer], None]) -> float:
+        with HeadlessRenderer(scene, SceneLibrary(scene.assets), large) as headless:
+            for _ in range(3):  # shaders are compiled in the first
+                headless.draw(View(NEAR.camera, large))
+            wait(headless)
+            start = time.process_time()
+            time.sleep(0.1)
+            return time.process_time() - start
+
+    if gl_device.software:  # otherwise the work is not the processor's
+        assert work_after(lambda headless: None) > 0.004
+    assert work_after(HeadlessRenderer.finish) < 0.002
 
 
 def test_two_renderers_do_not_disturb_each_other(make: Callable[..., Any]) -> None:

@@ -58,7 +58,7 @@ def time_turns(
             start = time.process_time()
             for view in views[first : first + _TURN]:
                 way.draw(view)
-                way.device.context.finish()
+                way.finish()
             if first >= warm:
                 times[name].append(1e3 * (time.process_time() - start) / _TURN)
     return times

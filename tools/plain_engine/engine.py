@@ -137,6 +137,11 @@ class PlainEngine:
         level: Ints = np.searchsorted(self._features, allowed, "right") - 1
         return np.maximum(level, 0)
 
+    def finish(self) -> None:
+        """Wait until the frame is drawn."""
+        with self.device.context:
+            self.device.context.finish()
+
     def pixels(self) -> Picture:
         """Return the picture drawn last, (H, W, 4) uint8, top row first."""
         with self.device.context:

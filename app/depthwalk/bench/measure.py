@@ -229,7 +229,7 @@ class _Watch:
         """Draw a frame, and return its time, milliseconds."""
         start = time.perf_counter()
         self._headless.draw(View(camera, self._headless.size))
-        self._headless.device.context.finish()
+        self._headless.finish()
         elapsed = (time.perf_counter() - start) * 1e3
         self._passes[self._timers.of_frame] = self._timers.milliseconds
         return elapsed

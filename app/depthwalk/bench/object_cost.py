@@ -225,7 +225,7 @@ def frame_costs(drawn: Mapping[str, HeadlessRenderer], cameras: Sequence[Camera]
         for name, headless in drawn.items():
             with _clock(headless) as elapsed:
                 headless.draw(View(camera, headless.size))
-                headless.device.context.finish()
+                headless.finish()
             times[name][number] = elapsed[0]
     return times
 

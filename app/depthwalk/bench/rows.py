@@ -248,7 +248,7 @@ def _frame_ms(headless: HeadlessRenderer, camera: Camera) -> float:
     clock = frame_clock(headless.device)
     start = clock()
     headless.draw(View(camera, headless.size))
-    headless.device.context.finish()
+    headless.finish()
     return 1e3 * (clock() - start)
 
 

@@ -129,7 +129,7 @@ def main(
             for number, camera in enumerate(walk):
                 headless.draw(View(camera, size))
                 if number % interval == 0:
-                    headless.device.context.finish()
+                    headless.finish()
                     samples.append((number, sum(headless.device.live.values()), resident_bytes()))
                 advance()
     frame, gl_objects, memory = np.array(samples[len(samples) // 2 :]).T

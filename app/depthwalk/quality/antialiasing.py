@@ -147,10 +147,10 @@ def _draw_all(headless: HeadlessRenderer, scene: Scene, report: Report) -> tuple
         report(scene.path.stem, f"anti-aliasing: {kind.title}")
         kind.apply(scene.render)
         headless.draw(view)  # creates what the kind needs
-        headless.device.context.finish()
+        headless.finish()
         start = clock()
         headless.draw(view)
-        headless.device.context.finish()
+        headless.finish()
         milliseconds.append((clock() - start) * 1e3)
         pictures.append(np.ascontiguousarray(headless.pixels()[..., :3]))
     return pictures, milliseconds
