@@ -1,6 +1,5 @@
 """Renderers without a window: several at a time, and what a failing one leaves behind."""
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -47,21 +46,29 @@ def test_a_second_release_does_nothing(make: Callable[..., Any]) -> None:
     headless.release()
 
 
-def test_finish_leaves_nothing_to_do(tiny_scene: Path, gl_device: Device) -> None:
-    scene, large = load_scene(tiny_scene), (2048, 1536)
+def test_finish_waits_for_its_own_context(make: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    current: list[moderngl.Context] = []
+    waited_for: list[bool] = []
+    enter: Any = moderngl.Context.__enter__
+    leave: Any = moderngl.Context.__exit__
 
-    def work_after(wait: Callable[[HeadlessRenderer], None]) -> float:
-        with HeadlessRenderer(scene, SceneLibrary(scene.assets), large) as headless:
-            for _ in range(3):  # shaders are compiled in the first
-                headless.draw(View(NEAR.camera, large))
-            wait(headless)
-            start = time.process_time()
-            time.sleep(0.1)
-            return time.process_time() - start
+    def entered(context: moderngl.Context) -> moderngl.Context:
+        current.append(context)
+        enter(context)
+        return context
 
-    if gl_device.software:  # otherwise the work is not the processor's
-        assert work_after(lambda headless: None) > 0.004
-    assert work_after(HeadlessRenderer.finish) < 0.002
+    def left(context: moderngl.Context, *error: Any) -> None:
+        assert current.pop() is context
+        leave(context, *error)
+
+    with make() as first, make(Representation.MESH) as second:
+        monkeypatch.setattr(moderngl.Context, "__enter__", entered)
+        monkeypatch.setattr(moderngl.Context, "__exit__", left)
+        monkeypatch.setattr(moderngl.Context, "finish", lambda context: waited_for.append(current[-1:] == [context]))
+        for headless in (first, second):
+            headless.draw(NEAR)
+            headless.finish()
+    assert waited_for[-1] and len(waited_for) >= 2 and not current
 
 
 def test_two_renderers_do_not_disturb_each_other(make: Callable[..., Any]) -> None:
