@@ -13,6 +13,7 @@ from typing import ClassVar, Generic, TypeVar, cast, get_args, get_origin
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
 from depthwalk.render.antialiasing.modes import AntiAliasing, anti_aliasing
+from depthwalk.render.culling.objects_part import Part
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords
 from depthwalk.render.draw.translucency_planner import TranslucentDraws
@@ -82,6 +83,8 @@ class Frame:
     shadows : what the shadow maps of sun and lamps are to show; empty for passes that draw objects.
     translucent : what lets light through or glows, for `translucency`; empty for passes that draw objects.
     lens_point : the number of this frame, from 0, among those that make up one picture (see `Pass.views`).
+    objects_part : the part of the picture in which all surfaces are seen: x and y of its lower left corner, width and
+        height, pixels; None where they may be anywhere.
     sample : the number, from 0, of the sample of each pixel that the G-buffer holds, where the targets have several.
     """
 
@@ -97,6 +100,7 @@ class Frame:
     shadows: Shadows = field(default_factory=Shadows)
     translucent: TranslucentDraws = field(default_factory=TranslucentDraws.none)
     lens_point: int = 0
+    objects_part: Part | None = None
     sample: int = 0
 
     def with_targets(self, targets: Targets) -> "Frame":

@@ -20,6 +20,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params
+from depthwalk.render.culling.objects_part import Part
 from depthwalk.render.depth_framebuffers import DepthFramebuffers
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.image import has_texture, only_texture
@@ -34,7 +35,8 @@ _STRIP_PIXELS = 1 << 18  # in software some 10 ms of light
 _FIELDS = {"depth": "", "surface": "", "shadow": "vec4(pixel.shadow)", "lit": "pixel.lit"}
 RESULTS = _FIELDS | {"screen": "pixel.screen"}
 _TEXELS = {"f1": (np.uint8, 255.0), "f2": (np.float16, 1.0)}  # by moderngl's name, how texels are read, and what 1 is
-_SKY_TESTED = "SKY", "TESTED"  # the half of the pixels where nothing is, which a test of the depth finds
+# The halves of the pixels where something is, and where nothing is, which a test of the depth finds.
+_SURFACES_TESTED, _SKY_TESTED = ("SURFACES", "TESTED"), ("SKY", "TESTED")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,7 +231,7 @@ class PixelPrograms:
             colour = self._sky_colour(programs[_SKY_TESTED], uniforms, textures.values(), only_texture(into).dtype)
             with self._gl.state(into=into, depth_write=False):
                 into.clear(color=colour)
-        width, height = into.size
+        left, bottom, width, height = self._part(group[0].frame, into.size, halves)
         strips = -(-width * height // min(each.strip_pixels for each in inputs))
         for strip in range(strips):
             if strip:
@@ -239,9 +241,17 @@ class PixelPrograms:
             low, high = height * strip // strips, height * (strip + 1) // strips
             for half, depth_test in halves.items():
                 with self._gl.state(into=into, depth_test=depth_test, depth_write=False):
-                    into.scissor = 0, low, width, high - low
+                    into.scissor = left, bottom + low, width, high - low
                     programs[half].fill()
                     into.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
+
+    @staticmethod
+    def _part(frame: Frame, size: tuple[int, int], halves: Mapping[tuple[str, ...], str | None]) -> Part:
+        """Return the part of a picture of `size` that must be drawn: where only surfaces are, that which holds them."""
+        whole = 0, 0, *size
+        if list(halves) != [_SURFACES_TESTED] or frame.view.size != size:
+            return whole
+        return frame.objects_part or whole
 
     def _halves(
         self, group: Sequence[DrawnPass], readers: Mapping[str, DrawnPass]
@@ -253,7 +263,7 @@ class PixelPrograms:
         tested = self._tested(group[-1], into, readers["depth"].frame.targets.depth)
         if tested is None:
             return into, {("SURFACES",): None, ("SKY",): None}
-        return tested, {("SURFACES", "TESTED"): ">", _SKY_TESTED: "=="}
+        return tested, {_SURFACES_TESTED: ">", _SKY_TESTED: "=="}
 
     def _sky_colour(
         self,

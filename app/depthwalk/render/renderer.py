@@ -17,6 +17,7 @@ from pyglm import glm
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import hardware_samples, supersampled
+from depthwalk.render.culling.objects_part import MOST_OBJECTS, Part, objects_part
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
 from depthwalk.render.draw.translucency_planner import TranslucencyPlanner
@@ -196,6 +197,7 @@ class Renderer:
             targets=targets,
             transparent=transparent,
             lens_point=lens_point,
+            objects_part=self._objects_part(view, in_sight),
         )
         materials_of = partial(self._materials, view, fits=not kind.yields)
         phases = PhaseInputs(
@@ -278,6 +280,14 @@ class Renderer:
         seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
         near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
         return replace(view, near=near, far=far)
+
+    def _objects_part(self, view: View, in_sight: InSight) -> Part | None:
+        """Return the part of the picture that holds all surfaces; None where there are too many, or a ground."""
+        only_rows = not in_sight.batches and not len(in_sight.far_cells) and len(in_sight.rows) <= MOST_OBJECTS
+        if not only_rows or self.scene.environment.ground is not None:
+            return None
+        with self.timers.measure_cpu("plan"):
+            return objects_part(view, self.world.cylinders(in_sight.rows))
 
     def _materials(self, view: View, plan: FrameDrawLists, *, fits: bool) -> MaterialRecords:
         """Return the records of the depth-image objects of `plan` for `material_resolve`, and stream their textures.

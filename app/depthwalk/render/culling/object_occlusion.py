@@ -3,11 +3,10 @@
 import numpy as np
 
 from depthwalk.gpu.device import Device
-from depthwalk.render import kernels
 from depthwalk.render.culling.depth_readback import DepthReadback
 from depthwalk.render.culling.occlusion_test import IsHidden, depth_test
 from depthwalk.render.targets import Targets
-from depthwalk.render.view.bounds import Cylinders, box_cylinders, cylinders
+from depthwalk.render.view.bounds import box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.render.world.spatial_cells import boxes_about
@@ -69,7 +68,7 @@ class Occluders:
 
     def hide(self, rows: Rows) -> Mask:
         """Return which (m,) of the objects `rows` (m,) are hidden, each tested by its cylinder."""
-        return self.hide_cylinders(self._cylinders(rows)) if len(rows) else np.zeros(0, bool)
+        return self.hide_cylinders(self._world.cylinders(rows)) if len(rows) else np.zeros(0, bool)
 
     def hide_neighbours(self, rows: Rows) -> Mask:
         """Return which (m,) of the objects `rows` (m,) are hidden; neighbours must be close together in `rows`.
@@ -81,20 +80,3 @@ class Occluders:
         left = (~hidden).nonzero()[0]
         hidden[left] = self.hide(rows[left])
         return hidden
-
-    def _cylinders(self, rows: Rows) -> Cylinders:
-        """Return the cylinders that enclose the objects `rows` (m,)."""
-        table, centre, loops = self._world.table(), self._world.bounds().centre, kernels.loaded()
-        if loops is not None:
-            o = self._world.objects()
-            enclosing = loops.upright_cylinders(
-                rows.astype(np.int64, copy=False),
-                centre,
-                o.rotation,
-                o.asset,
-                o.scale,
-                table.half_height,
-                table.cylinder_radius,
-            )
-            return Cylinders(*enclosing)
-        return cylinders(self._world.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)

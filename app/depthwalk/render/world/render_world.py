@@ -8,10 +8,11 @@ from depthwalk.assets.demand import cook_options
 from depthwalk.errors import InputError
 from depthwalk.geometry.extreme_points import extreme_points
 from depthwalk.geometry.quaternions import conjugate, rotate
+from depthwalk.render import kernels
 from depthwalk.render.lod.mesh_choice import MeshChoice, advised_table
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
-from depthwalk.render.view.bounds import Bounds, object_bounds
+from depthwalk.render.view.bounds import Bounds, Cylinders, cylinders, object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.asset_table import AssetTable, asset_table
 from depthwalk.render.world.object_rows import ObjectRows
@@ -163,6 +164,23 @@ class RenderWorld:
             table = self.table()
             self._bounds = object_bounds(self.objects(), table.centre, table.bounding_radius)
         return self._bounds
+
+    def cylinders(self, rows: Rows) -> Cylinders:
+        """Return the cylinders, world, that enclose the objects `rows` (m,)."""
+        table, centre, loops = self.table(), self.bounds().centre, kernels.loaded()
+        if loops is not None:
+            o = self.objects()
+            enclosing = loops.upright_cylinders(
+                rows.astype(np.int64, copy=False),
+                centre,
+                o.rotation,
+                o.asset,
+                o.scale,
+                table.half_height,
+                table.cylinder_radius,
+            )
+            return Cylinders(*enclosing)
+        return cylinders(self.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)
 
     def points(self, number: int) -> Array:
         """Return all points of the surface of an asset, reading it if necessary.
