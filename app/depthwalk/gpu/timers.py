@@ -44,6 +44,9 @@ class PassTimers:
         The number of the current frame, from 0.
     of_frame
         The number of the frame that `milliseconds` belongs to; −1 before any frame's times are known.
+    busy_waiting
+        Seconds of processor time that the drawing thread has spent so far in blocks of `waiting`, where some drivers
+        keep a core busy; 0 with "finish".
     """
 
     def __init__(self, device: Device) -> None:
@@ -53,6 +56,7 @@ class PassTimers:
         self.milliseconds: dict[str, float] = {}
         self.by_clock: dict[str, float] = {}
         self.frame, self.of_frame = 0, -1
+        self.busy_waiting = 0.0
         self._next = _FIRST_DRAINED  # the next frame to be drained
         self._measured: list[tuple[str, float | moderngl.Query]] = []
         self._clocked: dict[str, float] = defaultdict(float)
@@ -109,10 +113,11 @@ class PassTimers:
 
         What that does meanwhile is in the times of the passes, which would be counted twice.
         """
-        start = time.perf_counter()
+        start, began = time.perf_counter(), time.thread_time()
         yield
         if self.kind == "gpu":
             self._waited += time.perf_counter() - start
+            self.busy_waiting += time.thread_time() - began
 
     @property
     def _drains(self) -> bool:
