@@ -2,9 +2,9 @@
 
 Measured for each walk, after warm-up frames: *frame*, wall-clock time from the first call until the picture is
 finished; *in a row*, the time of one of many frames drawn without waiting in between, as a window does; *GPU*, the sum
-of the timer queries of all passes; *Python*, the processor time of the drawing thread, which is the CPU's part of each
-frame: Python, NumPy, and the driver within its calls. A second table lists the passes, a third how far pictures differ
-from those of another machine.
+of the timer queries of all passes; *Python*, the processor time of the drawing thread until it has submitted a frame,
+without waiting for the GPU, which is the CPU's part of each: Python, NumPy, and the driver within its calls. A second
+table lists the passes, a third how far pictures differ from those of another machine.
 
 `--pictures DIR` writes a picture of each walk, as `render` would draw it; `--compare DIR` gives the FLIP against the
 pictures of the same names in a folder. A software rasteriser is refused unless `--software` is given: with it, neither
@@ -56,7 +56,7 @@ class Measured:
     ----------
     frame : wall-clock time of each frame until it was finished.
     in_a_row : time of one of the frames that are drawn without waiting.
-    python : processor time of the drawing thread in each of those.
+    python : processor time of the drawing thread in each of the former, without waiting for the GPU.
     passes : time of each pass in each frame whose times are known, including steps of the CPU.
     picture : (H, W, 3) the last frame.
     """
@@ -79,8 +79,9 @@ def measure(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> Measured:
     found = Measured(picture=np.zeros((0, 0, 3), np.uint8))
     known = timers.frame - 1
     for view in views:
-        start = time.perf_counter()
+        start, began = time.perf_counter(), time.thread_time() - timers.busy_waiting
         headless.draw(view)
+        found.python.append(1e3 * (time.thread_time() - timers.busy_waiting - began))
         finish()
         found.frame.append(1e3 * (time.perf_counter() - start))
         if timers.of_frame > known:
@@ -89,9 +90,7 @@ def measure(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> Measured:
                 found.passes[name].append(spent)
     start = time.perf_counter()
     for view in views:
-        began = time.thread_time()
         headless.draw(view)
-        found.python.append(1e3 * (time.thread_time() - began))
     finish()
     found.in_a_row = 1e3 * (time.perf_counter() - start) / len(views)
     headless.renderer.remembers = False  # what is reused from earlier frames depends on how they were drawn

@@ -24,7 +24,7 @@ layout(depth_greater) out float gl_FragDepth;   // all surface lies within the b
 struct FieldRay {
     vec3 start;
     vec3 way;
-    float length;       // of the way, where 1 is the viewer's distance from the start
+    float reach;        // length of the way, where 1 is the viewer's distance from the start
 };
 
 FieldRay field_ray() {
@@ -32,8 +32,8 @@ FieldRay field_ray() {
     direction = mix(direction, vec3(1e-9), lessThan(abs(direction), vec3(1e-9)));
     vec3 low = vec3(field_margin, 0.0), high = vec3(1.0 - field_margin, 1.0);
     vec3 leaves = (mix(low, high, greaterThan(direction, vec3(0.0))) - entry) / direction;
-    float length = max(min(leaves.x, min(leaves.y, leaves.z)), 0.0);
-    return FieldRay(entry, direction * length, length);
+    float reach = max(min(leaves.x, min(leaves.y, leaves.z)), 0.0);
+    return FieldRay(entry, direction * reach, reach);
 }
 
 float surface_depth(vec2 uv) { return textureLod(height_field, uv, 0.0).r; }
@@ -52,7 +52,7 @@ bool beside_surface(FieldRay ray, float part) { return surface_depth((ray.start 
 
 // Writes that the pixel shows the surface after `part` of the ray's way.
 void write_hit(FieldRay ray, float part) {
-    float inverse = gl_FragCoord.w / (1.0 + part * ray.length);
+    float inverse = gl_FragCoord.w / (1.0 + part * ray.reach);
     visibility = visibility_from(object, uint(FACE_TOP << FACE_SHIFT), inverse);
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // greater despite rounding
 }

@@ -1,7 +1,6 @@
 // Declares inputs that make a shader run per sample.
 // MULTISAMPLED: a shader with PER_SAMPLE inputs runs for each sample of a pixel, with their values at the sample.
 #ifdef MULTISAMPLED
-#extension GL_ARB_gpu_shader5 : require
 #define PER_SAMPLE sample
 #else
 #define PER_SAMPLE

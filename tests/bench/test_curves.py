@@ -3,6 +3,7 @@
 import re
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ import pytest
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench import plots
-from depthwalk.bench.object_cost import crossings, row_of
+from depthwalk.bench.object_cost import crossings, frame_costs, row_of
 from depthwalk.bench.tables import curves
 from depthwalk.bench.tables.table import Curves, Table, to_text
 from depthwalk.geometry.triangles import face_normals
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from shapes import sphere
 
@@ -45,6 +48,25 @@ def test_a_divided_mesh_has_the_same_surface(parts: int) -> None:
     assert sum(part.face_count for part in finer.parts) == len(finer.faces)
     assert np.linalg.norm(finer.normals, axis=1) == pytest.approx(1, abs=1e-5)
     assert finer.colours.shape == finer.positions.shape and finer.uv.shape == (len(finer.positions), 2)
+
+
+def test_no_timed_frame_waits_for_the_warm_up_of_others() -> None:
+    unfinished: list[str] = []
+    begun_with: list[int] = []
+
+    def renderer(name: str) -> Any:
+        def finish() -> None:  # of a GPU that all contexts share
+            unfinished.clear()
+
+        def draw(view: View) -> None:
+            begun_with.append(len(unfinished))
+            unfinished.append(name)
+
+        return SimpleNamespace(draw=draw, finish=finish, size=(8, 8), device=SimpleNamespace(software=False))
+
+    camera = Camera((0, 1, 2), (0, 0, 0), 1.0)
+    times = frame_costs({name: renderer(name) for name in ("mesh", "dpci")}, [camera] * 3)
+    assert [len(each) for each in times.values()] == [3, 3] and begun_with[-6:] == [0] * 6
 
 
 def test_a_divided_mesh_is_as_closed_as_it_was() -> None:

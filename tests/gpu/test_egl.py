@@ -5,8 +5,9 @@ import logging
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
+import moderngl
 import pytest
 
 from depthwalk.gpu import egl
@@ -109,6 +110,35 @@ def test_a_driver_without_robust_contexts_gives_ordinary_ones(
     assert not device.notices_loss and cleared(device, 1.0) == 255
     device.check()
     device.context.release()
+
+
+@linux
+@pytest.mark.gl
+def test_the_first_device_that_works_is_used(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """As in a container that is lent the second of two GPUs, both of which the driver lists."""
+    create, tried = moderngl.create_context, []
+
+    def create_on_second(**settings: Any) -> moderngl.Context:
+        tried.append(settings["device_index"])
+        if tried[-1] == 0:
+            raise Exception("eglInitialize failed (0x3001)")
+        return create(**settings | {"device_index": 0})
+
+    assert egl._device_count() >= 1
+    monkeypatch.delenv(egl.DEVICE, raising=False)
+    monkeypatch.setattr(egl, "_device_count", lambda: 2)
+    monkeypatch.setattr(moderngl, "create_context", create_on_second)
+    egl.ordinary_context().release()
+    assert tried == [0, 1]
+    assert caplog.messages == ["EGL device 1 is used, as those before fail: eglInitialize failed (0x3001)"]
+    monkeypatch.setattr(egl, "_device_count", lambda: 1)
+    with pytest.raises(Exception, match="eglInitialize failed"):
+        egl.ordinary_context()
+    monkeypatch.setattr(egl, "_device_count", lambda: 2)
+    monkeypatch.setenv(egl.DEVICE, "0")  # whoever names a device gets no other
+    with pytest.raises(Exception, match="eglInitialize failed"):
+        egl.ordinary_context()
+    assert tried == [0, 1, 0, 0]
 
 
 @linux

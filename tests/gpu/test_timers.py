@@ -1,5 +1,6 @@
 """Time per pass, and that it is taken of few frames where taking it costs time."""
 
+import time
 from types import SimpleNamespace
 from typing import cast
 
@@ -66,6 +67,22 @@ def test_queries_are_read_some_frames_later(context: Clocked) -> None:
     assert [draw(timers) for _ in range(7)] == [-1] * 4 + [0, 1, 2]
     assert timers.awaited(6) and not timers.awaited(2) and context.drained == 0
     assert timers.milliseconds["warp"] == 7 + 9 and context.queries == 3 * 5  # the third frame's; used again
+
+
+@pytest.mark.parametrize("software", [True, False])
+def test_waiting_for_a_gpu_is_not_counted_besides_its_work(software: bool, context: Clocked) -> None:
+    timers = PassTimers(cast(Device, SimpleNamespace(context=context, software=software)))
+    with timers.measure_cpu("occlusion"):
+        with timers.measure_within("occlusion_depth"):
+            pass
+        with timers.waiting():
+            time.sleep(0.02)
+    timers.time_next()
+    timers.end_frame()
+    assert (timers.by_clock["occlusion"] > 20) == software and context.drained == 0
+    for _ in range(4):
+        timers.end_frame()
+    assert set(timers.milliseconds) == ({"occlusion"} if software else {"occlusion", "occlusion_depth"})
 
 
 def test_frames_are_taken_for_long_until_their_times_are_known(context: Clocked) -> None:

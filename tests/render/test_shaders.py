@@ -300,6 +300,16 @@ def test_every_shader_says_what_it_does() -> None:
         assert re.match(r"// [A-Z]\w+s ", path.read_text(encoding="utf-8")), path
 
 
+def test_nothing_is_written_that_some_compilers_refuse() -> None:
+    """Mesa allows extensions after code, too; Khronos' compiler takes any `.length` for a method of arrays."""
+    for path in shader_root().rglob("*.*"):
+        text = re.sub(r"//.*", "", Source(path.relative_to(shader_root()).as_posix()).text)
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
+        code = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
+        assert not any(line.startswith("#extension") for line in lines[code:]), path
+        assert not re.search(r"\.length\b(?!\()", text), path
+
+
 def test_constants_that_shaders_name_exist_and_are_used() -> None:
     """`Source` raises GpuError for one that does not exist."""
     line = re.compile(r"^#from (\S+) import ([^/\n]+)", re.MULTILINE)

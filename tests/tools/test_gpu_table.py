@@ -1,10 +1,18 @@
 """Tables of frames on a GPU."""
 
+import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
+import numpy as np
 import pytest
 
 from depthwalk.gpu.device import Device
+from depthwalk.gpu.timers import PassTimers
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
 from tools import gpu_table
 
 
@@ -23,6 +31,33 @@ def test_tables_of_a_walk_and_of_its_picture_twice(tmp_path: Path, capsys: pytes
     (tmp_path / "room.png").write_bytes(b"no picture")
     gpu_table.main([*command, "--software", "--compare", str(tmp_path)])
     assert f"{tmp_path / 'room.png'}: " in capsys.readouterr().out
+
+
+def test_a_driver_that_spins_until_the_gpu_is_done_is_no_part_of_python() -> None:
+    """It does so in `draw` where frames are ahead of the GPU, and where depth is read back."""
+
+    def spin() -> None:
+        end = time.thread_time() + 0.01
+        while time.thread_time() < end:
+            pass
+
+    def draw(view: View) -> None:
+        unfinished.append(view)
+        if len(unfinished) > 1:
+            spin()
+        with timers.waiting():
+            spin()
+        timers.end_frame()
+
+    unfinished: list[View] = []
+    timers = PassTimers(cast(Device, SimpleNamespace(context=None, software=False)))
+    renderer = SimpleNamespace(timers=timers, remembers=False)
+    pixels = np.zeros((8, 8, 4), np.uint8)
+    headless = SimpleNamespace(
+        draw=draw, finish=unfinished.clear, renderer=renderer, size=(8, 8), pixels=lambda: pixels
+    )
+    found = gpu_table.measure(cast(HeadlessRenderer, headless), [Camera((0, 1, 2), (0, 0, 0), 1.0)] * 5)
+    assert len(found.python) == 5 and max(found.python) < 5 < 10 < min(found.frame)
 
 
 def test_what_is_no_gpu_is_refused(capsys: pytest.CaptureFixture[str], gl_device: Device) -> None:

@@ -221,6 +221,7 @@ def frame_costs(drawn: Mapping[str, HeadlessRenderer], cameras: Sequence[Camera]
     for headless in drawn.values():
         for _ in range(_WARMUP):
             headless.draw(View(cameras[0], headless.size))
+        headless.finish()  # else the first frame that is timed would wait for these of all renderers
     for number, camera in enumerate(cameras):
         for name, headless in drawn.items():
             with _clock(headless) as elapsed:

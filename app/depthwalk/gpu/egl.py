@@ -1,16 +1,24 @@
 """Create GL contexts by EGL, without a window, that report when they are lost.
 
 moderngl's own backend for EGL creates contexts that do not report it (EGL 1.5, §3.7.1.4: "No reset notification" is the
-default). Everything else, such as the choice of the GPU, is left to that backend.
+default). Everything else is left to that backend, which is told which device to use: the first that works. Drivers list
+GPUs before software rasterisers, but also GPUs that this process may not use, as in a container that is lent one of
+several.
 """
 
 import ctypes
+import logging
+import os
 from functools import cache
 from typing import Any, NamedTuple
 
 import moderngl
 
 from depthwalk.gpu.failures import ContextLostError, GpuError
+
+log = logging.getLogger(__name__)
+
+DEVICE = "GLCONTEXT_DEVICE_INDEX"  # environment variable that chooses the device, as moderngl's backend reads it
 
 _LIBRARY = "libEGL.so.1"
 _GL_LIBRARY = "libGL.so.1"
@@ -120,8 +128,7 @@ def _display_and_config() -> tuple[int, int]:
     egl = _library()
     egl.eglBindAPI(_OPENGL_API)
     before = _current(egl)
-    named: dict[str, Any] = {"backend": "egl", "libgl": _GL_LIBRARY, "libegl": _LIBRARY}  # else ldconfig is run twice
-    ordinary = moderngl.create_context(require=330, standalone=True, **named)
+    ordinary = ordinary_context()
     try:
         now, number, config, count = _current(egl), _Int(), _Handle(), _Int()
         egl.eglQueryContext(now.display, now.context, _CONFIG_ID, ctypes.byref(number))
@@ -133,6 +140,39 @@ def _display_and_config() -> tuple[int, int]:
         return now.display, config.value
     finally:
         ordinary.release()
+
+
+def ordinary_context() -> moderngl.Context:
+    """Create a context that does not report its loss, on the first device that works, or the one that `DEVICE` names.
+
+    It is current afterwards. Raises what moderngl's backend raises, for the first device, where none works.
+    """
+    named: dict[str, Any] = {"backend": "egl", "libgl": _GL_LIBRARY, "libegl": _LIBRARY}  # else ldconfig is run twice
+    failed: list[Exception] = []
+    for number in range(1 if DEVICE in os.environ else max(_device_count(), 1)):
+        named["device_index"] = number
+        try:
+            context = moderngl.create_context(require=330, standalone=True, **named)
+        except Exception as error:  # glcontext raises bare Exception
+            failed.append(error)
+            continue
+        if failed:
+            log.warning("EGL device %d is used, as those before fail: %s", number, failed[0])
+        return context
+    raise failed[0]
+
+
+@cache
+def _device_count() -> int:
+    """Return how many devices EGL lists; 0 where it cannot tell."""
+    try:
+        address = _library().eglGetProcAddress(b"eglQueryDevicesEXT")
+    except GpuError:
+        return 0
+    count = _Int()
+    if address and ctypes.CFUNCTYPE(_Int, _Int, _Handle, _Handle)(address)(0, None, ctypes.byref(count)):
+        return count.value
+    return 0
 
 
 def _current(egl: ctypes.CDLL) -> _Current:

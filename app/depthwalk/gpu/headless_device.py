@@ -1,13 +1,13 @@
 """Create a device without a window, in the best way that the platform offers."""
 
 import logging
+from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import moderngl
 
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.egl import RobustContext
+from depthwalk.gpu.egl import RobustContext, ordinary_context
 from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.shader_cache import guard_shader_cache
 
@@ -32,7 +32,8 @@ def headless_device() -> Device:
     """
     guard_shader_cache()
     reasons: dict[str, None] = {}
-    for make in (_robust_device, partial(_ordinary_device, backend="egl"), _ordinary_device):
+    in_own_way = partial(moderngl.create_context, require=330, standalone=True)
+    for make in (_robust_device, partial(_device_of, ordinary_context), partial(_device_of, in_own_way)):
         try:
             device = make()
         except Exception as error:  # glcontext raises bare Exception
@@ -56,8 +57,8 @@ def _robust_device() -> Device:
         raise
 
 
-def _ordinary_device(**settings: Any) -> Device:
-    """Return a device whose context moderngl creates with these `settings`. Raises what moderngl raises."""
-    context = moderngl.create_context(require=330, standalone=True, **settings)
+def _device_of(create: Callable[[], moderngl.Context]) -> Device:
+    """Return a device whose context `create` creates. Raises what that raises."""
+    context = create()
     with context:
         return Device(context)

@@ -60,6 +60,8 @@ _PREAMBLE = "".join(
     f"#ifdef GL_ARB_{feature}\n#extension GL_ARB_{feature} : enable\n#define {feature.upper()} 1\n#endif\n"
     for feature in ("conservative_depth", "texture_gather")
 )
+# After the defines: what common/per_sample.glsl needs. Compilers may refuse it there, where other code may come before.
+_PER_SAMPLE = "#ifdef MULTISAMPLED\n#extension GL_ARB_gpu_shader5 : require\n#endif\n"
 
 
 class Source:
@@ -242,7 +244,8 @@ class Program:
             Where a user's own shader does not compile, with file and line.
         """
         pairs = (define.partition("=") for define in defines)
-        self._preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
+        defined = "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
+        self._preamble = _PREAMBLE + defined + _PER_SAMPLE
         self._scope = scope
         self._files, self._includes, self._blocks = (vertex, fragment), tuple(includes), blocks
         self._held: dict[str, Any] = {}  # the values of uniforms that were set, by their names

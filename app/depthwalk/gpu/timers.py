@@ -44,6 +44,9 @@ class PassTimers:
         The number of the current frame, from 0.
     of_frame
         The number of the frame that `milliseconds` belongs to; −1 before any frame's times are known.
+    busy_waiting
+        Seconds of processor time that the drawing thread has spent so far in blocks of `waiting`, where some drivers
+        keep a core busy; 0 with "finish".
     """
 
     def __init__(self, device: Device) -> None:
@@ -53,9 +56,11 @@ class PassTimers:
         self.milliseconds: dict[str, float] = {}
         self.by_clock: dict[str, float] = {}
         self.frame, self.of_frame = 0, -1
+        self.busy_waiting = 0.0
         self._next = _FIRST_DRAINED  # the next frame to be drained
         self._measured: list[tuple[str, float | moderngl.Query]] = []
         self._clocked: dict[str, float] = defaultdict(float)
+        self._waited = 0.0  # s that a GPU was waited for within blocks of `measure_cpu`
         self._pending: deque[tuple[int, list[tuple[str, float | moderngl.Query]]]] = deque()
         self._spare: list[moderngl.Query] = []  # for reuse, as moderngl cannot release queries
 
@@ -65,10 +70,13 @@ class PassTimers:
 
     @contextmanager
     def measure_cpu(self, name: str) -> Iterator[None]:
-        """Measure a `with` block without GL commands by the clock; `name` is its key in `milliseconds`."""
-        start = time.perf_counter()
+        """Measure a `with` block by the clock; `name` is its key in `milliseconds`.
+
+        If it has GL commands that take the GPU long, or waits for the GPU, see `measure_within` and `waiting`.
+        """
+        start, waited = time.perf_counter(), self._waited
         yield
-        milliseconds = (time.perf_counter() - start) * 1e3
+        milliseconds = (time.perf_counter() - start - (self._waited - waited)) * 1e3
         self._measured.append((name, milliseconds))
         self._clocked[name] += milliseconds
 
@@ -86,6 +94,30 @@ class PassTimers:
         if self._drains:
             self._context.finish()
             self._measured.append((name, (time.perf_counter() - start) * 1e3))
+
+    @contextmanager
+    def measure_within(self, name: str) -> Iterator[None]:
+        """Measure GL commands within a block of `measure_cpu` by a query; `name` is its key in `milliseconds`.
+
+        A software rasteriser has none: its work is a part of that block.
+        """
+        if self.kind == "finish":
+            yield
+            return
+        with self.measure(name):
+            yield
+
+    @contextmanager
+    def waiting(self) -> Iterator[None]:
+        """Leave out of the block of `measure_cpu` around it that this `with` block waits for a GPU.
+
+        What that does meanwhile is in the times of the passes, which would be counted twice.
+        """
+        start, began = time.perf_counter(), time.thread_time()
+        yield
+        if self.kind == "gpu":
+            self._waited += time.perf_counter() - start
+            self.busy_waiting += time.thread_time() - began
 
     @property
     def _drains(self) -> bool:

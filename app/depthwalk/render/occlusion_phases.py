@@ -103,14 +103,14 @@ class OcclusionPhases:
     device : the GPU that draws, whose depth buffer is read.
     settings : the render settings of the scene; they may change between frames.
     world : the objects of the scene.
-    timers : measure the steps "cull", "occlusion", "upload" and "plan".
+    timers : measure the steps "cull", "occlusion", "upload" and "plan", and on a GPU "occlusion_depth".
     """
 
     def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld, timers: PassTimers) -> None:
         self._settings, self._world, self._timers = settings, world, timers
         self._planner = Planner()
         self._cluster_planner = FarClusterPlanner(world, self._planner.tiles)
-        self._occlusion = ObjectOcclusion(device, settings, world)
+        self._occlusion = ObjectOcclusion(device, settings, world, timers)
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
         self._ahead: Rows = np.zeros(0, np.int64)  # objects of the batches that this frame drew first, from memory
 

@@ -13,7 +13,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.draw.draw_lists import ImpostorQuads
-from depthwalk.render.draw.material_depth import SURFACE_RECORD
+from depthwalk.render.draw.material_depth import FULL_COVERAGE, MATERIAL_DEPTH_STEPS, SURFACE_RECORD
 from depthwalk.render.image import read_pixels
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Bounds, extents
@@ -70,6 +70,21 @@ def test_records_are_fetched_by_number(gl_device: Device) -> None:
     found = np.frombuffer(out.read(), np.float32).reshape(2, 4)
     assert found == pytest.approx(np.where(numbers == 0, 1, numbers / 65536), abs=1e-7)
     scope.release()
+
+
+def test_depths_of_assets_are_the_same_however_a_gpu_rounds_them() -> None:
+    """To 24 bits: exactly, or in float32, which below 1 is no finer; to the nearest, or by adding a half."""
+    part = np.arange(1, int(FULL_COVERAGE * MATERIAL_DEPTH_STEPS)) / MATERIAL_DEPTH_STEPS
+    assert len(part) > 1 << 16  # assets
+    for depth in (part, FULL_COVERAGE + part):
+        single, steps = depth.astype(np.float32), np.float32((1 << 24) - 1)
+        np.testing.assert_array_equal(single, depth)
+        stored = np.rint(depth * ((1 << 24) - 1))
+        np.testing.assert_array_equal(np.rint(single * steps), stored)
+        np.testing.assert_array_equal(np.floor(single * steps + np.float32(0.5)), stored)
+        in_clip_space = np.float32(2) * single - np.float32(1)  # as rectangle.vert has it
+        np.testing.assert_array_equal(np.float32(0.5) * in_clip_space + np.float32(0.5), single)
+        assert (np.diff(stored) >= 1).all()
 
 
 @pytest.mark.parametrize("position", [(0.3, 1.2, 4.2), (0.4, 0.9, 1.2)])

@@ -35,23 +35,22 @@ class DepthReadback:
         self._framebuffer = self.gl.framebuffer([self._texture])
         self._farthest = np.empty(cells[::-1], np.float32)  # reused: touching new memory is slower than the copy
 
-    def read(self, targets: Targets) -> NDArray[np.float32]:
-        """Return the farthest depth of each cell. Waits until the GPU has finished drawing.
-
-        Parameters
-        ----------
-        targets : the textures whose depth is read.
-
-        Returns
-        -------
-        (rows, columns) float32 values of the depth buffer, 0 to 1, row 0 at the bottom. The next call overwrites them.
-        """
+    def reduce(self, targets: Targets) -> None:
+        """Find the farthest depth of each cell in the depth of `targets`, on the GPU."""
         targets.drawn.depth.use(0)
         defines = targets.defines
         samples = {"samples": targets.samples} if defines else {}
         self._programs[defines].set(depth_texture=0, side=self.side, **samples)
         with self.gl.state(into=self._framebuffer):
             self._programs[defines].fill()
+
+    def read(self) -> NDArray[np.float32]:
+        """Return what the last `reduce` found. Waits until the GPU has finished drawing.
+
+        Returns
+        -------
+        (rows, columns) float32 values of the depth buffer, 0 to 1, row 0 at the bottom. The next call overwrites them.
+        """
         self._texture.read_into(self._farthest, alignment=4)
         return self._farthest
 

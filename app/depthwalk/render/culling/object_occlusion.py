@@ -3,6 +3,7 @@
 import numpy as np
 
 from depthwalk.gpu.device import Device
+from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.culling.depth_readback import DepthReadback
 from depthwalk.render.culling.occlusion_test import IsHidden, depth_test
 from depthwalk.render.targets import Targets
@@ -24,10 +25,11 @@ class ObjectOcclusion:
     device : the GPU that draws, whose depth buffer is read.
     settings : the render settings of the scene; they may change between frames.
     world : the objects of the scene.
+    timers : measure the time of the GPU, "occlusion_depth"; the caller measures that of the CPU.
     """
 
-    def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld) -> None:
-        self._device, self._settings, self._world = device, settings, world
+    def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld, timers: PassTimers) -> None:
+        self._device, self._settings, self._world, self._timers = device, settings, world, timers
         self._readback: DepthReadback | None = None  # created when there is something to cull
 
     def drawn(self, view: View, targets: Targets) -> "Occluders":
@@ -41,7 +43,10 @@ class ObjectOcclusion:
         lod, warp = self._settings.lod, self._settings.warp
         if self._readback is None:
             self._readback = DepthReadback(self._device, view.size)
-        farthest = self._readback.read(targets)
+        with self._timers.measure_within("occlusion_depth"):
+            self._readback.reduce(targets)
+        with self._timers.waiting():
+            farthest = self._readback.read()
         # Tiles and geometry may be coarser than pixels. Parallax of reused tiles adds no margin: a hidden object that
         # its displaced tile would show beside its occluder is rightly left out.
         margin = max(1, 1 / warp.tile_scale, lod.allowed_error)

@@ -24,9 +24,11 @@ SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("material_de
 # it saves.
 _CROWD = 1 << 14
 # Asset k has the depth FULL_COVERAGE + k / MATERIAL_DEPTH_STEPS, which float32 and a depth buffer of 24 bits tell
-# apart; pixels that it covers in part have k / MATERIAL_DEPTH_STEPS, in front of all others.
-MATERIAL_DEPTH_STEPS = 1 << 17
-FULL_COVERAGE = 0.5
+# apart; pixels that it covers in part have k / MATERIAL_DEPTH_STEPS, in front of all others. All are less than ¼: there
+# they are so near to depths of that buffer that every way to round leads to the same. At ½ they lie between two of its
+# depths, and a GPU may round what a shader writes otherwise than what it interpolates.
+MATERIAL_DEPTH_STEPS = 1 << 20
+FULL_COVERAGE = 0.125
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +43,7 @@ class MaterialRecords:
         0), and two zeros. Number 0 is no object: its depth is 1, the far plane, and all else is 0.
     assets : (a,) numbers in `CookedParts` of the assets that may be visible.
     material_depth : (a,) the depth that stands for each asset where it covers a pixel whole, as the depth buffer holds
-        it: above `FULL_COVERAGE`, 0.5, and below 1. Where it covers a pixel in part, the depth is less by 0.5.
+        it: above `FULL_COVERAGE`, and below twice that. Where it covers a pixel in part, the depth is less by that.
     low : (a, 2) lower left corner of the part of the picture in which each asset may be, −1 to 1, y upward.
     high : (a, 2) upper right corner of that part.
     """
