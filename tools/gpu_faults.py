@@ -18,8 +18,9 @@ import typer
 from numpy.typing import NDArray
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.options import SceneArgument
-from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.gpu.failures import GPU_FAILURES
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View

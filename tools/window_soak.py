@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from scipy.stats import theilslopes
 
 from depthwalk.assets.background import BackgroundLibrary
-from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.commands.exit_codes import FAILURE
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.soak import MAX_NEW_OBJECTS, random_walk, resident_bytes
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene

@@ -13,7 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
-from depthwalk.commands.program import HELP_OPTIONS, OneLineGroup, UsageError, as_program
+from depthwalk.commands.program import as_program
+from depthwalk.commands.usage import HELP_OPTIONS, OneLineGroup, UsageError
 from depthwalk.errors import printable
 
 # By the module whose `main` is the command; the text is the first line of its docstring.

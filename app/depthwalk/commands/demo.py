@@ -20,7 +20,8 @@ from depthwalk.commands.options import (
     Resolution,
     Verbose,
 )
-from depthwalk.commands.program import end_if_interrupted, guarded, without_garbage
+from depthwalk.commands.program import guarded, without_garbage
+from depthwalk.commands.signals import end_if_interrupted
 from depthwalk.commands.view import shipped_file
 from depthwalk.errors import InputError
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import (
     check_camera_source,
     open_scene,
@@ -34,7 +35,7 @@ from depthwalk.commands.options import (
     ShownScene,
     Verbose,
 )
-from depthwalk.commands.program import FAILURE, guarded, without_garbage
+from depthwalk.commands.program import guarded, without_garbage
 from depthwalk.errors import InputError
 
 log = logging.getLogger("depthwalk")

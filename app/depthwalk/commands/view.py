@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import open_scene, parse_camera, parse_resolution, representation
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
@@ -24,7 +25,8 @@ from depthwalk.commands.options import (
     Verbose,
     named_file,
 )
-from depthwalk.commands.program import FAILURE, end_if_interrupted, guarded, without_garbage
+from depthwalk.commands.program import guarded, without_garbage
+from depthwalk.commands.signals import end_if_interrupted
 from depthwalk.errors import InputError
 from depthwalk.resources import scene_root
 
