@@ -143,7 +143,7 @@ class Pictures:
         scene = load_scene(file)
         self._headless = HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE)
         self.camera = scene.camera or self._headless.frame_all()
-        self._must_make_anew = False
+        self._must_recreate = False
 
     def __enter__(self) -> "Pictures":
         return self
@@ -158,7 +158,7 @@ class Pictures:
 
     def fail(self, lost: bool) -> None:
         """Make the context be lost, or an object be rejected, before the next picture."""
-        self._must_make_anew = not lost
+        self._must_recreate = not lost
         if lost:
             self._headless.device._status = lambda: _RESET
 
@@ -166,13 +166,13 @@ class Pictures:
         """The picture (H, W, 4), drawn again until the GPU does not fail."""
         while True:
             try:
-                if self._must_make_anew:
-                    self._headless.make_anew()
-                self._must_make_anew = False
+                if self._must_recreate:
+                    self._headless.recreate()
+                self._must_recreate = False
                 self._headless.draw(View(self.camera, SIZE))
                 return self._headless.pixels()
             except GPU_FAILURES:
-                self._must_make_anew = True
+                self._must_recreate = True
 
 
 @guarded
