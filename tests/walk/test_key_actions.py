@@ -5,9 +5,8 @@ from types import SimpleNamespace
 from typing import cast
 
 from depthwalk.scene.arrays import Camera
-from depthwalk.walk.app import Walk
 from depthwalk.walk.hud import HELP
-from depthwalk.walk.key_actions import key_actions
+from depthwalk.walk.key_actions import Walk, key_actions
 from walks import HOME, state
 
 

@@ -4,18 +4,42 @@ Keys that are held to move the viewer are in `input`.
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Protocol
 
+from depthwalk.render.up_axis import ModelTurn
 from depthwalk.scene.arrays import Representation
+from depthwalk.walk.beside import BesideFrames
 from depthwalk.walk.camera_text import camera_yaml
+from depthwalk.walk.input import Input
+from depthwalk.walk.loading import LoadingScreen
 from depthwalk.walk.orbit import Side
-from depthwalk.walk.window import copy_text
-
-if TYPE_CHECKING:  # `app` imports this module
-    from depthwalk.walk.app import Walk
+from depthwalk.walk.state import State
+from depthwalk.walk.window import Window, copy_text
 
 
-def key_actions(walk: "Walk") -> dict[str, Callable[[], None]]:
+class Walk(Protocol):
+    """Describe what keys act on; `app.Walk` explains each part. Any of them may be replaced during a walk."""
+
+    window: Window
+    state: State
+    input: Input
+    loading: LoadingScreen
+    beside: BesideFrames
+    model_turn: ModelTurn
+    next_file: Path | None
+
+    @property
+    def aspect(self) -> float:
+        """Return width / height of the window."""
+        ...
+
+    def want_screenshot(self) -> None:
+        """Save the next picture to a file."""
+        ...
+
+
+def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
     """Return the actions of the keys in a walk that has started, by moderngl-window's names of the keys."""
     state = walk.state
 
@@ -51,7 +75,7 @@ def key_actions(walk: "Walk") -> dict[str, Callable[[], None]]:
     }
 
 
-def _escape(walk: "Walk") -> None:
+def _escape(walk: Walk) -> None:
     """Stop loading; otherwise release the mouse; otherwise close the window."""
     if walk.loading.busy:
         walk.loading.stop()
@@ -61,19 +85,19 @@ def _escape(walk: "Walk") -> None:
         walk.window.close()
 
 
-def _copy_camera(walk: "Walk") -> None:
+def _copy_camera(walk: Walk) -> None:
     """Copy the camera to the clipboard, in the notation of scene files."""
     copy_text(walk.window, text := camera_yaml(walk.state.camera))
     walk.state.tell(f"Copied {text}")
 
 
-def _reload(walk: "Walk") -> None:
+def _reload(walk: Walk) -> None:
     """Read the scene's file again before the next frame."""
     if not walk.loading.busy:  # while another scene loads, this would reload the wrong one
         walk.next_file = walk.state.scene.path
 
 
-def _turn_up(walk: "Walk") -> None:
+def _turn_up(walk: Walk) -> None:
     """Turn a model so that its other axis points upward."""
     if (message := walk.model_turn.turn()) is None:
         walk.state.tell("U turns only a model opened by itself; in a scene file, set the asset's key `up`")
@@ -83,7 +107,7 @@ def _turn_up(walk: "Walk") -> None:
     walk.state.tell(message)
 
 
-def _go_home(walk: "Walk") -> None:
+def _go_home(walk: Walk) -> None:
     """Return to the first camera, fitted to the window's present size if it shows all objects."""
     walk.state.fit_home(walk.aspect)
     walk.state.go_home()
