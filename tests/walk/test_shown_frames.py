@@ -60,8 +60,8 @@ class Window(OnScreen):
 @pytest.fixture(autouse=True)
 def _small_surround(monkeypatch: pytest.MonkeyPatch) -> None:
     """As small beside the window as in use, which saves time."""
-    monkeypatch.setattr("depthwalk.render.surround.SURROUND_SIZE", 256)
-    monkeypatch.setattr("depthwalk.render.surround.SURROUND_VIEW_SIZE", 48)
+    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_SIZE", 256)
+    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_VIEW_SIZE", 48)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from dataclasses import replace
 import moderngl
 
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.reprojection import Reprojection
+from depthwalk.render.reprojection.reprojection import Reprojection
 from depthwalk.render.view.field_of_view import reduced, widened
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera

@@ -15,7 +15,7 @@ import numpy as np
 from pyglm import glm
 
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.reprojection import Reprojection
+from depthwalk.render.reprojection.reprojection import Reprojection
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.look_around import LookAround
