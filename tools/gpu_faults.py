@@ -91,7 +91,7 @@ class Walk:
         scene = load_scene(file)
         scene.render.reprojection.mode = "off"  # frames that depend on the clock are not reproducible
         self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
-        self._walk.beside.loads_kernels = True  # prevents loading them, as they round differently from NumPy
+        self._walk.background.loads_kernels = True  # prevents loading them, as they round differently from NumPy
         self._scene = scene
 
     def __enter__(self) -> "Walk":

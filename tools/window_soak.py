@@ -132,7 +132,7 @@ class Soak:
     def _come_to_rest(self) -> None:
         for number in range(_MOST_ROUNDS):
             self._walk.state._toast = ""
-            if number > 2 and self._walk.frames.is_current and self._walk.beside.progress is None:
+            if number > 2 and self._walk.frames.is_current and self._walk.background.progress is None:
                 return
             self._step()
 

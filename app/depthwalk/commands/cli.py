@@ -96,7 +96,7 @@ def main() -> None:
     """Run the program `depthwalk` with the arguments of the process."""
     for name, value in _ENVIRONMENT.items():
         os.environ.setdefault(name, value)
-    gc.disable()  # until a command has been imported, see `without_garbage`
+    gc.disable()  # until a command has been imported, see `without_garbage_collection`
     app()
 
 

@@ -46,7 +46,7 @@ def guarded(command: Command) -> Command:
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> None:
         if not gc.isenabled():  # it was off while the command was imported
-            with without_garbage():
+            with without_garbage_collection():
                 pass
         _open_closed_streams()
         _escape_what_streams_lack()
@@ -87,7 +87,7 @@ def _limit_cache(size: str | None) -> None:
 
 
 @contextmanager
-def without_garbage() -> Iterator[None]:
+def without_garbage_collection() -> Iterator[None]:
     """Disable garbage collection in a `with` block that imports libraries and reads a scene.
 
     These objects live as long as the program. Searching them repeatedly while they grow takes a tenth of the time;

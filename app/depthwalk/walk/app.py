@@ -17,7 +17,7 @@ from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
-from depthwalk.walk.beside import BesideFrames
+from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
@@ -94,13 +94,13 @@ class Walk:
     input : receives the window's events.
     loading : shows the progress of loading.
     recovery : restarts after failures of the GPU.
-    beside : the library of the scene, and its work in the background.
+    background : the library of the scene, and its work in the background.
     next_file : a scene, mesh or camera path to open before the next frame; None for none.
     """
 
     def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
-        self.window, self.beside, self._read = window, BesideFrames(library), read
-        self._told = library.report
+        self.window, self.background, self._read = window, BackgroundWork(library), read
+        self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
         self._screenshot_due = False
@@ -118,7 +118,7 @@ class Walk:
     ) -> None:
         """Read, bake and upload everything that the first frame needs; see `run`."""
         self._begin()
-        self.renderer = self._loader.open(scene, self.beside.library, representation)
+        self.renderer = self._loader.open(scene, self.background.library, representation)
         self._on_gpu.callback(lambda: self.renderer.release())
         self.model_turn = ModelTurn(scene, self.renderer)
         framed = home_in(scene, self.renderer, self.aspect)
@@ -138,7 +138,7 @@ class Walk:
         self.device = Device(self.window.ctx, gl_address)
         self._overlay = Overlay(self.device)
         self._on_gpu.callback(self._overlay.release)
-        self.loading = LoadingScreen(self.window, self._overlay, self._told)
+        self.loading = LoadingScreen(self.window, self._overlay, self._on_stage)
         self._loader = SceneLoader(self.device, self.window, self.loading, self._clock)
         self.window.key_event_func = self._close_by_escape  # until there is an `Input`
         on_files_dropped(self.window, self._drop)
@@ -171,7 +171,7 @@ class Walk:
 
     def _show(self, scene: Scene) -> None:
         """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
-        again, library = scene.path == self.state.scene.path, self.beside.library.sibling(scene.assets)
+        again, library = scene.path == self.state.scene.path, self.background.library.sibling(scene.assets)
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
@@ -180,7 +180,7 @@ class Walk:
         if model_turn.guess:
             self.state.tell(model_turn.guess)
         self.renderer.release()
-        self.beside.replace(library)
+        self.background.replace(library)
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
 
@@ -213,8 +213,8 @@ class Walk:
         with self._loader.clock_stopped():
             self._drop_gpu()
             self._begin()
-            self.beside.replace(self.beside.library.sibling(state.scene.assets))
-            self.renderer = state.renderer = self._loader.open(state.scene, self.beside.library, representation)
+            self.background.replace(self.background.library.sibling(state.scene.assets))
+            self.renderer = state.renderer = self._loader.open(state.scene, self.background.library, representation)
             self._on_gpu.callback(lambda: self.renderer.release())
             self.model_turn.renderer, state.shares = self.renderer, LateShares()
             self._show_renderer()
@@ -254,22 +254,30 @@ class Walk:
         self.window.swap_buffers()
         self.frames.work()
         take_events()
-        self.beside.begin_what_waited()
+        self.background.begin_deferred()
         camera, self._camera_before = self._camera_before, self.state.camera
-        if self.beside.progress is not None and self._camera_before == camera and self.state.recorder is None:
+        if self.background.progress is not None and self._camera_before == camera and self.state.recorder is None:
             self._clock.wait(self._clock.now + _STILL_SECONDS - time.perf_counter())  # leaves the cores to baking
 
     def _shows_all(self, dt: float) -> bool:
         """Return whether the window already shows everything there is to show."""
         state = self.state
         self.frames.note(state.camera, dt, self.window.buffer_size, state.jumps)
-        told = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.beside.progress
-        widgets_rest = self._widget_rounds.are_over(told, self.input.take_news())
+        content = (
+            self.window.size,
+            state.toast,
+            state.hud,
+            state.panel,
+            state.help,
+            state.atlas,
+            self.background.progress,
+        )
+        widgets_rest = self._widget_rounds.are_over(content, self.input.take_news())
         return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
 
     def _take_news(self) -> None:
         """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
-        sources = self.renderer.assets.meshes.reader.failures, self.beside.failures
+        sources = self.renderer.assets.meshes.reader.failures, self.background.failures
         if complaints := [complaint for failures in sources for complaint in failures]:
             self.state.tell("\n".join(dict.fromkeys(complaints)))
         for failures in sources:
@@ -287,7 +295,7 @@ class Walk:
         try:
             self._on_gpu.close()
         finally:
-            self.beside.close()
+            self.background.close()
             self.window.destroy()
 
     def _close_by_escape(self, key: Any, action: Any, modifiers: Any) -> None:
@@ -331,7 +339,7 @@ class Walk:
 
     def _widgets(self) -> None:
         """Draw the widgets, and tell the input which parts of the window they cover."""
-        shown = self.state, self._overlay, self._atlas_view, self.beside.progress
+        shown = self.state, self._overlay, self._atlas_view, self.background.progress
         self.input.set_areas(draw_widgets(*shown, in_screenshot=self._screenshot_due))
 
     def _take_screenshot(self, camera: Camera) -> None:

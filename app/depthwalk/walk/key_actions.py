@@ -9,7 +9,7 @@ from typing import Protocol
 
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.scene.arrays import Representation
-from depthwalk.walk.beside import BesideFrames
+from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.camera_text import camera_yaml
 from depthwalk.walk.input import Input
 from depthwalk.walk.loading import LoadingScreen
@@ -25,7 +25,7 @@ class Walk(Protocol):
     state: State
     input: Input
     loading: LoadingScreen
-    beside: BesideFrames
+    background: BackgroundWork
     model_turn: ModelTurn
     next_file: Path | None
 
@@ -48,7 +48,7 @@ def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
 
     return {
         "ESCAPE": lambda: _escape(walk),
-        "B": lambda: state.tell(walk.beside.stop_baking()),
+        "B": lambda: state.tell(walk.background.stop_baking()),
         "C": lambda: walk.input.capture(not walk.input.captured),
         "F": lambda: state.frame_all(walk.aspect),
         "F12": walk.want_screenshot,
