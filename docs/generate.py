@@ -67,7 +67,8 @@ An object's `representation` says how it is drawn:
   each simplified by their own distance.
 - Rivals of a relief, which is one planar depth image: relief mapping (`relief`), per-pixel displacement with distance
   functions (`distance`), parallax occlusion mapping (`parallax`), a bump-mapped plane (`bump`), a grid of displaced
-  vertices (`displacement`), or warped by the CPU and drawn as a texture (`relief-texture`).
+  vertices (`displacement`), warped by the CPU and drawn as a texture (`relief-texture`), or a bar to each texel
+  (`bar-texture`).
 - Rivals of a whole object, drawn from pictures of its mesh from many directions: the three nearest, blended
   (`octahedral`), or the nearest of a horizontal ring, on an upright rectangle (`billboard`).
 

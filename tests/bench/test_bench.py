@@ -95,7 +95,7 @@ def test_a_still_camera_needs_no_path(tiny_scene: Path, tmp_path: Path) -> None:
         (
             ["--representation", "dpci,teapot"],
             "--representation teapot: must be one of scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh, "
-            "relief, distance, parallax, bump, displacement, relief-texture, octahedral, billboard, auto",
+            "relief, distance, parallax, bump, displacement, relief-texture, bar-texture, octahedral, billboard, auto",
         ),
         (["--json", "{d}/no/b.json"], "{d}/no/b.json: the folder '{d}/no' does not exist"),
         (["--json", "{d}/b", "--html", "{d}/b"], "{d}/b: would overwrite a file that is measured, or the other report"),
@@ -189,7 +189,9 @@ def test_the_quicker_way_is_named_with_its_bounds() -> None:
     assert alike.endswith(", which is within the noise")
 
 
-@pytest.mark.parametrize("kind", ["mesh", "mesh-lod", "relief", "relief-texture", "octahedral", "billboard"])
+@pytest.mark.parametrize(
+    "kind", ["mesh", "mesh-lod", "relief", "relief-texture", "bar-texture", "octahedral", "billboard"]
+)
 def test_what_could_not_be_drawn_as_asked_is_not_compared(kind: str) -> None:
     report = report_of({kind: [1.0, 2.0], "dpci": [3.0, 4.0]})
     counts: dict[str, float] = {"mesh": 0, "height_fields": 0, "captured": 0, "dpci": 7, "occluded": 0}

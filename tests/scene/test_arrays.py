@@ -31,6 +31,7 @@ def test_labels_are_those_of_scene_files() -> None:
         "bump",
         "displacement",
         "relief-texture",
+        "bar-texture",
         "octahedral",
         "billboard",
         "auto",

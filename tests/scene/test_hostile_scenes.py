@@ -25,7 +25,7 @@ MESSAGES = {
     "bad-representation": [
         "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod', 'mesh-clusters', 'dmesh', "
         "'relief', 'distance', 'parallax', 'bump', 'displacement', "
-        "'relief-texture', 'octahedral', 'billboard' or 'auto', not 'hologram'",
+        "'relief-texture', 'bar-texture', 'octahedral', 'billboard' or 'auto', not 'hologram'",
     ],
     "camera-fov": [
         "5:55: camera.fov: must be at most 170, not 180",

@@ -61,7 +61,9 @@ def test_representation_defaults_to_auto_where_the_asset_has_both(tmp_path: Path
 def test_a_relief_has_no_mesh(tmp_path: Path) -> None:
     text = "version: 1\nassets: {r: {depth_image: {depth: box.obj, colour: box.obj, size: [2, 1], range: 1}}}\n"
     text += "objects: [{asset: r, representation: mesh}]\n"
-    possible = "'dpci', 'dmesh', 'relief', 'distance', 'parallax', 'bump', 'displacement' or 'relief-texture'"
+    possible = (
+        "'dpci', 'dmesh', 'relief', 'distance', 'parallax', 'bump', 'displacement', 'relief-texture' or 'bar-texture'"
+    )
     assert complaint(tmp_path, text, {}).endswith(f"must be {possible}, not 'mesh': asset 'r' has no mesh")
 
 

@@ -74,7 +74,8 @@ def main(
             "--representation",
             metavar="R,...",
             help="Representations to compare: scene, dpci, mesh, mesh-lod, mesh-clusters, dmesh; of reliefs also "
-            "relief, distance, parallax, bump, displacement, relief-texture; of meshes octahedral, billboard; or auto.",
+            "relief, distance, parallax, bump, displacement, relief-texture, bar-texture; of meshes octahedral, "
+            "billboard; or auto.",
         ),
     ] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,

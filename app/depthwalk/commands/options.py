@@ -59,6 +59,7 @@ class RepresentationName(StrEnum):
     BUMP = "bump"
     DISPLACEMENT = "displacement"
     RELIEF_TEXTURE = "relief-texture"
+    BAR_TEXTURE = "bar-texture"
     OCTAHEDRAL = "octahedral"
     BILLBOARD = "billboard"
     AUTO = "auto"
@@ -119,8 +120,8 @@ RepresentationOption = Annotated[
         "--representation",
         metavar="NAME",
         help="How to draw every object that can be drawn so: dpci (depth images), mesh, mesh-lod, mesh-clusters, "
-        "dmesh, octahedral or billboard; reliefs also relief, distance, parallax, bump, displacement or "
-        "relief-texture; auto: mesh or dpci, whichever is quicker; scene: as the scene file says.",
+        "dmesh, octahedral or billboard; reliefs also relief, distance, parallax, bump, displacement, "
+        "relief-texture or bar-texture; auto: mesh or dpci, whichever is quicker; scene: as the scene file says.",
     ),
 ]
 PathOption = Annotated[

@@ -24,9 +24,10 @@ class Representation(IntEnum):
     BUMP = 8  # the flat picture, shaded with its normals
     DISPLACEMENT = 9  # a grid of the picture's resolution, displaced vertex by vertex
     RELIEF_TEXTURE = 10  # relief texture mapping: pre-warped on the CPU, then drawn as a texture
-    OCTAHEDRAL = 11  # octahedral impostors: the three nearest of many captured views, blended
-    BILLBOARD = 12  # one captured view on an upright rectangle that faces the viewer
-    AUTO = 13  # MESH or DPCI, whichever is quicker; replaced by one of these before drawing
+    BAR_TEXTURE = 11  # bar texture mapping: a straight bar to each texel, from its surface down to its neighbours'
+    OCTAHEDRAL = 12  # octahedral impostors: the three nearest of many captured views, blended
+    BILLBOARD = 13  # one captured view on an upright rectangle that faces the viewer
+    AUTO = 14  # MESH or DPCI, whichever is quicker; replaced by one of these before drawing
 
     @property
     def label(self) -> str:
@@ -53,6 +54,7 @@ HEIGHT_FIELDS = (
     Representation.BUMP,
     Representation.DISPLACEMENT,
     Representation.RELIEF_TEXTURE,
+    Representation.BAR_TEXTURE,
 )
 """Rivals of the warp, for assets with a single planar depth image; their numbers are consecutive."""
 

@@ -53,6 +53,7 @@ RepresentationName = Literal[
     "bump",
     "displacement",
     "relief-texture",
+    "bar-texture",
     "octahedral",
     "billboard",
     "auto",

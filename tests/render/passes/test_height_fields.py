@@ -32,7 +32,7 @@ from fields import (
 from shapes import ShapeLibrary, box, scene_of
 from stage import OnScreen, set_all
 
-RELIEF, DISTANCE, PARALLAX, BUMP, DISPLACEMENT, RELIEF_TEXTURE = HEIGHT_FIELDS
+RELIEF, DISTANCE, PARALLAX, BUMP, DISPLACEMENT, RELIEF_TEXTURE, BAR_TEXTURE = HEIGHT_FIELDS
 PLACES = [(0, -0.5, 0.1, -0.4, 0.5, 0.5), (0, 0.3, 0.2, 0.1, -0.4, 0.4), (1, 0.4, 0.9, -0.6, -0.7, 0.6)]
 PLACES += [(0, -0.6, 1.0, -0.2, 0.3, 0.3)]
 SLICE = RANGE / 16  # of the volume of distances, metres
@@ -65,6 +65,15 @@ def test_rays_meet_the_mesh_of_the_surface(gl_device: Device, kind: str, view: s
         (RELIEF_TEXTURE, "ramp", 0.003, 0.025),
         (RELIEF_TEXTURE, "step", 0.01, 0.03),
         (RELIEF_TEXTURE, "wire", 0.01, 0.025),
+        (
+            BAR_TEXTURE,
+            "cap",
+            WIDTH / SIDE,
+            0.04,
+        ),  # a texel is one bar, and the outermost reach half a texel beyond the picture
+        (BAR_TEXTURE, "ramp", WIDTH / SIDE, 0.04),
+        (BAR_TEXTURE, "step", WIDTH / SIDE, 0.04),
+        (BAR_TEXTURE, "wire", WIDTH / SIDE, 0.04),
     ],
 )
 def test_the_surface_is_where_it_should_be(

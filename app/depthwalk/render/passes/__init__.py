@@ -9,6 +9,7 @@ documents what a pass must declare and what it may rely on.
 from typing import Any
 
 from depthwalk.render.frame import Pass
+from depthwalk.render.passes.bar_texture import BarTexturePass
 from depthwalk.render.passes.billboard import BillboardPass
 from depthwalk.render.passes.bump import BumpPass
 from depthwalk.render.passes.composite import CompositePass
@@ -51,6 +52,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     BumpPass,
     DisplacementPass,
     ReliefTexturePass,
+    BarTexturePass,
     OctahedralPass,
     BillboardPass,
     # Ground, shadow maps, and the colours and normals of depth images: everything that lighting needs.

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject
 from depthwalk.gpu.device import Scope
+from depthwalk.render.resources.bars import Bars, upload_bars
 from depthwalk.render.resources.relative_depth import relative_depth
 from depthwalk.types import Array
 
@@ -32,6 +33,8 @@ class HeightField:
         The volume of distances to the surface, metres; None until it is needed.
     triangles
         The indices of the triangles between all texels, numbered row by row; None until they are needed.
+    bars
+        The bars of its texels; None until they are needed.
     relative
         The depths, (H, W) float32, in main memory; None until they are needed.
     """
@@ -40,19 +43,22 @@ class HeightField:
     uniforms: dict[str, Any]
     distances: moderngl.Texture3D | None = None
     triangles: moderngl.Buffer | None = None
+    bars: Bars | None = None
     relative: NDArray[np.float32] | None = None
 
     @property
     def owned(self) -> tuple[moderngl.Texture | moderngl.Texture3D | moderngl.Buffer, ...]:
         """Return all GL objects of the field, to be freed with its asset."""
-        return self.depth, *(made for made in (self.distances, self.triangles) if made is not None)
+        bars = () if self.bars is None else (self.bars.ends, self.bars.triangles)
+        return self.depth, *(made for made in (self.distances, self.triangles, *bars) if made is not None)
 
     @property
     def bytes(self) -> int:
         """Return how many bytes of GPU memory the field takes."""
         volume = 0 if self.distances is None else 2 * int(np.prod(self.distances.size))
         triangles = 0 if self.triangles is None else self.triangles.size
-        return 4 * self.depth.width * self.depth.height + volume + triangles
+        bars = 0 if self.bars is None else self.bars.bytes
+        return 4 * self.depth.width * self.depth.height + volume + triangles + bars
 
     def from_object(self, points: Array) -> Array:
         """Convert points (n, 3) from the object frame, metres, to the field's own coordinates (n, 3).
@@ -127,6 +133,14 @@ class HeightFields:
         if field.triangles is None:
             field.triangles = self._gl.buffer(texel_triangles(np.isfinite(self._baked(number).images[0].depth)))
         return field.triangles
+
+    def bars(self, number: int) -> Bars:
+        """Return the bars of the depth object numbered `number`."""
+        field = self.field(number)
+        if field.bars is None:
+            solid = np.isfinite(self._baked(number).images[0].depth)
+            field.bars = upload_bars(self._gl, self.relative(number), solid)
+        return field.bars
 
     def relative(self, number: int) -> NDArray[np.float32]:
         """Return the depths (H, W) of the depth object numbered `number`, see `relative_depth`."""
