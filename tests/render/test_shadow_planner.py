@@ -47,14 +47,14 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 500]], np.float32), np.ones(2, np.float32))
     world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
-    uploads = SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None)
+    residency = cast(FrameResidency, SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None))
     planner = shadow_planner.ShadowPlanner(
         cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
     )
 
     def planned(params: ShadowParams, lamps: tuple[Any, ...] = (), **environment: dict[str, float]) -> Shadows:
         light = lighting(Environment.model_validate({**environment}))
-        return planner.plan(VIEW, light, lamps, params, 2.0, cast(FrameResidency, uploads), may_wait=True)
+        return planner.plan(VIEW, light, lamps, params, magnification=2.0, uploads=residency, may_wait=True)
 
     return planned
 
@@ -116,6 +116,7 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
     world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
     on_gpu, meshes = [True, False], [False]
     uploads = SimpleNamespace(resident=lambda rows: np.array(on_gpu), is_mesh_resident=lambda asked: np.array(meshes))
+    residency = cast(FrameResidency, uploads)
     timers = SimpleNamespace(measure_cpu=lambda name: nullcontext())
     planner = shadow_planner.ShadowPlanner(cast(RenderWorld, world), cast(PassTimers, timers))
     params = ShadowParams(enabled=True, cascades=2, distance=50.0)
@@ -126,7 +127,7 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
         searched.clear()
         view = replace(VIEW, camera=VIEW.camera.moved(glm.dvec3(eye, 0, 0)))
         light = lighting(Environment())
-        shadows = planner.plan(view, light, (), params, magnification, cast(FrameResidency, uploads), may_wait=True)
+        shadows = planner.plan(view, light, (), params, magnification=magnification, uploads=residency, may_wait=True)
         assert shadows.sun is not None and len(shadows.sun) == 2
         assert shadows.sun[0].view.centre == fit_cascades(view, light.to_sun, params)[0].centre
         return len(planned), len(searched)

@@ -93,6 +93,7 @@ class ShadowPlanner:
         light: Lighting,
         lamps: Sequence["LampParams"],
         params: ShadowParams,
+        *,
         magnification: float,
         uploads: FrameResidency,
         may_wait: bool,
