@@ -9,16 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from files import written
+
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 0 1\n"
 FACET = (
     "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n"
 )
-
-
-def written(path: Path, data: bytes | str) -> Path:
-    """`data`, text in UTF-8, as the file `path`."""
-    path.write_bytes(data.encode() if isinstance(data, str) else data)
-    return path
 
 
 def zeros(row: int, rows: int) -> bytes:

@@ -5,6 +5,12 @@ from pathlib import Path
 from depthwalk.ingest.mesh import Mesh
 
 
+def written(path: Path, data: bytes | str) -> Path:
+    """Stores `data`, text in UTF-8, as the file `path`."""
+    path.write_bytes(data.encode() if isinstance(data, str) else data)
+    return path
+
+
 def write_ply(path: Path, mesh: Mesh) -> Path:
     """Stores positions, normals and faces as a text PLY file."""
     columns = "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))

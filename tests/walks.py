@@ -51,7 +51,9 @@ def state(path: bool = True, **environment: Any) -> State:
     track = CameraPath(
         fps=30.0, interpolation="step", times=np.array([0.0, 2.0]), views=views, fovs=np.array([0.5, 0.8])
     )
-    scene = SimpleNamespace(environment=Environment(**environment), walk=WalkParams(), path=Path("scene.yaml"))
+    scene = SimpleNamespace(
+        environment=Environment(**environment), walk=WalkParams(), path=Path("scene.yaml"), camera=None
+    )
     renderer = cast(Renderer, FakeRenderer())
     return State(cast(Scene, scene), renderer, Walker.at(HOME), HOME, Playback(track) if path else None)
 

@@ -20,7 +20,8 @@ from typing import Annotated
 
 import typer
 
-from depthwalk.commands.program import FAILURE, guarded
+from depthwalk.commands.exit_codes import FAILURE
+from depthwalk.commands.program import guarded
 
 _PAGE = 4096  # bytes that a disk allocates at least
 _PAGES = 48  # sizes of the disk that are tried, for one command

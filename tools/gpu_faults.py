@@ -18,8 +18,9 @@ import typer
 from numpy.typing import NDArray
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.options import SceneArgument
-from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.gpu.failures import GPU_FAILURES
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -90,7 +91,7 @@ class Walk:
         scene = load_scene(file)
         scene.render.reprojection.mode = "off"  # frames that depend on the clock are not reproducible
         self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
-        self._walk.beside.loads_kernels = True  # prevents loading them, as they round differently from NumPy
+        self._walk.background.loads_kernels = True  # prevents loading them, as they round differently from NumPy
         self._scene = scene
 
     def __enter__(self) -> "Walk":
@@ -142,7 +143,7 @@ class Pictures:
         scene = load_scene(file)
         self._headless = HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE)
         self.camera = scene.camera or self._headless.frame_all()
-        self._must_make_anew = False
+        self._must_recreate = False
 
     def __enter__(self) -> "Pictures":
         return self
@@ -157,7 +158,7 @@ class Pictures:
 
     def fail(self, lost: bool) -> None:
         """Make the context be lost, or an object be rejected, before the next picture."""
-        self._must_make_anew = not lost
+        self._must_recreate = not lost
         if lost:
             self._headless.device._status = lambda: _RESET
 
@@ -165,13 +166,13 @@ class Pictures:
         """The picture (H, W, 4), drawn again until the GPU does not fail."""
         while True:
             try:
-                if self._must_make_anew:
-                    self._headless.make_anew()
-                self._must_make_anew = False
+                if self._must_recreate:
+                    self._headless.recreate()
+                self._must_recreate = False
                 self._headless.draw(View(self.camera, SIZE))
                 return self._headless.pixels()
             except GPU_FAILURES:
-                self._must_make_anew = True
+                self._must_recreate = True
 
 
 @guarded

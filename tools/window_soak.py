@@ -24,11 +24,13 @@ from numpy.typing import NDArray
 from scipy.stats import theilslopes
 
 from depthwalk.assets.background import BackgroundLibrary
-from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.commands.exit_codes import FAILURE
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.soak import MAX_NEW_OBJECTS, random_walk, resident_bytes
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.walk import app
+from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.window import open_window
 
 Samples = NDArray[np.int64]
@@ -86,17 +88,17 @@ class Soak:
 
     def round(self, number: int) -> None:
         """Walk through all scenes, do everything that a user can, and return to the beginning."""
-        actions = self._walk.actions
+        actions = key_actions(self._walk)
         for file in [*self._files[1:], self._files[0]]:
             state = self._walk.state
             self._resize(_SIZES[1:][number % 3])
             state.represent(_REPRESENTATIONS[number % 3])
             setattr(state, toggled := _TOGGLES[number % 4], not getattr(state, toggled))
-            actions()["K"]()
+            actions["K"]()
             self._walk_on(_FRAMES, number)
-            actions()["K"]()
+            actions["K"]()
             self._walk.want_screenshot()
-            actions()["R"]()
+            actions["R"]()
             self._walk_on(_FRAMES, number)
             setattr(state, toggled, not getattr(state, toggled))
             self._resize(_SIZES[0])
@@ -130,7 +132,7 @@ class Soak:
     def _come_to_rest(self) -> None:
         for number in range(_MOST_ROUNDS):
             self._walk.state._toast = ""
-            if number > 2 and self._walk.frames.is_current and self._walk.beside.progress is None:
+            if number > 2 and self._walk.frames.is_current and self._walk.background.progress is None:
                 return
             self._step()
 

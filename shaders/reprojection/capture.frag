@@ -1,5 +1,5 @@
 // Writes a finished picture into a map of all directions. Twin: reference/surround.py.
-#from depthwalk.render.surround import SURROUND_SIZE
+#from depthwalk.render.reprojection.surround import SURROUND_SIZE
 #include "reprojection/surround.glsl"
 uniform sampler2D picture;          // sRGB
 uniform sampler2D distances;        // metres ahead, of either sign

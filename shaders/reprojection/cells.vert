@@ -1,5 +1,5 @@
 // Covers those cells of a picture whose bits are set, each with a rectangle.
-#from depthwalk.render.picture_cells import CELL_COLUMNS, CELL_ROWS
+#from depthwalk.render.reprojection.picture_cells import CELL_COLUMNS, CELL_ROWS
 uniform int cells[CELL_ROWS];   // bit by column, lowest row first
 
 void main() {

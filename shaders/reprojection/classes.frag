@@ -2,8 +2,8 @@
 //
 // The pixels of a tile show places of the picture between those of the nearest surface that may have moved there and those at
 // which the search ended. If the picture is plane enough in all of that area, places are interpolated instead of searched.
-#from depthwalk.render.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TileClass as CLASS
-#from depthwalk.render.smooth_tiles import TOLERANCE
+#from depthwalk.render.reprojection.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TileClass as CLASS
+#from depthwalk.render.reprojection.smooth_tiles import TOLERANCE
 #include "reprojection/search.glsl"
 uniform sampler2D places;       // of places.frag
 uniform sampler2D roughness;    // of roughness.frag

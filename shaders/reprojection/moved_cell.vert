@@ -1,6 +1,6 @@
 // Places each cell of a finished picture where a camera that has moved sees the nearest surface in it: a rectangle about the
 // cell, as far ahead as that surface. Coordinates are those of reprojection.frag.
-#from depthwalk.render.reprojection import BEYOND, CELL, LEAST_AHEAD
+#from depthwalk.render.reprojection.reprojection import BEYOND, CELL, LEAST_AHEAD
 uniform sampler2D nearest;          // of each cell, metres
 uniform vec2 picture_size;          // pixels
 uniform vec2 half_extent;           // tangents of half the picture's angles

@@ -1,6 +1,6 @@
 // Finds the places of a finished picture that appear at the corners of the screen's tiles and at the points midway between.
 // Twin: reference/reprojection.py.
-#from depthwalk.render.smooth_tiles import TILE
+#from depthwalk.render.reprojection.smooth_tiles import TILE
 #include "reprojection/search.glsl"
 uniform vec2 pixel;     // of the screen, as a part of it
 

@@ -2,7 +2,7 @@
 //
 // EXACT: the camera is that of the picture; TURNED: it is at the same position. AROUND: beyond the picture's edges, shows what
 // earlier pictures saw there. DISTANCE: writes how far ahead the surface at one place of the screen is, not its colour.
-#from depthwalk.render.reprojection import BEYOND, REFLECTED
+#from depthwalk.render.reprojection.reprojection import BEYOND, REFLECTED
 #include "reprojection/search.glsl"
 #ifdef AROUND
 #include "reprojection/surround.glsl"

@@ -1,6 +1,6 @@
 // Measures how far from plane each cell of a finished picture is: the largest deviation of an inverse distance in it from the
 // plane through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
-#from depthwalk.render.smooth_tiles import ROUGHNESS_CELL
+#from depthwalk.render.reprojection.smooth_tiles import ROUGHNESS_CELL
 uniform sampler2D distances;
 
 layout(location = 0) out float roughness;

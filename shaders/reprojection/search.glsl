@@ -4,7 +4,7 @@
 // fixed-point iteration: the distance of the picture's surface at one place determines the next place to look at (Bowles et al.
 // 2012, "Iterative Image Warping"). It starts with the nearest surface that may have moved there, since an object may have
 // moved by more than its width: a ray that misses it hits what is behind it in the next step.
-#from depthwalk.render.reprojection import FIXED_POINT_STEPS, HIDDEN
+#from depthwalk.render.reprojection.reprojection import FIXED_POINT_STEPS, HIDDEN
 uniform sampler2D distances;    // metres ahead, negative beside a nearer surface
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
 uniform vec2 cells_shown;       // part of these cells that the screen covers, to the right and up

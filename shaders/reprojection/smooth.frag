@@ -1,5 +1,5 @@
 // Shows a tile of the screen whose places in the finished picture are interpolated from those of its corners.
-#from depthwalk.render.smooth_tiles import TILE
+#from depthwalk.render.reprojection.smooth_tiles import TILE
 uniform sampler2D picture;  // sRGB
 
 flat in vec2 corner, across, up, twist;

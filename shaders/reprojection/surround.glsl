@@ -1,8 +1,8 @@
-// Looks up what earlier frames saw around the viewer (render/surround.py). Twin: reference/surround.py.
+// Looks up what earlier frames saw around the viewer (render/reprojection/surround.py). Twin: reference/surround.py.
 //
 // The map is octahedral: straight up is its middle. Positions are relative to the map's origin, metres, world.
 #include "common/octahedron.glsl"
-#from depthwalk.render.surround import SURROUND_STEPS
+#from depthwalk.render.reprojection.surround import SURROUND_STEPS
 uniform sampler2D surround;             // sRGB; alpha 0 where nothing was seen
 uniform sampler2D surround_surfaces;    // xyz: where it was seen from; w: distance of the surface, metres; 0: nothing was seen
 uniform vec3 surround_viewer;

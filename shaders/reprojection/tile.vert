@@ -1,5 +1,5 @@
 // Covers the tiles of one class with a point each, and passes on the places of its corners in the picture.
-#from depthwalk.render.smooth_tiles import TILE
+#from depthwalk.render.reprojection.smooth_tiles import TILE
 uniform sampler2D class_texture;    // of classes.frag
 uniform sampler2D places;           // of places.frag
 uniform int drawn_class;            // the class to draw

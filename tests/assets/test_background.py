@@ -149,7 +149,7 @@ def test_what_the_first_picture_shows_is_read_before_there_is_a_window(
     scene = load_scene(tiny_scene)
     SceneLibrary(scene.assets).cooked(0, OPTIONS)
     threads = count_readings(monkeypatch)
-    library.foresee(scene, None)
+    library.prefetch(scene, None)
     wait_until(library, lambda: library.is_cooked(0, OPTIONS))
     load = library.cooked(0, OPTIONS)[0].load
     assert isinstance(load, PrefetchedArrays) and load()[0].count[0].sum() > 0
@@ -168,7 +168,7 @@ def test_the_first_mesh_is_read_once_and_by_a_thread(
     empty_cache(monkeypatch, tmp_path / "cache")
     library.baking_waits = True
     threads = count_readings(monkeypatch)
-    library.foresee(load_scene(tiny_scene), forced)
+    library.prefetch(load_scene(tiny_scene), forced)
     wait_until(library, lambda: bool(threads))
     assert library.mesh(0) is library.mesh(0) is not None
     assert len(threads) == 1 and threads[0].startswith("depth-images")
@@ -179,7 +179,7 @@ def test_a_mesh_that_cannot_be_read_ahead_is_complained_about_by_who_needs_it(
 ) -> None:
     empty_cache(monkeypatch, tmp_path / "cache")
     tiny_scene.with_name("ball.ply").write_bytes(b"ply\nnothing else\n")
-    library.foresee(load_scene(tiny_scene), Representation.MESH)
+    library.prefetch(load_scene(tiny_scene), Representation.MESH)
     with pytest.raises(InputError, match=r"ball\.ply: "):
         library.mesh(0)
 

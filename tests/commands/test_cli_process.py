@@ -132,7 +132,7 @@ def test_an_interrupted_demo_leaves_whole_files_only(
 
 LOST = """
 import os, signal
-from depthwalk.commands.program import as_program, guarded, without_garbage
+from depthwalk.commands.program import as_program, guarded, without_garbage_collection
 from depthwalk.commands.progress import asset_progress, frame_progress
 
 class Dropped:
@@ -159,7 +159,7 @@ as_program(guarded(main))()
         ("signal.SIGINT", 130, "advance()"),
         ("signal.SIGTERM", 143, "report('ball', 'side')"),
         ("signal.SIGTERM", 143, "1 / 0"),
-        ("signal.SIGINT", 130, "with without_garbage(): pass"),
+        ("signal.SIGINT", 130, "with without_garbage_collection(): pass"),
     ],
 )
 def test_an_interruption_that_gets_lost_ends_the_command_at_its_next_step(

@@ -7,13 +7,13 @@ import logging
 import pytest
 import typer
 
-from depthwalk.commands.program import guarded, without_garbage
+from depthwalk.commands.program import guarded, without_garbage_collection
 from depthwalk.errors import InputError
 
 
 def test_garbage_is_looked_for_again_after_the_start_even_if_that_fails() -> None:
     frozen = gc.get_freeze_count()
-    with pytest.raises(ValueError, match="scene"), without_garbage():
+    with pytest.raises(ValueError, match="scene"), without_garbage_collection():
         assert not gc.isenabled()
         raise ValueError("scene")
     assert gc.isenabled() and gc.get_freeze_count() > frozen

@@ -17,6 +17,7 @@ from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.range_image import load_depth_image
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.places import read_places
+from files import written
 
 costs = pytest.importorskip("costs", exc_type=ImportError)  # Windows limits and measures no processes in this way
 
@@ -65,7 +66,7 @@ def test_meshes_and_depth_images_take_no_more_than_is_counted(tmp_path: Path) ->
     path = bombs.glb(tmp_path / "fan.glb", corners=60_000)
     taken = costs.cost(load_mesh, path).bytes
     assert taken < soup.mesh_bytes(60_000, 60_000) + path.stat().st_size + 4 * MB
-    depths = bombs.written(tmp_path / "a.npy", b"")
+    depths = written(tmp_path / "a.npy", b"")
     np.save(depths, np.random.default_rng(0).random((512, 512), np.float32))
     taken = costs.cost(partial(load_depth_image, size=(1.0, 1.0)), depths).bytes
     assert taken < depth_file.depth_bytes(512, 512, 1) + 4 * MB
@@ -99,10 +100,10 @@ def test_what_the_machine_cannot_hold_is_refused(tmp_path: Path) -> None:
     assert refusal(load_depth, depths) == (
         "a depth image of 512 × 512 pixels would take 48 MB of memory; 30 MB are allowed here"
     )
-    assert refusal(load_texture, bombs.written(tmp_path / "a.png", bombs.png(2048, 1024))) == (
+    assert refusal(load_texture, written(tmp_path / "a.png", bombs.png(2048, 1024))) == (
         "an image of 2048 × 1024 pixels would take 50 MB of memory; 30 MB are allowed here"
     )
-    text = bombs.written(tmp_path / "a.obj", f"{bombs.CORNERS}f 1 2 3\n" + "#\n" * 1_500_000)
+    text = written(tmp_path / "a.obj", f"{bombs.CORNERS}f 1 2 3\n" + "#\n" * 1_500_000)
     assert refusal(load_mesh, text) == "3000061 bytes of OBJ text would take 36 MB of memory; 30 MB are allowed here"
     copies = [{"mesh": 0}] * 30
     path = bombs.glb(tmp_path / "a.glb", corners=3000, nodes=copies, scenes=[{"nodes": list(range(30))}])
@@ -117,10 +118,10 @@ def test_the_pictures_of_a_mesh_count_together(tmp_path: Path) -> None:
     count = 26
     picture = bombs.png(512, 512)
     for number in range(count):
-        bombs.written(tmp_path / f"{number}.png", picture)
-    bombs.written(tmp_path / "a.mtl", "".join(f"newmtl m{n}\nmap_Kd {n}.png\n" for n in range(count)))
+        written(tmp_path / f"{number}.png", picture)
+    written(tmp_path / "a.mtl", "".join(f"newmtl m{n}\nmap_Kd {n}.png\n" for n in range(count)))
     uses = "".join(f"usemtl m{number}\nf 1/1 2/2 3/3\n" for number in range(count))
-    path = bombs.written(tmp_path / "a.obj", f"mtllib a.mtl\n{bombs.CORNERS}{uses}")
+    path = written(tmp_path / "a.obj", f"mtllib a.mtl\n{bombs.CORNERS}{uses}")
     assert refusal(load_mesh, path).endswith("2.png: the textures would take 30 MB of memory; 30 MB are allowed here")
 
 
@@ -131,8 +132,8 @@ def test_materials_of_one_picture_share_its_pixels(tmp_path: Path) -> None:
 
 def test_solids_of_a_text_file_are_one_mesh(tmp_path: Path) -> None:
     moved = bombs.FACET.replace("1 0 0", "2 0 0").replace("solid a", "Solid the second")
-    one = load_mesh(bombs.written(tmp_path / "a.stl", bombs.FACET))
-    both = load_mesh(bombs.written(tmp_path / "b.stl", bombs.FACET + "\n \n" + moved))
+    one = load_mesh(written(tmp_path / "a.stl", bombs.FACET))
+    both = load_mesh(written(tmp_path / "b.stl", bombs.FACET + "\n \n" + moved))
     assert (len(one.faces), len(both.faces)) == (1, 2) and both.positions[:, 0].max() == 1
     cut = (bombs.FACET + moved).replace("endsolid the", "")
-    assert len(load_mesh(bombs.written(tmp_path / "c.stl", cut)).faces) == 2
+    assert len(load_mesh(written(tmp_path / "c.stl", cut)).faces) == 2

@@ -17,6 +17,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, check_mesh, load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.types import Array
+from files import written
 
 MODELS = Path(__file__).parents[3] / "shared" / "scenes" / "models"
 CUBE = """
@@ -26,12 +27,6 @@ f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 4 8 7 3\nf 1 5 8 4\nf 2 3 7 6
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 
 
-def written(folder: Path, name: str, text: str) -> Path:
-    path = folder / name
-    path.write_text(text)
-    return path
-
-
 def face_normals(mesh: Mesh) -> Array:
     a, b, c = (mesh.positions[mesh.faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
@@ -39,7 +34,7 @@ def face_normals(mesh: Mesh) -> Array:
 
 
 def test_cube_is_hard_and_split_only_at_its_edges(tmp_path: Path) -> None:
-    mesh = load_mesh(written(tmp_path, "cube.obj", CUBE))
+    mesh = load_mesh(written(tmp_path / "cube.obj", CUBE))
     assert mesh.faces.shape == (12, 3) and len(mesh.positions) == 24
     corner = mesh.normals[mesh.faces]
     np.testing.assert_allclose(corner, np.repeat(face_normals(mesh)[:, None], 3, axis=1), atol=1e-6)
@@ -65,7 +60,7 @@ def test_normals_have_no_seam_where_texture_coordinates_split(tmp_path: Path) ->
     for i in range(24):
         j = (i + 1) % 24
         lines.append(f"f {i + 1}/{i + 1} {j + 1}/{i + 2} {j + 25}/{i + 27} {i + 25}/{i + 26}")
-    mesh = load_mesh(written(tmp_path, "tube.obj", "\n".join(lines)))
+    mesh = load_mesh(written(tmp_path / "tube.obj", "\n".join(lines)))
     assert len(mesh.positions) == 50  # the seam's two vertices are doubled for their uv
     radial = mesh.positions * [1, 0, 1]
     np.testing.assert_allclose(mesh.normals, radial, atol=1e-6)
@@ -76,14 +71,14 @@ def test_normals_are_weighted_by_angle_not_by_the_number_of_triangles(tmp_path: 
     apex = "v 1 0 1\nv -1 0 1\nv -1 0 -1\nv 1 0 -1\nv 0 0.3 0\nv 0.3 0 1\nv -0.3 0 1\n"
     sides = "f 1 6 5\nf 6 7 5\nf 7 2 5\n".replace("f 1 6 5", "f 6 1 5").replace("f 6 7 5", "f 7 6 5")
     sides = sides.replace("f 7 2 5", "f 2 7 5") + "f 3 2 5\nf 4 3 5\nf 1 4 5\n"
-    mesh = load_mesh(written(tmp_path, "pyramid.obj", apex + sides))
+    mesh = load_mesh(written(tmp_path / "pyramid.obj", apex + sides))
     top = np.argmax(mesh.positions[:, 1])
     np.testing.assert_allclose(np.abs(mesh.normals[top]), [0, 1, 0], atol=1e-6)
 
 
 def test_normals_of_the_file_win(tmp_path: Path) -> None:
     text = TETRAHEDRON + "vn 0 0 -2\nvn 0 1 0\nf 1//1 3//1 2//1\nf 1//2 2//2 4//2\nf 1//2 4//2 3//2\nf 2//2 3//2 4//2\n"
-    mesh = load_mesh(written(tmp_path, "t.obj", text))
+    mesh = load_mesh(written(tmp_path / "t.obj", text))
     np.testing.assert_allclose(mesh.normals[mesh.faces[0]], [[0, 0, -1]] * 3)
     np.testing.assert_allclose(mesh.normals[mesh.faces[1:]], np.broadcast_to([0, 1, 0], (3, 3, 3)))
 
@@ -94,13 +89,13 @@ def test_zero_normals_of_the_file_are_computed(tmp_path: Path) -> None:
         "f " + " ".join(f"{i}//1" for i in line.split()[1:]) if line.startswith("f") else line
         for line in text.splitlines()
     )
-    mesh = load_mesh(written(tmp_path, "cube.obj", text))
+    mesh = load_mesh(written(tmp_path / "cube.obj", text))
     np.testing.assert_allclose(mesh.normals[mesh.faces[:, 0]], face_normals(mesh), atol=1e-6)
 
 
 def test_upright_scaled_and_standing_on_the_origin(tmp_path: Path) -> None:
     box = "v 10 20 30\nv 14 20 30\nv 10 22 30\nv 10 20 31\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    mesh = load_mesh(written(tmp_path, "box.obj", box), height=4.0)
+    mesh = load_mesh(written(tmp_path / "box.obj", box), height=4.0)
     np.testing.assert_allclose(mesh.bounds, [[-4, 0, -1], [4, 4, 1]])
     turned = load_mesh(tmp_path / "box.obj", up="z")
     np.testing.assert_allclose(turned.bounds, [[-2, 0, -1], [2, 1, 1]])
@@ -110,7 +105,7 @@ def test_upright_scaled_and_standing_on_the_origin(tmp_path: Path) -> None:
 
 
 def test_stray_vertices_and_degenerate_faces_do_not_count(tmp_path: Path) -> None:
-    mesh = load_mesh(written(tmp_path, "c.obj", CUBE + "v 99 99 99\nv 2 2 2\nf 1 1 2\nf 1 7 10\n"))
+    mesh = load_mesh(written(tmp_path / "c.obj", CUBE + "v 99 99 99\nv 2 2 2\nf 1 1 2\nf 1 7 10\n"))
     assert len(mesh.faces) == 12
     np.testing.assert_allclose(mesh.bounds, [[-0.5, 0, -0.5], [0.5, 1, 0.5]])
 
@@ -120,7 +115,7 @@ def test_relative_indices_count_from_where_they_stand(tmp_path: Path) -> None:
     one = [line for line in lines if line.startswith("v")]
     relative = ["f " + " ".join(str(int(i) - 9) for i in line.split()[1:]) for line in lines if line.startswith("f")]
     shifted = [f"v {float(line.split()[1]) + 5} {' '.join(line.split()[2:])}" for line in one]
-    path = written(tmp_path, "two.obj", "\n".join([*one, *relative, *shifted, *relative]))
+    path = written(tmp_path / "two.obj", "\n".join([*one, *relative, *shifted, *relative]))
     mesh = load_mesh(path)
     assert len(mesh.faces) == 24
     np.testing.assert_allclose(mesh.bounds, [[-3, 0, -0.5], [3, 1, 0.5]])
@@ -129,7 +124,7 @@ def test_relative_indices_count_from_where_they_stand(tmp_path: Path) -> None:
 
 def test_mixed_styles_of_faces_keep_texture_coordinates(tmp_path: Path) -> None:
     text = TETRAHEDRON + "vt 0.25 0.75\nvn 0 1 0\nf 1/1 3/1 2/1\nf 1//1 2//1 4//1\nf 1 4 3\nf 2/1/1 3/1/1 4/1/1\n"
-    mesh = load_mesh(written(tmp_path, "mixed.obj", text))
+    mesh = load_mesh(written(tmp_path / "mixed.obj", text))
     np.testing.assert_allclose(mesh.uv[mesh.faces[[0, 3]]], np.broadcast_to([0.25, 0.75], (2, 3, 2)))
     assert (mesh.uv[mesh.faces[1:3]] == 0).all()
 
@@ -187,7 +182,7 @@ def test_ply_vertex_texture_coordinates(tmp_path: Path) -> None:
     header = "ply\nformat ascii 1.0\nelement vertex 4\n" + "".join(f"property float {n}\n" for n in "xyzst")
     body = "0 0 0 .1 .2\n1 0 0 .3 .4\n0 1 0 .5 .6\n0 0 1 .7 .8\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
     path = written(
-        tmp_path, "t.ply", header + "element face 4\nproperty list uchar int vertex_indices\nend_header\n" + body
+        tmp_path / "t.ply", header + "element face 4\nproperty list uchar int vertex_indices\nend_header\n" + body
     )
     mesh = load_mesh(path)
     assert {tuple(uv) for uv in mesh.uv.round(4).tolist()} == {
@@ -245,9 +240,9 @@ def test_obj_with_material_libraries_and_texture(tmp_path: Path) -> None:
     top_left_white[0, 0] = 255
     Image.fromarray(top_left_white).save(tmp_path / "maps" / "p.png")
     red, picture = MTL.split("newmtl picture")
-    written(tmp_path, "one.mtl", red)
-    written(tmp_path, "two.mtl", "newmtl picture" + picture)
-    mesh = load_mesh(written(tmp_path, "t.obj", TWO))
+    written(tmp_path / "one.mtl", red)
+    written(tmp_path / "two.mtl", "newmtl picture" + picture)
+    mesh = load_mesh(written(tmp_path / "t.obj", TWO))
     by_colour = {
         mesh.materials[part.material].base_colour: (part, mesh.materials[part.material]) for part in mesh.parts
     }
@@ -268,9 +263,9 @@ def test_textures_outside_the_folder_are_ignored_with_a_warning(
     Image.new("RGB", (1, 1)).save(tmp_path / "secret.png")
     inside = tmp_path / "inside"
     inside.mkdir()
-    written(inside, "m.mtl", f"newmtl m\nmap_Kd {name}\n")
+    written(inside / "m.mtl", f"newmtl m\nmap_Kd {name}\n")
     with caplog.at_level(logging.WARNING):
-        mesh = load_mesh(written(inside, "t.obj", "mtllib m.mtl\nusemtl m\n" + CUBE))
+        mesh = load_mesh(written(inside / "t.obj", "mtllib m.mtl\nusemtl m\n" + CUBE))
     assert mesh.materials[0].texture is None
     assert any("missing or outside the folder" in record.message for record in caplog.records)
 
@@ -280,8 +275,8 @@ def test_link_that_leads_outside_is_ignored(tmp_path: Path, caplog: pytest.LogCa
     inside = tmp_path / "inside"
     inside.mkdir()
     (inside / "link.png").symlink_to(tmp_path / "secret.png")
-    written(inside, "m.mtl", "newmtl m\nmap_Kd link.png\n")
-    mesh = load_mesh(written(inside, "t.obj", "mtllib m.mtl\nusemtl m\n" + CUBE))
+    written(inside / "m.mtl", "newmtl m\nmap_Kd link.png\n")
+    mesh = load_mesh(written(inside / "t.obj", "mtllib m.mtl\nusemtl m\n" + CUBE))
     assert mesh.materials[0].texture is None
 
 
@@ -290,7 +285,7 @@ def test_texture_coordinates_alone_darken_nothing(tmp_path: Path, colour: str, b
     lines = TETRAHEDRON.splitlines()
     text = "\n".join(line + colour if line.startswith("v ") else line for line in lines)
     faces = "\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 1/1 4/3 3/2\nf 2/1 3/2 4/3\n"
-    mesh = load_mesh(written(tmp_path, "t.obj", text + faces))
+    mesh = load_mesh(written(tmp_path / "t.obj", text + faces))
     assert np.isfinite(mesh.uv).all()
     assert [(material.base_colour, material.texture) for material in mesh.materials] == [((base,) * 3, None)]
     assert set(mesh.colours.ravel().tolist()) == ({51, 102, 153} if colour else {255})
@@ -298,13 +293,13 @@ def test_texture_coordinates_alone_darken_nothing(tmp_path: Path, colour: str, b
 
 def test_explicit_texture(tmp_path: Path) -> None:
     Image.new("RGB", (3, 2), (1, 2, 3)).save(tmp_path / "p.png")
-    path = written(tmp_path, "t.obj", TWO)
+    path = written(tmp_path / "t.obj", TWO)
     mesh = load_mesh(path, texture=tmp_path / "p.png")
     for part in mesh.parts:
         material = mesh.materials[part.material]
         assert material.base_colour == (1.0, 1.0, 1.0)
         assert material.texture is not None and material.texture.shape == (2, 3, 4)
-    bare = written(tmp_path, "bare.obj", CUBE)
+    bare = written(tmp_path / "bare.obj", CUBE)
     with pytest.raises(InputError, match=r"bare\.obj: no texture coordinates for the texture .*p\.png$"):
         load_mesh(bare, texture=tmp_path / "p.png")
 
@@ -354,52 +349,3 @@ def test_depth_images_hold_what_float16_can(tmp_path: Path, side: float, fits: b
         check_mesh(path, upright=True)
     check_mesh(path)
     check_height(load_mesh(path, height=2.0), path)
-
-
-def half_of_glass(folder: Path, dissolve: float = 0.5) -> Path:
-    written(folder, "m.mtl", f"newmtl glass\nd {dissolve}\nnewmtl stone\nKd 1 1 1\nnewmtl lamp\nKe 1 1 0\n")
-    faces = "usemtl glass\nf 1 2 3\nusemtl stone\nf 1 2 4\nf 1 3 4\nusemtl lamp\nf 2 3 4\n"
-    return written(folder, "half.obj", f"mtllib m.mtl\n{TETRAHEDRON}{faces}")
-
-
-def test_what_lets_light_through_is_kept_apart(tmp_path: Path) -> None:
-    mesh = load_mesh(half_of_glass(tmp_path))
-    (part,) = mesh.translucent_parts
-    assert (len(mesh.faces), len(mesh.translucent_faces), part.face_count) == (3, 1, 1)
-    assert mesh.materials[part.material].opacity == 0.5 and mesh.is_translucent
-    assert sorted(mesh.materials[each.material].emission for each in mesh.parts) == [(0, 0, 0), (1, 1, 0)]
-    assert sum(each.face_count for each in mesh.parts) == 3
-
-
-def test_too_much_that_lets_light_through_is_drawn_opaque(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr("depthwalk.ingest.loader.MAX_TRANSLUCENT_TRIANGLES", 0)
-    path = half_of_glass(tmp_path)
-    mesh = load_mesh(path)
-    assert (len(mesh.faces), len(mesh.translucent_faces)) == (4, 0)
-    assert caplog.messages == [f"{path}: 1 triangles are see-through, more than 0; they are drawn opaque"]
-
-
-def test_a_mesh_of_nothing_but_glass_is_drawn_and_not_baked(tmp_path: Path) -> None:
-    written(tmp_path, "m.mtl", "newmtl glass\nd 0.5\n")
-    path = written(tmp_path, "pane.obj", f"mtllib m.mtl\n{TETRAHEDRON}usemtl glass\nf 1 2 3\n")
-    mesh = load_mesh(path)
-    assert len(mesh.faces) == 0 and np.ptp(mesh.bounds, axis=0).tolist() == [1, 1, 0]
-    check_mesh(path)
-    refused = pytest.raises(
-        InputError, match=r"pane\.obj: nothing of it is opaque; draw it as polygons, without 'dpci'"
-    )
-    with refused:
-        check_height(mesh, path)
-    with refused:
-        check_mesh(path, upright=True)
-
-
-def test_glass_that_is_drawn_opaque_can_be_baked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What checks a mesh says so too."""
-    monkeypatch.setattr("depthwalk.ingest.loader.MAX_TRANSLUCENT_TRIANGLES", 0)
-    written(tmp_path, "m.mtl", "newmtl glass\nd 0.5\n")
-    path = written(tmp_path, "pane.obj", f"mtllib m.mtl\n{TETRAHEDRON}usemtl glass\nf 1 2 3\n")
-    check_height(load_mesh(path), path)
-    check_mesh(path, upright=True)

@@ -8,7 +8,8 @@ import pytest
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.limits import MAX_SHININESS
-from depthwalk.reference.gbuffer import Surfaces, packed_surfaces, unpacked_surfaces
+from depthwalk.reference.gbuffer import packed_surfaces, unpacked_surfaces
+from depthwalk.reference.light import Surfaces
 from depthwalk.types import Array
 
 _SIZE = 64

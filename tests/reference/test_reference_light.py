@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from depthwalk.reference.light import lamp_light, phong, reflected
+from depthwalk.reference.light import Surfaces, lamp_light, phong, reflected
 from depthwalk.types import Array
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -21,7 +21,8 @@ def surface(
 ) -> Array:
     """What a level surface reflects of one light."""
     one = np.ones(1)
-    return reflected(np.array([albedo]), specular * one, shininess * one, UP[None], np.array([view]), to_light)[0]
+    level = Surfaces(albedo=np.array([albedo]), specular=specular * one, normal=UP[None], shininess=shininess * one)
+    return reflected(level, np.array([view]), to_light)[0]
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 60, 90, 120])
@@ -44,13 +45,15 @@ def test_the_highlight_is_where_the_mirror_image_is() -> None:
 def test_ambient_light_is_half_as_strong_from_below() -> None:
     normals = np.array([UP, [1.0, 0, 0], -UP])
     one, view = np.ones(3), np.tile([0.0, 0, -1], (3, 1))
-    lit = phong(np.ones((3, 3)), 0 * one, one, normals, view, UP, np.zeros(3), np.array([0.4, 0.8, 1.2]))
+    white = Surfaces(albedo=np.ones((3, 3)), specular=0 * one, normal=normals, shininess=one)
+    lit = phong(white, view, UP, np.zeros(3), np.array([0.4, 0.8, 1.2]))
     assert lit == pytest.approx(np.outer([1.0, 0.75, 0.5], [0.4, 0.8, 1.2]))
 
 
 def test_phong_adds_the_sun_by_its_colour() -> None:
     one, view = np.ones(1), np.array([[0.0, -1, 0]])
-    lit = phong(np.full((1, 3), 0.5), 0 * one, one, UP[None], view, UP, np.array([1.0, 0.5, 0]), np.zeros(3))
+    grey = Surfaces(albedo=np.full((1, 3), 0.5), specular=0 * one, normal=UP[None], shininess=one)
+    lit = phong(grey, view, UP, np.array([1.0, 0.5, 0]), np.zeros(3))
     assert lit == pytest.approx(np.array([[0.5, 0.25, 0.0]]))
 
 

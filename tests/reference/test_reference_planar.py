@@ -1,8 +1,11 @@
 """Texture space against the world, in cases that can be computed by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from depthwalk.reference.light import Surfaces
 from depthwalk.reference.light import phong as world_phong
 from depthwalk.reference.planar import Placement, phong, view_vectors, warp_samples
 
@@ -33,9 +36,11 @@ def test_lighting_needs_no_world() -> None:
     normal = rng.normal(size=(50, 3)) - [0, 0, 2]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     to_sun, sun, ambient = np.array([0.48, 0.64, -0.6]), np.array([1.0, 0.9, 0.8]), np.array([0.1, 0.2, 0.3])
-    look = rng.uniform(0, 1, (50, 3)), rng.uniform(0, 1, 50), rng.uniform(1, 40, 50)
-    found = phong(samples, viewer, normal, *look, to_sun, np.array([0.0, 1, 0]), sun, ambient)
+    albedo, specular, shininess = rng.uniform(0, 1, (50, 3)), rng.uniform(0, 1, 50), rng.uniform(1, 40, 50)
+    surfaces = Surfaces(albedo=albedo, specular=specular, normal=normal, shininess=shininess)
+    found = phong(samples, surfaces, viewer, to_sun, np.array([0.0, 1, 0]), sun, ambient)
     turn = np.array([1, 1, -1])
     view = (samples - viewer) * turn
     view /= np.linalg.norm(view, axis=1, keepdims=True)
-    assert found == pytest.approx(world_phong(*look, normal * turn, view, to_sun * turn, sun, ambient))
+    turned = replace(surfaces, normal=normal * turn)
+    assert found == pytest.approx(world_phong(turned, view, to_sun * turn, sun, ambient))

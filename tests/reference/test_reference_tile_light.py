@@ -1,10 +1,12 @@
 """Light in pass 1: where its texels lie, what they show, and how pass 2 filters them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from depthwalk.geometry.quaternions import conjugate, rotate
-from depthwalk.reference.light import reflected
+from depthwalk.reference.light import Surfaces, reflected
 from depthwalk.reference.tile_light import filtered_light, forward_light, shadowed_light, surface_point
 from depthwalk.reference.warp import unwarp, warp
 from depthwalk.render.impostors.warp_planes import Planes
@@ -55,10 +57,11 @@ def test_light_is_the_same_in_the_frame_of_the_object_and_of_the_world() -> None
     to_sun = np.array([0.6, 0.8, 0.0])
     albedo, ambient, sun = rng.uniform(size=(50, 3)), rng.uniform(size=(50, 3)), np.array([1.0, 0.9, 0.7])
     specular, shininess = rng.uniform(size=50), rng.uniform(1, 40, 50)
+    surfaces = Surfaces(albedo=albedo, specular=specular, normal=normal, shininess=shininess)
     every = np.tile(rotation, (50, 1))
-    turned = rotate(every, normal), rotate(every, view)
-    expected = albedo * ambient + sun * reflected(albedo, specular, shininess, *turned, to_sun)
-    found = forward_light(albedo, specular, shininess, normal, view, rotation, to_sun, sun, ambient)
+    turned = replace(surfaces, normal=rotate(every, normal))
+    expected = albedo * ambient + sun * reflected(turned, rotate(every, view), to_sun)
+    found = forward_light(surfaces, view, rotation, to_sun, sun, ambient)
     assert found == pytest.approx(expected)
     back = rotate(conjugate(rotation[None]), to_sun[None])[0]
     assert rotate(rotation[None], back[None])[0] == pytest.approx(to_sun)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from depthwalk.colour import srgb_from_linear
+from depthwalk.reference.light import Surfaces
 from depthwalk.reference.translucency import in_fog, over, translucent_light
 from depthwalk.types import Array
 
@@ -14,8 +15,8 @@ def pane(opacity: float, specular: float = 0.0, emission: float = 0.0) -> Array:
     """A level pane of colour .5, seen from above, in light from above alone."""
     one = np.ones(1)
     colour, light, dark = np.full((1, 3), 0.5), np.ones(3), np.zeros(3)
-    surface = colour, opacity * one, specular * one, 8 * one, UP, DOWN
-    return translucent_light(*surface, UP[0], light, dark, np.full((1, 3), emission))
+    surfaces = Surfaces(albedo=colour, specular=specular * one, normal=UP, shininess=8 * one)
+    return translucent_light(surfaces, opacity * one, DOWN, UP[0], light, dark, np.full((1, 3), emission))
 
 
 def test_diffuse_and_own_light_go_with_opacity_and_highlights_do_not() -> None:

@@ -9,6 +9,7 @@ import pytest
 from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
+from depthwalk.reference.light import Surfaces
 from depthwalk.reference.tile_light import filtered_light, forward_light
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.impostors.tile_records import WARP_RECORD
@@ -113,10 +114,12 @@ def test_a_ball_is_lit_as_its_twin_says() -> None:
     inner = known & ((normal * -away).sum(-1) > 0.3)
     n, light = inner.sum(), lighting(scene.environment)
     expected = forward_light(
-        np.tile(linear_from_srgb(np.array([200, 120, 80]) / 255), (n, 1)),
-        np.full(n, 0.15),
-        np.full(n, 32.0),
-        normal[inner],
+        Surfaces(
+            albedo=np.tile(linear_from_srgb(np.array([200, 120, 80]) / 255), (n, 1)),
+            specular=np.full(n, 0.15),
+            normal=normal[inner],
+            shininess=np.full(n, 32.0),
+        ),
         away[inner],
         np.array([0, 0, 0, 1.0]),  # of a ball all turns are one
         light.to_sun,

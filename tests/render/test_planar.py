@@ -1,5 +1,7 @@
 """A planar depth image drawn by the renderer against the paper's own way: Table(depth) and Phong in texture space."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +12,7 @@ from depthwalk.bake.planar import bake_planar
 from depthwalk.colour import linear_from_srgb, linear_from_srgb8, srgb_from_linear
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference import light
+from depthwalk.reference.light import Surfaces
 from depthwalk.reference.planar import Placement, phong, view_vectors, warp_samples
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
@@ -46,10 +49,11 @@ def test_phong_in_texture_space_is_phong_in_the_world(seed: int) -> None:
     specular, shininess = rng.uniform(size=50), rng.uniform(1, 200, 50)
     lights = rng.uniform(size=(2, 3))
     sun, up = placement.direction(to_sun), placement.direction(np.array([0.0, 1, 0]))
-    found = phong(samples, viewer, normal, albedo, specular, shininess, sun, up, *lights)
-    world_normal = (normal * [1, 1, -1]) @ placement.rotation.T
+    surfaces = Surfaces(albedo=albedo, specular=specular, normal=normal, shininess=shininess)
+    found = phong(samples, surfaces, viewer, sun, up, *lights)
+    turned = replace(surfaces, normal=(normal * [1, 1, -1]) @ placement.rotation.T)
     view = unit(placement.world(samples) - placement.world(viewer))
-    expected = light.phong(albedo, specular, shininess, world_normal, view, to_sun, *lights)
+    expected = light.phong(turned, view, to_sun, *lights)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
@@ -102,11 +106,13 @@ def test_the_renderer_draws_the_papers_picture(studio: Studio, eye: tuple[float,
     environment = scene.environment
     lit = phong(
         samples,
+        Surfaces(
+            albedo=linear_from_srgb8(image.colour[inner]).reshape(-1, 3),
+            specular=np.full(len(samples), 0.15),
+            normal=image.normal[inner].reshape(-1, 3) * [1, 1, -1],
+            shininess=np.full(len(samples), 32.0),
+        ),
         viewer,
-        image.normal[inner].reshape(-1, 3) * [1, 1, -1],
-        linear_from_srgb8(image.colour[inner]).reshape(-1, 3),
-        np.full(len(samples), 0.15),
-        np.full(len(samples), 32.0),
         placement.direction(-unit(np.asarray(environment.sun.direction))),
         placement.direction(np.array([0.0, 1, 0])),
         linear_from_srgb(environment.sun.colour) * environment.sun.intensity,

@@ -16,7 +16,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program, Source
 from depthwalk.ingest.image import PlanarImage
-from depthwalk.reference.light import phong
+from depthwalk.reference.light import Surfaces, phong
 from depthwalk.reference.warp import warp
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
@@ -126,10 +126,12 @@ def test_a_sphere_has_known_depth_and_colour(
     to_sun = -np.asarray(environment.sun.direction) / np.linalg.norm(environment.sun.direction)
     n = inner.sum()
     expected = phong(
-        np.tile(linear_from_srgb(np.array([200, 120, 80]) / 255), (n, 1)),
-        np.full(n, 0.15),
-        np.full(n, 32.0),
-        normal[inner],
+        Surfaces(
+            albedo=np.tile(linear_from_srgb(np.array([200, 120, 80]) / 255), (n, 1)),
+            specular=np.full(n, 0.15),
+            normal=normal[inner],
+            shininess=np.full(n, 32.0),
+        ),
         direction[inner],
         to_sun,
         linear_from_srgb(environment.sun.colour) * environment.sun.intensity,

@@ -34,7 +34,6 @@ class Planned:
     view: Any
     rows: list[int]
     rule: Any
-    most: float
     provisional: bool = False
 
 
@@ -44,18 +43,18 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
     monkeypatch.setattr(
         shadow_planner,
         "shadow_map",
-        lambda view, rows, scene, rule, most, chooses: Planned(view=view, rows=rows.tolist(), rule=rule, most=most),
+        lambda view, rows, scene, rule, chooses: Planned(view=view, rows=rows.tolist(), rule=rule),
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 500]], np.float32), np.ones(2, np.float32))
     world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
-    uploads = SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None)
+    residency = cast(FrameResidency, SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None))
     planner = shadow_planner.ShadowPlanner(
         cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
     )
 
     def planned(params: ShadowParams, lamps: tuple[Any, ...] = (), **environment: dict[str, float]) -> Shadows:
         light = lighting(Environment.model_validate({**environment}))
-        return planner.plan(VIEW, light, lamps, params, 2.0, cast(FrameResidency, uploads), may_wait=True)
+        return planner.plan(VIEW, light, lamps, params, magnification=2.0, uploads=residency, may_wait=True)
 
     return planned
 
@@ -66,7 +65,7 @@ def lamp(x: float, **more: float) -> LampParams:
 
 def test_the_sun_has_maps_of_what_is_on_the_gpu_and_farther_ones_are_coarser(plan: Callable[..., Any]) -> None:
     shadows = plan(ShadowParams(enabled=True, triangles_per_texel=16.0))
-    assert [map_.most for map_ in shadows.sun] == [16, 4, 1]
+    assert [map_.rule.triangles_per_pixel for map_ in shadows.sun] == [16, 4, 1]
     assert {row for map_ in shadows.sun for row in map_.rows} == {0}
     assert shadows.may_wait and shadows.lamps == shadows.tiles == {}
     assert shadows.sun[0].rule.magnification == 2.0
@@ -92,7 +91,8 @@ def test_the_brightest_lamps_in_sight_have_maps_and_too_many_are_told_of_once(
     shadows = plan(params, lamps, **DARK)
     assert set(shadows.tiles) == {1, 3} and set(shadows.lamps) == set(shadows.tiles.values())
     for number, tile in shadows.tiles.items():
-        assert shadows.lamps[tile].view.centre == lamps[number].position and shadows.lamps[tile].most == 16
+        map_ = shadows.lamps[tile]
+        assert map_.view.centre == lamps[number].position and map_.rule.triangles_per_pixel == 16
     plan(params, lamps, **DARK)
     assert caplog.text.count("3 visible lamps should cast shadows, but render.shadows.lamps allows only 2") == 1
 
@@ -102,10 +102,10 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 500]], np.float32), np.ones(2, np.float32))
     planned, searched = [], []
 
-    def shadow_map(view: Any, rows: Rows, scene: Any, rule: Any, most: float, chooses: bool) -> Planned:
+    def shadow_map(view: Any, rows: Rows, scene: Any, rule: Any, chooses: bool) -> Planned:
         rule.is_resident(np.array([7]))
         planned.append(view)
-        return Planned(view=view, rows=rows.tolist(), rule=rule, most=most)
+        return Planned(view=view, rows=rows.tolist(), rule=rule)
 
     def find_casters(view: Any, bounds: Bounds) -> Rows:
         searched.append(view)
@@ -116,6 +116,7 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
     world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
     on_gpu, meshes = [True, False], [False]
     uploads = SimpleNamespace(resident=lambda rows: np.array(on_gpu), is_mesh_resident=lambda asked: np.array(meshes))
+    residency = cast(FrameResidency, uploads)
     timers = SimpleNamespace(measure_cpu=lambda name: nullcontext())
     planner = shadow_planner.ShadowPlanner(cast(RenderWorld, world), cast(PassTimers, timers))
     params = ShadowParams(enabled=True, cascades=2, distance=50.0)
@@ -126,7 +127,7 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
         searched.clear()
         view = replace(VIEW, camera=VIEW.camera.moved(glm.dvec3(eye, 0, 0)))
         light = lighting(Environment())
-        shadows = planner.plan(view, light, (), params, magnification, cast(FrameResidency, uploads), may_wait=True)
+        shadows = planner.plan(view, light, (), params, magnification=magnification, uploads=residency, may_wait=True)
         assert shadows.sun is not None and len(shadows.sun) == 2
         assert shadows.sun[0].view.centre == fit_cascades(view, light.to_sun, params)[0].centre
         return len(planned), len(searched)

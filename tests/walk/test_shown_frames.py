@@ -60,8 +60,8 @@ class Window(OnScreen):
 @pytest.fixture(autouse=True)
 def _small_surround(monkeypatch: pytest.MonkeyPatch) -> None:
     """As small beside the window as in use, which saves time."""
-    monkeypatch.setattr("depthwalk.render.surround.SURROUND_SIZE", 256)
-    monkeypatch.setattr("depthwalk.render.surround.SURROUND_VIEW_SIZE", 48)
+    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_SIZE", 256)
+    monkeypatch.setattr("depthwalk.render.reprojection.surround.SURROUND_VIEW_SIZE", 48)
 
 
 @pytest.fixture
@@ -118,8 +118,8 @@ def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
 ) -> None:
     with Window(gl_device, "auto") as window:
         for slow in (1e9, 0.0):
-            monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", slow)
-            monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", slow)
+            monkeypatch.setattr("depthwalk.walk.scene_frames._SLOW", slow)
+            monkeypatch.setattr("depthwalk.walk.scene_frames._QUICK", slow)
             for step in range(40):
                 window.round(0.01 * step)
             assert window.frames.in_slices == (slow == 0)
@@ -128,8 +128,8 @@ def test_quick_frames_are_drawn_whole_and_slow_ones_in_slices(
 def test_the_first_frame_is_moved_while_the_second_is_drawn_if_it_took_long(
     gl_device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 0.0)
-    monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", 0.0)
+    monkeypatch.setattr("depthwalk.walk.scene_frames._SLOW", 0.0)
+    monkeypatch.setattr("depthwalk.walk.scene_frames._QUICK", 0.0)
     with Window(gl_device, "auto") as window:
         assert window.round()
         first = window.pixels()
@@ -150,7 +150,7 @@ def test_the_first_frame_is_moved_while_the_second_is_drawn_if_it_took_long(
 def test_the_second_frame_is_drawn_whole_if_the_first_was_quick(
     gl_device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 1e9)
+    monkeypatch.setattr("depthwalk.walk.scene_frames._SLOW", 1e9)
     with Window(gl_device, "auto") as window:
         assert window.round() and window.round(0.01) and not window.frames.in_slices
 
@@ -168,8 +168,8 @@ def test_slices_after_whole_frames_show_no_picture_of_before(sliced: Window) -> 
 
 def test_who_starts_to_walk_waits_for_no_frame(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is known by then that frames are slow, and one with a margin is there."""
-    monkeypatch.setattr("depthwalk.walk.shown_frames._SLOW", 0.0)
-    monkeypatch.setattr("depthwalk.walk.shown_frames._QUICK", 0.0)
+    monkeypatch.setattr("depthwalk.walk.scene_frames._SLOW", 0.0)
+    monkeypatch.setattr("depthwalk.walk.scene_frames._QUICK", 0.0)
     with Window(gl_device, "auto") as window:
         monkeypatch.setattr(window.frames, "_catch_up", lambda view: pytest.fail("waited"))  # the second one is there
         window.rest()
@@ -304,8 +304,9 @@ def test_frames_of_a_viewer_who_moves_have_fewer_pixels_and_those_at_rest_all(sl
     settings.refine, settings.scale, settings.frame_limit = False, 0.75, 60_000.0  # however busy the machine is
 
     def height() -> int:
-        assert sliced.frames._source is not None  # of the last frame
-        return sliced.frames._source.size[1]
+        source = sliced.frames._scene_frames.source  # of the last frame
+        assert source is not None
+        return source.size[1]
 
     sliced.rest()
     whole = height()
@@ -356,7 +357,8 @@ def test_a_frame_is_reduced_if_the_viewer_moves_when_it_is_begun(sliced: Window)
         sliced.round(right)
         while not sliced.frames.is_drawing:
             sliced.round(right)
-        assert sliced.frames._source is not None and sliced.frames._source.scale == pytest.approx(scale, abs=0.01)
+        source = sliced.frames._scene_frames.source
+        assert source is not None and source.scale == pytest.approx(scale, abs=0.01)
         while sliced.frames.is_drawing and not sliced.frames._unshown:
             sliced.round(right)
 

@@ -2,7 +2,7 @@
 
 A thread looks up assets in the cache, one after the other. Missing ones are baked and cooked into the cache by other
 processes. The drawing program asks `is_cooked` for what it needs, in the order of need, and calls `poll` once per
-frame. `foresee` asks before there is a window, so that files are read while the window is created.
+frame. `prefetch` asks before there is a window, so that files are read while the window is created.
 """
 
 import logging
@@ -80,7 +80,7 @@ class BackgroundLibrary(SceneLibrary):
 
     # Before drawing begins --------------------------------------------------------------------------------------------
 
-    def foresee(self, scene: Scene, forced: Representation | None) -> None:
+    def prefetch(self, scene: Scene, forced: Representation | None) -> None:
         """Begin to read what the first picture will show: headers, then geometry and texture, the nearest first.
 
         Failures are not reported here: they occur again when the asset is requested.

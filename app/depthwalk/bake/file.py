@@ -131,14 +131,14 @@ def _binding_heard() -> Iterator[None]:
 
     Raises MemoryError if there was such a message, since OpenEXR raises nothing and leaves the channels out.
     """
-    told = io.StringIO()
+    printed = io.StringIO()
     try:
-        with _HEARING, contextlib.redirect_stdout(told):
+        with _HEARING, contextlib.redirect_stdout(printed):
             yield
     finally:
-        if "MemoryError" in told.getvalue() or "bad_alloc" in told.getvalue():
+        if "MemoryError" in printed.getvalue() or "bad_alloc" in printed.getvalue():
             raise MemoryError("no memory for the pixels of depth images")
-        print(told.getvalue(), end="", file=sys.stderr)
+        print(printed.getvalue(), end="", file=sys.stderr)
 
 
 def read_header(path: Path) -> dict[str, Any]:

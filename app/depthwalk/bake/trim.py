@@ -38,15 +38,14 @@ def trim(
     def trim_face(face: Face) -> tuple[list[DepthImage], list[BoundaryStrip]]:
         layers = [image for image in images if image.face is face]
         edges = [border for border in borders if border.face is face]
-        return _trim_face(face, layers, edges) if layers and face is not Face.SIDE else (layers, edges)
+        return _trim_face(layers, edges) if layers and face is not Face.SIDE else (layers, edges)
 
     trimmed, left = zip(*parallel_map(trim_face, Face), strict=True)
     return list(chain(*trimmed)), list(chain(*left))
 
 
-def _trim_face(
-    face: Face, layers: list[DepthImage], borders: list[BoundaryStrip]
-) -> tuple[list[DepthImage], list[BoundaryStrip]]:
+def _trim_face(layers: list[DepthImage], borders: list[BoundaryStrip]) -> tuple[list[DepthImage], list[BoundaryStrip]]:
+    """Trim the layers of one face, in order, and its strips; return what remains of both."""
     size = layers[0].depth.size
     owner = np.concatenate([image.owner.ravel() for image in layers])
     used = np.zeros(len(owner), bool)

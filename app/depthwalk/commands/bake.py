@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.exit_codes import BAD_INPUT, FAILURE
 from depthwalk.commands.option_values import parse_axis, parse_layers, parse_parts
 from depthwalk.commands.options import (
     Axis,
@@ -25,7 +26,7 @@ from depthwalk.commands.options import (
     named_files,
     own_file,
 )
-from depthwalk.commands.program import BAD_INPUT, FAILURE, guarded
+from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.limits import DEFAULT_DPCI_RESOLUTION, MAX_JOBS

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import check_camera_source, parse_camera, parse_resolution
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
@@ -25,7 +26,7 @@ from depthwalk.commands.options import (
     Verbose,
     named_files,
 )
-from depthwalk.commands.program import FAILURE, guarded
+from depthwalk.commands.program import guarded
 from depthwalk.limits import MAX_FRAMES
 
 

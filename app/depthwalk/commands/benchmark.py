@@ -121,7 +121,7 @@ def run_benches(
     TaskError, ClusterError
         If a plan cannot be measured on the cluster for another reason, or the cluster is lost for good.
     """
-    keys = [digest(_told(plan), file_states(files)) for plan, files in zip(plans, inputs, strict=True)]
+    keys = [digest(_identity(plan), file_states(files)) for plan, files in zip(plans, inputs, strict=True)]
 
     @contextmanager
     def here() -> Iterator[Callable[[int], Report]]:
@@ -137,16 +137,16 @@ def run_benches(
         here=here,
         named=lambda number, report: replace(report, scene=str(plans[number].file.path)),
         kind=Report,
-        journal=Journal("bench", *map(_told, plans)),
+        journal=Journal("bench", *map(_identity, plans)),
     )
     with measured(things, cluster) as reports:
         yield reports
 
 
-def _told(plan: Plan) -> tuple[object, ...]:
+def _identity(plan: Plan) -> tuple[object, ...]:
     """Return values whose `repr` identifies what a plan measures; for the path, that is its file."""
-    told = (getattr(plan, member.name) for member in fields(plan) if member.name not in ("path", "pictured"))
-    return (*map(str, told), plan.pictured is not None)
+    values = (getattr(plan, member.name) for member in fields(plan) if member.name not in ("path", "pictured"))
+    return (*map(str, values), plan.pictured is not None)
 
 
 def bench_alone(plan: Plan) -> Report:

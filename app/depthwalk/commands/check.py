@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
+from depthwalk.commands.exit_codes import BAD_INPUT
 from depthwalk.commands.option_values import parse_settings
 from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose, named_files
-from depthwalk.commands.program import BAD_INPUT, guarded
+from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError, printable
 
 

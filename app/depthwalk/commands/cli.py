@@ -13,7 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
-from depthwalk.commands.program import HELP_OPTIONS, OneLineGroup, UsageError, as_program
+from depthwalk.commands.program import as_program
+from depthwalk.commands.usage import HELP_OPTIONS, OneLineGroup, UsageError
 from depthwalk.errors import printable
 
 # By the module whose `main` is the command; the text is the first line of its docstring.
@@ -95,7 +96,7 @@ def main() -> None:
     """Run the program `depthwalk` with the arguments of the process."""
     for name, value in _ENVIRONMENT.items():
         os.environ.setdefault(name, value)
-    gc.disable()  # until a command has been imported, see `without_garbage`
+    gc.disable()  # until a command has been imported, see `without_garbage_collection`
     app()
 
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress
-from depthwalk.commands.program import end_if_interrupted
 from depthwalk.commands.progress import live_options, log, show_progress
+from depthwalk.commands.signals import end_if_interrupted
 
 if TYPE_CHECKING:
     from rich.table import Table

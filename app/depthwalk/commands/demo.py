@@ -20,7 +20,8 @@ from depthwalk.commands.options import (
     Resolution,
     Verbose,
 )
-from depthwalk.commands.program import end_if_interrupted, guarded, without_garbage
+from depthwalk.commands.program import guarded, without_garbage_collection
+from depthwalk.commands.signals import end_if_interrupted
 from depthwalk.commands.view import shipped_file
 from depthwalk.errors import InputError
 
@@ -62,14 +63,14 @@ def main(
     """
     size = parse_resolution(resolution)
     with ExitStack() as closed_at_end:
-        with without_garbage():
+        with without_garbage_collection():
             from depthwalk.assets.background import BackgroundLibrary
             from depthwalk.scene.path import load_path
 
             scene = open_scene(shipped_file(f"{name}.yaml"), None, None)
             chosen = representation(representation_name)
             library = closed_at_end.enter_context(closing(BackgroundLibrary(scene.assets)))
-            library.foresee(scene, chosen)  # files are read while the window's libraries are imported
+            library.prefetch(scene, chosen)  # files are read while the window's libraries are imported
             from depthwalk import walk
 
             tour = load_path(shipped_file("paths", f"{name}.yaml"))

@@ -19,7 +19,7 @@ from depthwalk.commands.frame_keys import FrameKeys, frame_keys
 from depthwalk.commands.option_values import open_scene, representation
 from depthwalk.commands.options import RepresentationName
 from depthwalk.commands.output import Output, has_frame, write_still
-from depthwalk.commands.program import without_garbage
+from depthwalk.commands.program import without_garbage_collection
 from depthwalk.cook.cook import MOST_PREFETCHED
 from depthwalk.errors import InputError
 from depthwalk.render.headless import HeadlessRenderer
@@ -201,7 +201,7 @@ def read_ahead(job: RenderJob) -> object:
 
     Raises InputError if the worker would.
     """
-    with without_garbage():
+    with without_garbage_collection():
         inputs = _read(job)
         used = np.unique(inputs.scene.objects.asset).tolist()
         inputs.library.read_ahead(used, cook_options(inputs.scene.render), MOST_PREFETCHED)

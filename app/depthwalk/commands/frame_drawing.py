@@ -179,7 +179,7 @@ def draw_frame(headless: HeadlessRenderer, view: View, output: Output, frame: in
     for _ in range(_ATTEMPTS):
         try:
             if failure:
-                headless.make_anew()
+                headless.recreate()
             headless.draw(view, output.transparent, linear=linear)
             if linear:
                 return headless.linear_image()

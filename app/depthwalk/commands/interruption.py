@@ -9,7 +9,7 @@ import sys
 from types import FrameType
 from typing import NoReturn
 
-INTERRUPTED = 130  # exit code of a program ended by Ctrl-C, 128 + SIGINT, as in shells
+from depthwalk.commands.exit_codes import INTERRUPTED
 
 
 def leave_when_interrupted() -> None:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from depthwalk.commands.program import end_if_interrupted
+from depthwalk.commands.signals import end_if_interrupted
 
 log = logging.getLogger("depthwalk")
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.cluster.address import parse_cluster
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import (
     check_camera_source,
     open_scene,
@@ -34,7 +35,7 @@ from depthwalk.commands.options import (
     ShownScene,
     Verbose,
 )
-from depthwalk.commands.program import FAILURE, guarded, without_garbage
+from depthwalk.commands.program import guarded, without_garbage_collection
 from depthwalk.errors import InputError
 
 log = logging.getLogger("depthwalk")
@@ -86,7 +87,7 @@ def main(
     for option, given in (("--frames", frames is not None), ("--resume", resume), ("--cluster", where is not None)):
         if given and path is None:
             raise InputError(f"{option}: needs --path")
-    with without_garbage():
+    with without_garbage_collection():
         from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
         from depthwalk.commands.frame_keys import frame_keys
         from depthwalk.commands.output import Output, check_output
@@ -119,7 +120,7 @@ def main(
         named = frame_keys(loaded, settings or (), size, str(representation_name), no_background, output.suffix)
         keys = [named.key(camera) for camera in cameras]
     with ExitStack() as stack:
-        with without_garbage():
+        with without_garbage_collection():
             headless = stack.enter_context(open_headless(loaded, size, drawn_as))
         if turned := stand_upright(loaded, headless.renderer):
             log.warning("%s", turned)

@@ -13,6 +13,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.frame_drawing import open_headless
 from depthwalk.commands.option_values import open_scene, parse_resolution, representation
 from depthwalk.commands.options import (
@@ -25,7 +26,7 @@ from depthwalk.commands.options import (
     Settings,
     Verbose,
 )
-from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.progress import frame_progress
 from depthwalk.limits import MAX_FRAMES
 from depthwalk.render.view.bounds import Bounds

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import open_scene, parse_camera, parse_resolution, representation
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
@@ -24,7 +25,8 @@ from depthwalk.commands.options import (
     Verbose,
     named_file,
 )
-from depthwalk.commands.program import FAILURE, end_if_interrupted, guarded, without_garbage
+from depthwalk.commands.program import guarded, without_garbage_collection
+from depthwalk.commands.signals import end_if_interrupted
 from depthwalk.errors import InputError
 from depthwalk.resources import scene_root
 
@@ -63,13 +65,13 @@ def main(
         return open_scene(file, asset_root, settings if file == first else None)
 
     with ExitStack() as closed_at_end:
-        with without_garbage():
+        with without_garbage_collection():
             from depthwalk.assets.background import BackgroundLibrary
             from depthwalk.scene.path import load_path
 
             loaded, chosen = read(first), representation(representation_name)
             library = closed_at_end.enter_context(closing(BackgroundLibrary(loaded.assets)))
-            library.foresee(loaded, chosen)  # files are read while the window's libraries are imported
+            library.prefetch(loaded, chosen)  # files are read while the window's libraries are imported
             from depthwalk import walk
 
             tour = load_path(path) if path else None

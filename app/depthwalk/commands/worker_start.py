@@ -14,7 +14,7 @@ from importlib import import_module
 
 from depthwalk.cluster import zygote
 from depthwalk.cluster.nanny import PRELOADED, ask_versions
-from depthwalk.commands.program import without_garbage
+from depthwalk.commands.program import without_garbage_collection
 
 
 def _rehearse() -> None:
@@ -27,7 +27,7 @@ def _rehearse() -> None:
     ask_versions()
 
 
-with without_garbage():
+with without_garbage_collection():
     for _name in PRELOADED:
         with contextlib.suppress(ImportError):  # reported by the task that needs it
             import_module(_name)

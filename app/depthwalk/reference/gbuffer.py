@@ -3,13 +3,12 @@
 Normals are unit vectors unfolded onto the octahedron: Meyer et al. 2010, "On Floating-Point Normal Vectors".
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.view_directions import direction_from_square, square_from_direction
 from depthwalk.limits import MAX_SHININESS
+from depthwalk.reference.light import Surfaces
 from depthwalk.render.target_table import NORMAL_BITS
 from depthwalk.types import Array
 
@@ -18,24 +17,6 @@ _NORMAL_STEPS = _NORMAL_MASK - 1  # even, so that floors and walls have exact no
 _SHININESS_STEPS = 254.0
 _SHININESS_SHIFT = 2 * NORMAL_BITS
 _POLE_UP = [0, 2, 1]  # swaps y and z: the pole of the G-buffer is +z, that of `view_directions` +y
-
-
-@dataclass(frozen=True, kw_only=True)
-class Surfaces:
-    """Hold what lighting must know of n surfaces.
-
-    Attributes
-    ----------
-    albedo : (n, 3) linear colour, 0 to 1.
-    specular : (n,) specular strength, 0 to 1.
-    normal : (n, 3) unit normals, world.
-    shininess : (n,) exponent of the highlight (Phong 1975), 1 to `MAX_SHININESS`.
-    """
-
-    albedo: Array
-    specular: Array
-    normal: Array
-    shininess: Array
 
 
 def packed_surfaces(surfaces: Surfaces) -> NDArray[np.uint32]:

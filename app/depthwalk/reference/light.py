@@ -4,24 +4,38 @@ Surfaces reflect light by Phong's model (Phong 1975, "Illumination for Computer 
 strength with the distance as in Karis 2013, "Real Shading in Unreal Engine 4". All colours are linear RGB.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from depthwalk.types import Array
 
 
-def reflected(albedo: Array, specular: Array, shininess: Array, normal: Array, view: Array, to_light: Array) -> Array:
+@dataclass(frozen=True, kw_only=True)
+class Surfaces:
+    """Hold what lighting must know of n surfaces.
+
+    Attributes
+    ----------
+    albedo : (n, 3) linear RGB of the diffuse reflection, 0 to 1.
+    specular : (n,) strength of the highlight, 0 to 1.
+    normal : (n, 3) unit normals, in the frame of the light, often the world's.
+    shininess : (n,) exponent of the highlight; below 1 it counts as 1.
+    """
+
+    albedo: Array
+    specular: Array
+    normal: Array
+    shininess: Array
+
+
+def reflected(surfaces: Surfaces, view: Array, to_light: Array) -> Array:
     """Return the light that surfaces reflect to the viewer from a light of strength 1 in one direction.
 
     Parameters
     ----------
-    albedo
-        (n, 3) linear RGB of the diffuse reflection.
-    specular
-        (n,) strength of the highlight.
-    shininess
-        (n,) Phong exponent of the highlight; below 1 it counts as 1.
-    normal
-        (n, 3) unit normals.
+    surfaces
+        The n surfaces.
     view
         (n, 3) unit vectors from the viewer to the surfaces.
     to_light
@@ -32,23 +46,15 @@ def reflected(albedo: Array, specular: Array, shininess: Array, normal: Array, v
     Array
         (n, 3) linear RGB; zero where the surface faces away from the light.
     """
+    normal = surfaces.normal
     lambert = np.maximum((normal * to_light).sum(-1), 0)
     mirrored = view - 2 * np.einsum("ni,ni->n", view, normal)[:, None] * normal
     cosine = np.maximum((mirrored * to_light).sum(-1), 0)
-    highlight = np.where(lambert > 0, specular * cosine ** np.maximum(shininess, 1), 0)
-    return np.asarray(albedo * lambert[:, None] + highlight[:, None])
+    highlight = np.where(lambert > 0, surfaces.specular * cosine ** np.maximum(surfaces.shininess, 1), 0)
+    return np.asarray(surfaces.albedo * lambert[:, None] + highlight[:, None])
 
 
-def phong(
-    albedo: Array,
-    specular: Array,
-    shininess: Array,
-    normal: Array,
-    view: Array,
-    to_sun: Array,
-    sun: Array,
-    ambient: Array,
-) -> Array:
+def phong(surfaces: Surfaces, view: Array, to_sun: Array, sun: Array, ambient: Array) -> Array:
     """Return the light that surfaces send to the viewer, lit by the sun and by a scene's ambient light.
 
     Three quarters of the ambient light are the same for all surfaces. The last quarter is multiplied by the normal's y,
@@ -56,10 +62,12 @@ def phong(
 
     Parameters
     ----------
-    albedo, specular, shininess, normal, view
-        The surfaces, with shapes as in `reflected`; vectors in the world's frame.
+    surfaces
+        The n surfaces; all vectors are in the world's frame.
+    view
+        (n, 3) unit vectors from the viewer to the surfaces.
     to_sun
-        (3,) unit vector to the sun, world.
+        (3,) unit vector to the sun.
     sun, ambient
         (3,) linear RGB of the two lights.
 
@@ -68,8 +76,8 @@ def phong(
     Array
         (n, 3) linear RGB.
     """
-    from_everywhere = ambient * (0.75 + 0.25 * normal[:, 1:2])
-    return albedo * from_everywhere + sun * reflected(albedo, specular, shininess, normal, view, to_sun)
+    from_everywhere = ambient * (0.75 + 0.25 * surfaces.normal[:, 1:2])
+    return surfaces.albedo * from_everywhere + sun * reflected(surfaces, view, to_sun)
 
 
 def lamp_light(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from depthwalk.reference.light import Surfaces
 from depthwalk.reference.warp import table
 from depthwalk.types import Array
 
@@ -87,16 +88,7 @@ def view_vectors(samples: Array, viewer: Array) -> Array:
 
 
 def phong(
-    samples: Array,
-    viewer: Array,
-    normal: Array,
-    albedo: Array,
-    specular: Array,
-    shininess: Array,
-    to_sun: Array,
-    up: Array,
-    sun: Array,
-    ambient: Array,
+    samples: Array, surfaces: Surfaces, viewer: Array, to_sun: Array, up: Array, sun: Array, ambient: Array
 ) -> Array:
     """Light samples in texture space, as `reference.light.phong` does in the world (§2.4).
 
@@ -104,14 +96,10 @@ def phong(
     ----------
     samples
         (n, 3) u, v and depth, metres. All points and vectors are in texture space.
+    surfaces
+        The surfaces at the samples.
     viewer
         (3,) u, v and depth of the viewer, metres; its depth is negative.
-    normal
-        (n, 3) unit normals.
-    albedo
-        (n, 3) linear RGB of the diffuse reflection.
-    specular, shininess
-        (n,) strength and Phong exponent of the highlight.
     to_sun
         (3,) unit vector to the sun.
     up
@@ -126,10 +114,10 @@ def phong(
     """
     to_viewer = view_vectors(samples, viewer)
     to_viewer = to_viewer / np.linalg.norm(to_viewer, axis=1, keepdims=True)
-    facing = normal @ to_sun
+    facing = surfaces.normal @ to_sun
     # The mirrored sun against the viewer; the mirrored view against the sun is the same number.
-    mirrored = 2 * facing[:, None] * normal - to_sun
-    highlight = np.maximum(np.einsum("ni,ni->n", mirrored, to_viewer), 0) ** np.maximum(shininess, 1)
-    highlight = np.where(facing > 0, specular * highlight, 0)
-    from_everywhere = ambient * (0.75 + 0.25 * (normal @ up))[:, None]
-    return albedo * (from_everywhere + sun * np.maximum(facing, 0)[:, None]) + sun * highlight[:, None]
+    mirrored = 2 * facing[:, None] * surfaces.normal - to_sun
+    highlight = np.maximum(np.einsum("ni,ni->n", mirrored, to_viewer), 0) ** np.maximum(surfaces.shininess, 1)
+    highlight = np.where(facing > 0, surfaces.specular * highlight, 0)
+    from_everywhere = ambient * (0.75 + 0.25 * (surfaces.normal @ up))[:, None]
+    return surfaces.albedo * (from_everywhere + sun * np.maximum(facing, 0)[:, None]) + sun * highlight[:, None]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.reprojection import (
+from depthwalk.render.reprojection.reprojection import (
     BEYOND,
     CELL,
     FIXED_POINT_STEPS,
@@ -15,7 +15,7 @@ from depthwalk.render.reprojection import (
     STRIDE,
     seen_from,
 )
-from depthwalk.render.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TOLERANCE, TileClass
+from depthwalk.render.reprojection.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TOLERANCE, TileClass
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
@@ -240,7 +240,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     picture
         The view of the picture.
     distances
-        (h, w) metres along the picture's view axis, lower row first; `render.reprojection.BEYOND` where nothing is.
+        (h, w) metres along the picture's view axis, lower row first; `BEYOND` where nothing is.
     view
         The other view, of W × H pixels.
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from depthwalk.geometry.view_directions import direction_from_square, square_from_direction
 from depthwalk.reference.reprojection import look_up
-from depthwalk.render.surround import SURROUND_STEPS
+from depthwalk.render.reprojection.surround import SURROUND_STEPS
 from depthwalk.render.view.field_of_view import shows
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask

@@ -7,7 +7,7 @@ Liu, Liu and Wu 2007 light each fragment of the intermediate image (§2.4), whic
 import numpy as np
 
 from depthwalk.geometry.quaternions import conjugate, rotate
-from depthwalk.reference.light import reflected
+from depthwalk.reference.light import Surfaces, reflected
 from depthwalk.types import Array, Mask
 
 
@@ -35,25 +35,15 @@ def surface_point(corners: Array, lam: Array, share: Array) -> Array:
     return np.asarray(homogeneous[:, :3] / homogeneous[:, 3:])
 
 
-def forward_light(
-    albedo: Array,
-    specular: Array,
-    shininess: Array,
-    normal: Array,
-    view: Array,
-    rotation: Array,
-    to_sun: Array,
-    sun: Array,
-    ambient: Array,
-) -> Array:
+def forward_light(surfaces: Surfaces, view: Array, rotation: Array, to_sun: Array, sun: Array, ambient: Array) -> Array:
     """Light surfaces in the frame of their object, as shaders/common/forward_light.glsl does (§2.4).
 
     Parameters
     ----------
-    albedo, specular, shininess
-        The surfaces, shapes as for `reference.light.reflected`.
-    normal, view
-        (n, 3) unit normals, and unit vectors from the viewer, object frame.
+    surfaces
+        The n surfaces, with normals in the object frame.
+    view
+        (n, 3) unit vectors from the viewer, object frame.
     rotation
         (4,) unit quaternion (x, y, z, w) of the object, world from object.
     to_sun
@@ -69,7 +59,7 @@ def forward_light(
         (n, 3) linear RGB.
     """
     to_light = rotate(conjugate(rotation[None]), to_sun[None])[0]
-    return albedo * ambient + sun * reflected(albedo, specular, shininess, normal, view, to_light)
+    return surfaces.albedo * ambient + sun * reflected(surfaces, view, to_light)
 
 
 def filtered_light(light: Array, filled: Mask, position: Array) -> Array:

@@ -4,18 +4,17 @@ Light is premultiplied by opacity, so that layers are blended by one rule whatev
 "Compositing Digital Images", the operator `over`). All colours are linear RGB.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from depthwalk.reference.light import phong
+from depthwalk.reference.light import Surfaces, phong
 from depthwalk.types import Array
 
 
 def translucent_light(
-    albedo: Array,
+    surfaces: Surfaces,
     opacity: Array,
-    specular: Array,
-    shininess: Array,
-    normal: Array,
     view: Array,
     to_sun: Array,
     sun: Array,
@@ -28,10 +27,12 @@ def translucent_light(
 
     Parameters
     ----------
-    albedo, specular, shininess, normal, view, to_sun, sun, ambient
-        The surfaces and the light, as for `reference.light.phong`.
+    surfaces
+        The n surfaces.
     opacity
         (n,) part of the light from behind that each surface hides, 0 to 1.
+    view, to_sun, sun, ambient
+        The viewer and the light, as for `reference.light.phong`.
     emission
         (n, 3) linear RGB that the surfaces emit where they are opaque.
 
@@ -40,8 +41,8 @@ def translucent_light(
     Array
         (n, 4) linear RGB, premultiplied, and opacity.
     """
-    hidden = opacity[:, None] * albedo
-    light = phong(hidden, specular, shininess, normal, view, to_sun, sun, ambient) + opacity[:, None] * emission
+    hidden = replace(surfaces, albedo=opacity[:, None] * surfaces.albedo)
+    light = phong(hidden, view, to_sun, sun, ambient) + opacity[:, None] * emission
     return np.concatenate([light, opacity[:, None]], 1)
 
 

@@ -40,7 +40,7 @@ REFINED = PictureKind(is_frame=False, supersampled=True)
 """A more exact picture of the frame before, or a part of it (`render.still_picture`)."""
 
 SURROUNDING = PictureKind(is_frame=False, yields=True)
-"""A small picture in any direction from the viewer's place, for what frames may soon show (`render.surround`)."""
+"""A small picture in any direction from the viewer's place, of what frames may soon show (`reprojection.surround`)."""
 
 
 class FrameMemory:

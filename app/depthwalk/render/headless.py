@@ -106,7 +106,7 @@ class HeadlessRenderer:
         finally:
             self.device.context.release()
 
-    def make_anew(self) -> None:
+    def recreate(self) -> None:
         """Replace context and renderer after any of `GPU_FAILURES`; the next picture is as if nothing had happened.
 
         Raises what the constructor raises, and may then be called again.
@@ -138,7 +138,7 @@ class HeadlessRenderer:
     def pixels(self) -> NDArray[np.uint8]:
         """Return the frame drawn last, (H, W, 4) uint8, sRGB and alpha, top row first.
 
-        Raises ContextLostError where the picture is lost, see `make_anew`.
+        Raises ContextLostError where the picture is lost, see `recreate`.
         """
         with self.device.context:
             pixels = read_pixels(self.screen)
@@ -175,7 +175,7 @@ class HeadlessRenderer:
         ValueError
             Where that frame was drawn without `linear`.
         ContextLostError
-            Where the picture is lost, see `make_anew`.
+            Where the picture is lost, see `recreate`.
         """
         targets = self.renderer.targets
         if targets is None or "lit" not in self.renderer.keeps:
@@ -198,7 +198,7 @@ class HeadlessRenderer:
         Raises
         ------
         ContextLostError
-            Where the picture is lost, see `make_anew`.
+            Where the picture is lost, see `recreate`.
         """
         targets, fitted = self.renderer.targets, self.renderer.view
         assert targets is not None and fitted is not None  # `draw` made them

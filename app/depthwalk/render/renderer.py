@@ -314,9 +314,9 @@ class Renderer:
             frame.light,
             lamps,
             settings.shadows,
-            settings.lod.magnification,
-            residency,
-            self.remembers,
+            magnification=settings.lod.magnification,
+            uploads=residency,
+            may_wait=self.remembers,
             detail=_FIRST_DETAIL if limit is not None and self.plan is None else 1.0,
         )
         portion = _SHADOW_TRIANGLES if limit is None else limit // 2

@@ -9,7 +9,7 @@ import numpy as np
 
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.lighting.irradiance import Lighting
-from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
+from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades, shadow_extent
 from depthwalk.render.shadows.casters import LightView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
 from depthwalk.render.shadows.seen_prism import SeenPrism
@@ -93,6 +93,7 @@ class ShadowPlanner:
         light: Lighting,
         lamps: Sequence["LampParams"],
         params: ShadowParams,
+        *,
         magnification: float,
         uploads: FrameResidency,
         may_wait: bool,
@@ -200,8 +201,13 @@ class ShadowPlanner:
             asked.append((meshes, answer))
             return answer
 
-        fallback = MeshFallbackRule(magnification=detail.magnification, is_resident=noted, error=detail.error)
-        map_ = shadow_map(view, rows, self._world.arrays(), fallback, detail.triangles_per_texel, detail.chooses)
+        rule = MeshFallbackRule(
+            magnification=detail.magnification,
+            is_resident=noted,
+            error=detail.error,
+            triangles_per_pixel=detail.triangles_per_texel,
+        )
+        map_ = shadow_map(view, rows, self._world.arrays(), rule, detail.chooses)
         self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, detail=detail, asked=asked)
         return map_
 

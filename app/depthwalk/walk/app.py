@@ -1,4 +1,4 @@
-"""Walk through a scene in a window: the frame loop, and the actions of the keys."""
+"""Walk through a scene in a window: everything that lives as long as the window, and the frame loop."""
 
 import time
 from collections.abc import Callable
@@ -17,13 +17,12 @@ from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
-from depthwalk.walk.beside import BesideFrames
-from depthwalk.walk.camera_text import camera_yaml
+from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
+from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.loading import LoadingScreen, StoppedError
-from depthwalk.walk.orbit import Side
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recovery import GpuRecovery
@@ -36,7 +35,6 @@ from depthwalk.walk.viewer import home_in
 from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
-    copy_text,
     gl_address,
     on_files_dropped,
     on_refresh,
@@ -90,16 +88,19 @@ class Walk:
     window : the window; it is replaced if the GL context is lost.
     device : the GPU that draws.
     renderer : draws the frames of the scene.
+    model_turn : turns a model that is shown without a scene upright.
     frames : decides which picture the window shows.
     state : everything that keys and panel change.
+    input : receives the window's events.
+    loading : shows the progress of loading.
     recovery : restarts after failures of the GPU.
-    beside : the library of the scene, and its work in the background.
+    background : the library of the scene, and its work in the background.
     next_file : a scene, mesh or camera path to open before the next frame; None for none.
     """
 
     def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
-        self.window, self.beside, self._read = window, BesideFrames(library), read
-        self._told = library.report
+        self.window, self.background, self._read = window, BackgroundWork(library), read
+        self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
         self._screenshot_due = False
@@ -117,28 +118,28 @@ class Walk:
     ) -> None:
         """Read, bake and upload everything that the first frame needs; see `run`."""
         self._begin()
-        self.renderer = self._loader.open(scene, self.beside.library, representation)
+        self.renderer = self._loader.open(scene, self.background.library, representation)
         self._on_gpu.callback(lambda: self.renderer.release())
-        self._model_turn = ModelTurn(scene, self.renderer)
-        framed = home_in(scene, self.renderer, self._aspect)
+        self.model_turn = ModelTurn(scene, self.renderer)
+        framed = home_in(scene, self.renderer, self.aspect)
         home = first_camera(framed)
-        self._home_is_framed = scene.camera is None and home == framed
         playback = Playback(path) if path is not None else None
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
+        self.state.home_is_framed = scene.camera is None and home == framed
         self._show_renderer()
         self.state.arrive()
-        self._loading.end()
+        self.loading.end()
         tour = "P plays the tour, " if playback else ""
         moves = "W A S D move, right drag looks around" if self.state.turned is None else "Drag turns, the wheel zooms"
-        self.state.tell(self._model_turn.guess or f"{moves}; {tour}H shows all keys")
+        self.state.tell(self.model_turn.guess or f"{moves}; {tour}H shows all keys")
 
     def _begin(self) -> None:
         """Create everything that the loading screen needs, in the window's context."""
         self.device = Device(self.window.ctx, gl_address)
         self._overlay = Overlay(self.device)
         self._on_gpu.callback(self._overlay.release)
-        self._loading = LoadingScreen(self.window, self._overlay, self._told)
-        self._loader = SceneLoader(self.device, self.window, self._loading, self._clock)
+        self.loading = LoadingScreen(self.window, self._overlay, self._on_stage)
+        self._loader = SceneLoader(self.device, self.window, self.loading, self._clock)
         self.window.key_event_func = self._close_by_escape  # until there is an `Input`
         on_files_dropped(self.window, self._drop)
 
@@ -148,8 +149,8 @@ class Walk:
         self._on_gpu.callback(self._atlas_view.release)
         self.frames = self.state.shown = ShownFrames(self.renderer)
         self._on_gpu.callback(lambda: self.frames.release())
-        self._input = Input(self.window, self.state, self.actions(), lambda: self.frames.finish())
-        on_refresh(self.window, self._input.note_news)
+        self.input = Input(self.window, self.state, key_actions(self), lambda: self.frames.finish())
+        on_refresh(self.window, self.input.note_news)
 
     def _open(self, file: Path) -> None:
         """Load a camera path, or show a scene or mesh; change nothing if the file cannot be used."""
@@ -170,34 +171,18 @@ class Walk:
 
     def _show(self, scene: Scene) -> None:
         """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
-        again, library = scene.path == self.state.scene.path, self.beside.library.sibling(scene.assets)
+        again, library = scene.path == self.state.scene.path, self.background.library.sibling(scene.assets)
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
         self.frames = self.state.shown = ShownFrames(renderer)
-        self.state.show(scene, renderer, self._aspect)
-        self._home_is_framed = scene.camera is None
+        self.state.show(scene, renderer, self.aspect)
         if model_turn.guess:
             self.state.tell(model_turn.guess)
         self.renderer.release()
-        self.beside.replace(library)
-        self.renderer, self._model_turn = renderer, model_turn
+        self.background.replace(library)
+        self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
-
-    def _turn_up(self) -> None:
-        """Turn a model so that its other axis points upward."""
-        if (message := self._model_turn.turn()) is None:
-            self.state.tell("U turns only a model opened by itself; in a scene file, set the asset's key `up`")
-            return
-        self._home_is_framed = True
-        self._go_home()
-        self.state.tell(message)
-
-    def _go_home(self) -> None:
-        """Return to the first camera; one that shows all objects fits them to the window's present size."""
-        if self._home_is_framed:
-            self.state.home = home_in(self.state.scene, self.renderer, self._aspect)
-        self.state.go_home()
 
     def loop(self, before_frame: Callable[[], None]) -> None:
         """Draw frames until the window closes or `before_frame` raises; then save what is being recorded."""
@@ -228,10 +213,10 @@ class Walk:
         with self._loader.clock_stopped():
             self._drop_gpu()
             self._begin()
-            self.beside.replace(self.beside.library.sibling(state.scene.assets))
-            self.renderer = state.renderer = self._loader.open(state.scene, self.beside.library, representation)
+            self.background.replace(self.background.library.sibling(state.scene.assets))
+            self.renderer = state.renderer = self._loader.open(state.scene, self.background.library, representation)
             self._on_gpu.callback(lambda: self.renderer.release())
-            self._model_turn.renderer, state.shares = self.renderer, LateShares()
+            self.model_turn.renderer, state.shares = self.renderer, LateShares()
             self._show_renderer()
             self._widget_rounds.begin()
 
@@ -269,22 +254,30 @@ class Walk:
         self.window.swap_buffers()
         self.frames.work()
         take_events()
-        self.beside.begin_what_waited()
+        self.background.begin_deferred()
         camera, self._camera_before = self._camera_before, self.state.camera
-        if self.beside.progress is not None and self._camera_before == camera and self.state.recorder is None:
+        if self.background.progress is not None and self._camera_before == camera and self.state.recorder is None:
             self._clock.wait(self._clock.now + _STILL_SECONDS - time.perf_counter())  # leaves the cores to baking
 
     def _shows_all(self, dt: float) -> bool:
         """Return whether the window already shows everything there is to show."""
         state = self.state
         self.frames.note(state.camera, dt, self.window.buffer_size, state.jumps)
-        told = self.window.size, state.toast, state.hud, state.panel, state.help, state.atlas, self.beside.progress
-        widgets_rest = self._widget_rounds.are_over(told, self._input.take_news())
+        content = (
+            self.window.size,
+            state.toast,
+            state.hud,
+            state.panel,
+            state.help,
+            state.atlas,
+            self.background.progress,
+        )
+        widgets_rest = self._widget_rounds.are_over(content, self.input.take_news())
         return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
 
     def _take_news(self) -> None:
         """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
-        sources = self.renderer.assets.meshes.reader.failures, self.beside.failures
+        sources = self.renderer.assets.meshes.reader.failures, self.background.failures
         if complaints := [complaint for failures in sources for complaint in failures]:
             self.state.tell("\n".join(dict.fromkeys(complaints)))
         for failures in sources:
@@ -292,8 +285,8 @@ class Walk:
         self.state.take_pace()
 
     @property
-    def _aspect(self) -> float:
-        """Width / height of the window."""
+    def aspect(self) -> float:
+        """Return width / height of the window."""
         width, height = self.window.size
         return width / max(height, 1)
 
@@ -302,56 +295,8 @@ class Walk:
         try:
             self._on_gpu.close()
         finally:
-            self.beside.close()
+            self.background.close()
             self.window.destroy()
-
-    def actions(self) -> dict[str, Callable[[], None]]:
-        """Return the actions of key presses, by moderngl-window's names of the keys; `hud.HELP` describes them."""
-        state = self.state
-
-        def toggle(name: str) -> Callable[[], None]:
-            return lambda: setattr(state, name, not getattr(state, name))
-
-        return {
-            "ESCAPE": self._escape,
-            "B": lambda: state.tell(self.beside.stop_baking()),
-            "C": lambda: self._input.capture(not self._input.captured),
-            "F": lambda: state.frame_all(self._aspect),
-            "F12": self.want_screenshot,
-            "V": self._copy_camera,
-            "N": state.toggle_turntable,
-            "G": state.toggle_walking,
-            "H": toggle("help"),
-            "HOME": self._go_home,
-            "K": state.toggle_recording,
-            "L": state.focus,
-            "O": state.toggle_orbit,
-            "P": state.toggle_path,
-            "R": self._want_again,
-            "T": lambda: state.turn_about(*self._input.pointer),
-            "TAB": toggle("panel"),
-            "U": self._turn_up,
-            "Z": toggle("hud"),
-            "NUMBER_1": lambda: state.represent(None),
-            "NUMBER_2": lambda: state.represent(Representation.DPCI),
-            "NUMBER_3": lambda: state.represent(Representation.MESH),
-            "NUMBER_4": lambda: state.frame_all(self._aspect, Side.FRONT),
-            "NUMBER_5": lambda: state.frame_all(self._aspect, Side.RIGHT),
-            "NUMBER_6": lambda: state.frame_all(self._aspect, Side.ABOVE),
-        }
-
-    def _escape(self) -> None:
-        if self._loading.busy:
-            self._loading.stop()
-        elif self._input.captured:
-            self._input.capture(False)
-        else:
-            self.window.close()
-
-    def _copy_camera(self) -> None:
-        """Copy the camera to the clipboard, in the notation of scene files."""
-        copy_text(self.window, text := camera_yaml(self.state.camera))
-        self.state.tell(f"Copied {text}")
 
     def _close_by_escape(self, key: Any, action: Any, modifiers: Any) -> None:
         if key == self.window.keys.ESCAPE and action == self.window.keys.ACTION_PRESS:
@@ -360,10 +305,6 @@ class Walk:
     def want_screenshot(self) -> None:
         """Save the next picture to a file."""
         self._screenshot_due = True
-
-    def _want_again(self) -> None:
-        if not self._loading.busy:  # while another scene loads, this would reload the wrong one
-            self.next_file = self.state.scene.path
 
     def _drop(self, files: list[Path]) -> None:
         """Open the first of the files that were dropped on the window."""
@@ -389,7 +330,7 @@ class Walk:
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything that it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
-        if self._input.is_editing:
+        if self.input.is_editing:
             self.frames.finish()  # widgets may change the settings
         self._overlay.draw(screen, self.window.size, size, dt, self._widgets)
         if self._screenshot_due:
@@ -398,8 +339,8 @@ class Walk:
 
     def _widgets(self) -> None:
         """Draw the widgets, and tell the input which parts of the window they cover."""
-        shown = self.state, self._overlay, self._atlas_view, self.beside.progress
-        self._input.set_areas(draw_widgets(*shown, in_screenshot=self._screenshot_due))
+        shown = self.state, self._overlay, self._atlas_view, self.background.progress
+        self.input.set_areas(draw_widgets(*shown, in_screenshot=self._screenshot_due))
 
     def _take_screenshot(self, camera: Camera) -> None:
         try:

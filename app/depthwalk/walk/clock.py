@@ -53,23 +53,23 @@ class WidgetRounds:
     """Count the iterations of the frame loop in which widgets must still be drawn after their content has changed."""
 
     def __init__(self) -> None:
-        self._told: tuple[Any, ...] = ()
+        self._content: tuple[Any, ...] = ()
         self._left = 0
 
-    def are_over(self, told: tuple[Any, ...], has_news: bool) -> bool:
+    def are_over(self, content: tuple[Any, ...], has_news: bool) -> bool:
         """Return whether the widgets already show their content; call this once per iteration.
 
         Parameters
         ----------
-        told
+        content
             Everything that they show, of comparable types.
         has_news
             Whether there was an event to which they may respond.
         """
-        changed, self._told = has_news or told != self._told, told
+        changed, self._content = has_news or content != self._content, content
         self._left = _ROUNDS if changed else max(self._left - 1, 0)
         return not self._left
 
     def begin(self) -> None:
         """Have the widgets drawn in a window that shows nothing yet."""
-        self._told = ()
+        self._content = ()

@@ -25,7 +25,7 @@ class LoadingScreen:
         The window to draw into.
     overlay
         Draws the text.
-    told
+    on_stage
         Called for every stage of loading, before the window shows it, with the name of the asset and of the stage that
         begins; it may print them, as the command line does.
 
@@ -35,8 +35,8 @@ class LoadingScreen:
         Whether frames must wait because something is being loaded.
     """
 
-    def __init__(self, window: Window, overlay: Overlay, told: Report) -> None:
-        self._window, self._overlay, self._told = window, overlay, told
+    def __init__(self, window: Window, overlay: Overlay, on_stage: Report) -> None:
+        self._window, self._overlay, self._on_stage = window, overlay, on_stage
         self._title = ""
         self._stopped = False
         self._shown = 0.0
@@ -61,7 +61,7 @@ class LoadingScreen:
     def report(self, name: str, stage: str) -> None:
         """Show a stage of loading an asset; the library calls this.
 
-        From other threads it only calls `told`, since window and GL belong to the main thread.
+        From other threads it only calls `on_stage`, since window and GL belong to the main thread.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ class LoadingScreen:
         StoppedError
             If the user pressed Esc or closed the window.
         """
-        self._told(name, stage)
+        self._on_stage(name, stage)
         if threading.current_thread() is not threading.main_thread():
             return
         self.busy = True

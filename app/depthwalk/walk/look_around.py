@@ -1,8 +1,8 @@
 """Draw the surroundings of a viewer in advance, at low resolution, so that a quick turn finds something there.
 
-Finished frames are stored in a map of the surroundings (`render.surround`). If the viewer is about to see something
-that no frame showed from nearby, one side of a cube around the viewer is drawn between two frames, with so few pixels
-that it takes about one slice.
+Finished frames are stored in a map of the surroundings (`render.reprojection.surround`). If the viewer is about to see
+something that no frame showed from nearby, one side of a cube around the viewer is drawn between two frames, with so
+few pixels that it takes about one slice.
 """
 
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ import numpy as np
 
 from depthwalk.render.frame_memory import SURROUNDING
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.surround import Surround, surround_views
+from depthwalk.render.reprojection.surround import Surround, surround_views
 from depthwalk.render.view.field_of_view import spread_rays
 from depthwalk.render.view.view import View
 from depthwalk.types import Array

@@ -7,9 +7,7 @@ while they are shown. If nothing changes any more, nothing is drawn.
 """
 
 import time
-from collections import deque
 from copy import deepcopy
-from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -17,25 +15,19 @@ import numpy as np
 from pyglm import glm
 
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.reprojection import Reprojection
-from depthwalk.render.view.field_of_view import reduced, widened
+from depthwalk.render.reprojection.reprojection import Reprojection
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
-from depthwalk.walk.frame_scale import FrameScale
 from depthwalk.walk.look_around import LookAround
 from depthwalk.walk.motion import Motion
-from depthwalk.walk.slices import FrameSlices, longest
+from depthwalk.walk.scene_frames import SceneFrames
+from depthwalk.walk.slices import longest
 from depthwalk.walk.still_slices import StillSlices
 
-_SLOW = 0.033  # s: frames that take longer are drawn in slices
-_QUICK = 0.025  # s: frames that take less are drawn whole again
-_MEASURED = 2  # frames that decide: the first one compiles shaders, so it says only that it may be slow
 _SETTLING = 2, 8  # fewest and most frames that are drawn after the last change
 _MOST_UNSEEN = 0.5  # of the window: if the last frame lacks more, the window waits for the next one
 _SHOWN_FOR = 1.5  # times the time to draw a frame: its mean age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
-_WARP_LIMIT = 1_600_000  # triangles, of a frame of all pixels: more than most need, less than a quick turn brings
-_FIRST_WARP_LIMIT = 400_000  # in the first pictures of a window
 
 
 class ShownFrames:
@@ -48,8 +40,6 @@ class ShownFrames:
 
     Attributes
     ----------
-    scene_seconds
-        Time spent on the last frame of the scene, seconds; 0 before the first.
     in_slices
         Whether frames are drawn in slices, and reprojected in between.
     """
@@ -57,28 +47,20 @@ class ShownFrames:
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
         self._reprojection = Reprojection(renderer.device)
+        self._scene_frames = SceneFrames(renderer, self._reprojection)
         self._around = LookAround(renderer, self._reprojection.surround)
         self._motion = Motion()
-        self.scene_seconds = 0.0
         self.in_slices = False
-        self._is_slow = False  # whether frames have turned out to take long
         self._refines = True
-        self._durations: deque[float] = deque(maxlen=_MEASURED)
-        self._frame = FrameSlices(renderer.device)
-        self._source: View | None = None  # view of the frame that is being drawn in slices
         self._view: View | None = None  # view that is shown
         self._camera: Camera | None = None  # of the last call of `note`
         self._moved = False  # whether that differed from the call before
         self._jumps = 0  # in that call
         self._has_jumped = False  # whether the last frame shows another place
         self._known: tuple[Any, ...] = ()  # everything else in that call
-        self._scale = FrameScale()
-        self._finished_scale = 1.0  # of the last frame
-        self._interactive = False  # whether the frame is for a viewer who moves or sees nothing yet
         self._settled = 0  # frames drawn since either changed, without interactive ones
         self._still = StillSlices(renderer)
         self._unshown = False  # whether something is finished that no picture has shown
-        self._is_untaken = False  # whether the frame on the screen is in the canvas and must be reprojected from now on
 
     @property
     def refines(self) -> bool:
@@ -111,7 +93,7 @@ class ShownFrames:
     def _is_settled(self) -> bool:
         """Return whether further frames would be no better than the last one, or than the still picture."""
         plan = self._renderer.plan
-        if self._frame.is_drawing or plan is None or self._settled < _SETTLING[0]:
+        if self._scene_frames.is_drawing or plan is None or self._settled < _SETTLING[0]:
             return False
         if self._renderer.assets.is_waiting or plan.noted.get("shadow_maps_waiting"):
             return False
@@ -120,19 +102,19 @@ class ShownFrames:
         return not plan.warp.batches or (self._settled >= _SETTLING[1] and not plan.noted["provisional"])
 
     @property
-    def _is_new(self) -> bool:
-        """Return whether the first frames are being drawn, which must appear soon and are refined by later ones."""
-        return len(self._durations) < _MEASURED
-
-    @property
     def is_drawing(self) -> bool:
         """Return whether a frame or another picture is in progress."""
-        return self._frame.is_drawing or self._still.is_drawing or self._around.is_drawing
+        return self._scene_frames.is_drawing or self._still.is_drawing or self._around.is_drawing
 
     @property
     def scale(self) -> float:
         """Return how many pixels the last frame had per pixel of the window, along either axis."""
-        return self._finished_scale
+        return self._scene_frames.scale
+
+    @property
+    def scene_seconds(self) -> float:
+        """Return the time spent on the last frame of the scene, seconds; 0 before the first."""
+        return self._scene_frames.seconds
 
     @property
     def _wants_still(self) -> bool:
@@ -203,9 +185,7 @@ class ShownFrames:
         Call this once per iteration of the frame loop, after the picture is on the screen: the next one then follows
         the newest input.
         """
-        if self._is_untaken:
-            self._is_untaken = False
-            self._take_finished()
+        self._scene_frames.take_first()
         if not self.in_slices or self._view is None or self.is_current:
             return
         if self._looks_around(self._view):
@@ -223,7 +203,7 @@ class ShownFrames:
         if self.is_drawing or not self.refines or self._reprojection.view is None:
             return False
         if self._moved:
-            return self._around.begin_for_walk([view, View(self._motion.ahead(self._frame.delay), view.size)])
+            return self._around.begin_for_walk([view, View(self._motion.ahead(self._scene_frames.delay), view.size)])
         return self._is_settled and self._around.begin_at_rest(view.position)
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
@@ -231,10 +211,7 @@ class ShownFrames:
         self._unshown = False
         if not (self._is_settled and self._wants_still):
             self._still.drop()
-            if self._durations or self._renderer.settings.reprojection.mode == "off":
-                self._draw_whole(view, screen)
-            else:
-                self._draw_first(view, screen)
+            self._draw_whole(view, screen)
             return True
         if not self._still.is_finished:
             self._still.advance(view, np.inf)
@@ -246,14 +223,14 @@ class ShownFrames:
         """Finish one or two frames at once, until one covers the view; return the viewer's view at that time."""
         start = time.perf_counter()
         if self._has_jumped:
-            self._frame.drop()
-        elif self._frame.is_drawing:
+            self._scene_frames.drop()
+        elif self._scene_frames.is_drawing:
             self.finish()
             view = View(self._motion.ahead(time.perf_counter() - start), view.size)
         if self._has_jumped or self._reprojection.unseen(view) > _MOST_UNSEEN:
             coming = time.perf_counter() - start + self.scene_seconds
             view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
-            self._begin(view.camera, view, interactive=True)
+            self._begin(view.camera, view, moves=True)
             self.finish()
         self._has_jumped = False
         return view
@@ -262,7 +239,7 @@ class ShownFrames:
         """Draw the rest of a frame in progress; call this before the scene or its settings change."""
         self._still.drop()
         self._around.drop()
-        while self._frame.is_drawing:
+        while self._scene_frames.is_drawing:
             self._advance(np.inf)
 
     def _choose_way(self) -> None:
@@ -271,97 +248,48 @@ class ShownFrames:
         if self.is_drawing:
             return
         mode, before = settings.reprojection.mode, self.in_slices
-        if not self._is_new:
-            self._is_slow = min(self._durations) > (_QUICK if self._is_slow else _SLOW)
-        self.in_slices = self._is_slow if mode == "auto" else mode == "on"
-        if mode == "auto" and self._is_new:
-            self.in_slices = self._reprojection.view is not None  # the second frame, see `_draw_first`
+        frames = self._scene_frames
+        self.in_slices = frames.are_slow if mode == "auto" else mode == "on"
+        if mode == "auto" and frames.are_new:
+            self.in_slices = self._reprojection.view is not None  # the second frame, see `SceneFrames.draw_first`
         if settings.dof.mode != "none" and settings.dof.autofocus:
             self.in_slices = False  # the lens changes from frame to frame
         if self.in_slices and not before:
             self._settled = 0  # draw one frame with a margin, for when the viewer starts
 
     def _draw_whole(self, view: View, screen: moderngl.Framebuffer) -> None:
+        """Draw a frame at once; the first one so that the window need not wait for the second."""
         self._has_jumped = False
-        self._interactive = self._is_new
-        self._renderer.warp_limit = _FIRST_WARP_LIMIT if self._interactive else None
-        self._finished_scale = 1.0
-        self._reprojection.forget_picture()
-        start = time.perf_counter()
-        self._renderer.render(view, screen)
-        if self._renderer.device.software:
-            self._renderer.device.context.finish()
-        of_passes = sum(self._renderer.timers.milliseconds.values()) / 1e3  # a GPU works behind the CPU
-        self._end_frame(max(time.perf_counter() - start, of_passes))
-
-    def _draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a frame at once, in a way that it can be reprojected if it took long.
-
-        Then the window need not wait for the second frame. The frame has no margin, which would delay it.
-        """
-        self._source = view
-        self._draw_whole(view, self._reprojection.canvas(view.size))
-        self._reprojection.show_canvas(screen)
-        self._is_untaken = self._durations[-1] > _SLOW
-
-    def _end_frame(self, seconds: float) -> None:
-        self._durations.append(seconds)
-        self.scene_seconds = seconds
-        self._settled += not self._interactive
+        frames = self._scene_frames
+        if frames.seconds or self._renderer.settings.reprojection.mode == "off":
+            frames.draw(view, screen)
+        else:
+            frames.draw_first(view, screen)
+        self._settled += not frames.is_interactive
 
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or continue with the one in progress; return whether it is finished now."""
-        if not self._frame.is_drawing:
-            ahead = min(_SHOWN_FOR * self._frame.delay, _FARTHEST_AHEAD)
-            self._begin(self._motion.ahead(ahead), view, interactive=self._moved)
+        if not self._scene_frames.is_drawing:
+            ahead = min(_SHOWN_FOR * self._scene_frames.delay, _FARTHEST_AHEAD)
+            self._begin(self._motion.ahead(ahead), view, moves=self._moved)
         return self._advance(self._slice_seconds(view))
 
-    def _begin(self, camera: Camera, view: View, interactive: bool) -> None:
-        """Begin a frame seen from `camera`, wider than `view` by the margin.
-
-        interactive: whether it has fewer pixels and limited work, since the viewer moves.
-        """
+    def _begin(self, camera: Camera, view: View, moves: bool) -> None:
+        """Begin a frame in slices, see `SceneFrames.begin`, and discard any other picture in progress."""
         self._still.drop()
         self._around.drop()
-        settings = self._renderer.settings.reprojection
-        self._interactive = interactive or self._is_new
-        self._source = widened(View(camera, view.size), settings.margin)
-        if self._interactive:
-            self._source = reduced(self._source, settings.scale * self._scale.factor)
-        limit = _FIRST_WARP_LIMIT if self._is_new else round(_WARP_LIMIT * self._scale.factor)
-        self._renderer.warp_limit = limit if self._interactive else None
-        self._frame.begin(self._renderer.steps(self._source, self._reprojection.canvas(self._source.size)))
+        self._scene_frames.begin(camera, view, moves)
 
     def _slice_seconds(self, view: View) -> float:
-        """Return how long a slice may take, see `FrameSlices.seconds`."""
-        settings = self._renderer.settings.reprojection
-        return self._frame.seconds(
-            least=settings.slice / 1e3,
-            margin=settings.margin,
-            half_width=view.half_extent[0],
-            turn_rate=self._motion.turn_rate,
-            work=0.0 if self._is_new else self.scene_seconds,  # the first frame compiles shaders
-        )
+        return self._scene_frames.slice_seconds(view, self._motion.turn_rate)
 
     def _advance(self, seconds: float) -> bool:
         """Continue with the frame for about `seconds`; return whether it is finished."""
-        if not self._frame.advance(seconds):
+        if not self._scene_frames.advance(seconds):
             return False
-        self._take_finished()
         self._around.note_frame()
-        work = self._frame.end()
-        if self._interactive:
-            self._scale.note(self._frame.delay, self._renderer.settings.reprojection.frame_limit / 1e3)
-        self._end_frame(work)
+        self._settled += not self._scene_frames.is_interactive
         return True
-
-    def _take_finished(self) -> None:
-        """From now on, show the frame that was drawn in slices."""
-        targets, fitted, source = self._renderer.targets, self._renderer.view, self._source
-        assert targets is not None and fitted is not None and source is not None
-        near, far = fitted.depth_range
-        self._finished_scale = source.scale
-        self._reprojection.take(targets, replace(source, near=near, far=far))
 
     @property
     def view(self) -> View | None:
@@ -388,7 +316,7 @@ class ShownFrames:
 
     def release(self) -> None:
         """Free everything on the GPU, and discard a frame in progress."""
-        self._frame.drop()
+        self._scene_frames.drop()
         self._around.drop()
         self._still.release()
         self._reprojection.release()

@@ -20,6 +20,8 @@ class State(Viewer):
 
     Attributes
     ----------
+    home_is_framed
+        Whether `home` was chosen to show all objects, rather than given by a file or the user.
     recorder
         The recording, or None while nothing is recorded.
     times
@@ -42,6 +44,7 @@ class State(Viewer):
         Whether the window shows the atlas of impostors.
     """
 
+    home_is_framed: bool = False
     recorder: Recorder | None = None
     times: PictureTimes = field(default_factory=PictureTimes)
     scene_times: FrameTimes = field(default_factory=FrameTimes)
@@ -69,10 +72,15 @@ class State(Viewer):
         self.tell(f"Reloaded {scene.path.name}" if again else scene.path.name)
         self.end_recording()  # its message is more important
         self.scene, self.renderer, self.shares = scene, renderer, LateShares()
-        self.home = home_in(scene, renderer, aspect)
+        self.home, self.home_is_framed = home_in(scene, renderer, aspect), scene.camera is None
         if not again:
             self.playback = None
             self.arrive()
+
+    def fit_home(self, aspect: float) -> None:
+        """Fit `home`, if it was chosen to show all objects, to a window of width / height `aspect`."""
+        if self.home_is_framed:
+            self.home = home_in(self.scene, self.renderer, aspect)
 
     def toggle_recording(self) -> None:
         """Begin recording the camera, or end the recording and save it."""

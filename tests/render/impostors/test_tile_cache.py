@@ -1,4 +1,4 @@
-"""Tiles in the cache: found by their objects, evicted when unseen, spoilt on demand."""
+"""Tiles in the cache: found by their objects, evicted when unseen, invalidated on demand."""
 
 from collections.abc import Sequence
 
@@ -73,9 +73,9 @@ def test_where_all_tiles_are_shown_new_ones_get_fewer_texels() -> None:
     assert (cache.rows(np.arange(3)) >= 0).all()
 
 
-def test_spoilt_tiles_stay_but_have_no_resolution_to_speak_of() -> None:
+def test_invalid_tiles_stay_but_have_no_resolution_to_speak_of() -> None:
     cache = filled()
-    cache.spoil(np.array([1, 7]))
+    cache.invalidate(np.array([1, 7]))
     assert cache.tiles.density[1] < 1e-20 and (cache.tiles.density[[0, 2, 3]] == 100).all()
 
 

@@ -12,6 +12,7 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lod import mesh_choice
+from depthwalk.render.lod.fallback_rule import MeshFallbackRule
 from depthwalk.render.lod.mesh_choice import (
     AS_IMAGES,
     AS_MESH,
@@ -26,7 +27,6 @@ from depthwalk.render.lod.mesh_choice import (
     advised_table,
     mesh_is_quicker,
 )
-from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
 from depthwalk.scene.arrays import Camera, Representation
@@ -181,7 +181,12 @@ def test_no_object_is_left_out_by_the_distance_that_is_tested_first(
             )
         with Walk(gl_device, scene, ShapeLibrary([mesh], [BakedModel(parts=(images,))]), seconds=None) as walk:
             arrays = walk.renderer.world.arrays()
-            rule = MeshFallbackRule(magnification=1000.0, is_resident=lambda m: np.ones(len(m), bool), error=1.0)
+            rule = MeshFallbackRule(
+                magnification=1000.0,
+                is_resident=lambda m: np.ones(len(m), bool),
+                error=1.0,
+                triangles_per_pixel=TRIANGLES_PER_PIXEL,
+            )
             view = View(Camera((0, 0.5, 0), (0, 0.5, -1), 0.9), (640, 480))
             found = MeshChooser().as_meshes(
                 view,

@@ -9,17 +9,14 @@ import numpy as np
 import pytest
 
 import depthwalk.render.draw.object_detail
-import depthwalk.render.lod.mesh_fallback
+import depthwalk.render.lod.fallback_rule
 import depthwalk.render.lod.mesh_lod
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.params import ModelParams
 from depthwalk.bake.parts import bake_model
 from depthwalk.gpu.device import Device
-from depthwalk.ingest.mesh import Mesh, MeshLevel
-from depthwalk.render.lod.mesh_choice import TRIANGLES_PER_PIXEL
-from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
-from depthwalk.render.lod.mesh_lod import MeshLevels
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency
@@ -186,7 +183,7 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(
 
 
 def test_large_meshes_stand_in_simplified(gl_device: Device, dense: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (depthwalk.render.lod.mesh_lod, depthwalk.render.lod.mesh_fallback):
+    for module in (depthwalk.render.lod.mesh_lod, depthwalk.render.lod.fallback_rule):
         monkeypatch.setattr(module, "MOST_UNSIMPLIFIED", 1000)
     monkeypatch.setattr(depthwalk.render.lod.mesh_lod, "MOST_LIGHT", 0)
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
@@ -224,37 +221,6 @@ def test_a_coarser_mesh_stands_in_for_its_pixels(gl_device: Device, dense: Mesh)
         walk.look(Camera((0, 2, 10), (0, 2, 0), 0.9))
         assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"]) == (0, 1)
         assert 0 < walk.counts["mesh_triangles"] < len(dense.faces) / 2
-
-
-@pytest.mark.parametrize(
-    ("texels", "nearest", "interior", "level"),
-    [
-        (0.0, 0.1, False, 0),  # none coarser than what a pixel allows
-        (0.5, 0.1, False, 2),  # few enough, and within half a texel
-        (0.2, 0.1, False, 1),  # still too many, but the next is not accurate
-        (0.5, 0.0, True, 0),  # a room, from within
-    ],
-)
-def test_meshes_that_stand_in_are_as_fine_as_their_pixels_allow(
-    texels: float, nearest: float, interior: bool, level: int
-) -> None:
-    fallbacks, levels = MeshFallbacks.empty(1), MeshLevels.empty(1)
-    fallbacks.texel[0], fallbacks.has_interior[0] = 1.0, interior
-    levels.error[0, :4], levels.triangles[0, :4] = (0, 0.1, 0.4, 0.9), (1000, 300, 80, 20)
-    rule = MeshFallbackRule(magnification=1.0, is_resident=lambda rows: rows == rows, error=0.5, texels=texels)
-    rows = np.zeros(1, np.int64), np.full(1, nearest), np.full(1, 100.0)
-    assert fallbacks.level(*rows, levels, rule, 1.0).tolist() == [level]
-
-
-def test_a_mesh_stands_in_for_as_many_triangles_as_are_quicker(dense: Mesh) -> None:
-    of = MeshLevels.empty(2)
-    of.add(0, (MeshLevel(dense, 0.0),))
-    fallbacks = MeshFallbacks.empty(2)
-    fallbacks.mesh[1], fallbacks.texel[1], fallbacks.triangles[0] = 0, 1.0, len(dense.faces)
-    rule = MeshFallbackRule(magnification=1.0, is_resident=lambda rows: np.ones(len(rows), bool), error=1.0)
-    pixels = np.array([0.9, 1.1]) * len(dense.faces) / TRIANGLES_PER_PIXEL
-    found = fallbacks.allowed(np.array([1, 1]), np.full(2, 0.1), pixels, of, rule, TRIANGLES_PER_PIXEL)
-    assert found.tolist() == [False, True]
 
 
 def test_frozen_levels_freeze_what_stands_in(gl_device: Device, ball: Mesh) -> None:

@@ -10,7 +10,7 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
 from depthwalk.pictures import LinearImage
 from depthwalk.reference.gbuffer import unpacked_surfaces
-from depthwalk.reference.light import lamp_light, phong, reflected
+from depthwalk.reference.light import Surfaces, lamp_light, phong, reflected
 from depthwalk.render.frame import Frame, common_settings
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lighting.irradiance import irradiance, lighting, polynomials, sphere_directions
@@ -43,27 +43,18 @@ def random_lamps(rng: np.random.Generator, count: int, far: float = 12.0) -> lis
     return lamps
 
 
-def lit_twin(
-    environment: Environment,
-    albedo: Array,
-    specular: Array,
-    shininess: Array,
-    normal: Array,
-    from_viewer: Array,
-    view: View,
-) -> Array:
+def lit_twin(environment: Environment, surfaces: Surfaces, from_viewer: Array, view: View) -> Array:
     """Linear RGB (n, 3) of surfaces that are `from_viewer` (n, 3) off, metres."""
     away = from_viewer / np.linalg.norm(from_viewer, axis=1, keepdims=True)
-    surface = albedo, specular, shininess, normal, away
     sun = linear_from_srgb(environment.sun.colour) * environment.sun.intensity
     ambient = linear_from_srgb(environment.ambient.colour) * environment.ambient.intensity
-    colour = phong(*surface, lighting(environment).to_sun, sun, ambient)
+    colour = phong(surfaces, away, lighting(environment).to_sun, sun, ambient)
     for lamp in environment.lights:
         axis = None if lamp.direction is None else np.array(lamp.direction) / np.linalg.norm(lamp.direction)
         place = np.array(lamp.position) - view.position
         strength, to_lamp = lamp_light(from_viewer, place, lamp.range, axis, np.radians(lamp.angle))
         light = linear_from_srgb(lamp.colour) * lamp.intensity * strength[:, None]
-        colour += light * reflected(*surface, to_lamp)
+        colour += light * reflected(surfaces, away, to_lamp)
     return colour
 
 
@@ -98,12 +89,11 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     column, row = np.meshgrid(*((np.arange(pixels) + 0.5) / pixels * 2 - 1 for pixels in SIZE))
     ray = np.stack([column, row, np.ones_like(row)], -1).reshape(-1, 3) @ view.ray_from_screen.T
     from_viewer = ray * view_distance(depth.reshape(-1, 1), *view.depth_range)
-    stored = unpacked_surfaces(words)
-    surfaces = stored.albedo, stored.specular, stored.shininess, stored.normal, from_viewer
-    expected = lit_twin(environment, *surfaces, view)
+    surfaces = unpacked_surfaces(words)
+    expected = lit_twin(environment, surfaces, from_viewer, view)
     assert (found[:, 3] == 1).all()
     np.testing.assert_allclose(found[:, :3], expected, rtol=6e-3, atol=2e-3)
-    by_lamps = np.abs(expected - lit_twin(Environment(), *surfaces, view)).max(1) > 0.01
+    by_lamps = np.abs(expected - lit_twin(Environment(), surfaces, from_viewer, view)).max(1) > 0.01
     assert by_lamps.any() == (count > 0)
 
 

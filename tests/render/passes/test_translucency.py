@@ -9,6 +9,7 @@ import pytest
 from depthwalk.colour import linear_from_srgb
 from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.reference.fog import fog_through
+from depthwalk.reference.light import Surfaces
 from depthwalk.reference.translucency import in_fog, over, translucent_light
 from depthwalk.render import occlusion_phases
 from depthwalk.render.image import read_pixels
@@ -46,12 +47,16 @@ def middle(pixels: Array) -> Array:
 def light_of(material: Material, environment: dict[str, Any]) -> Array:
     """What the twin says of a pane of a material in the middle of the picture, (1, 4)."""
     shown, one = Environment.model_validate(environment), np.ones(1)
-    light, normal, view = lighting(shown), np.array([[0.0, 0, 1]]), np.array([[0.0, 0, -1]])
+    light, view = lighting(shown), np.array([[0.0, 0, -1]])
     ambient = shown.ambient.intensity * linear_from_srgb(np.array(shown.ambient.colour))
-    surface = np.array([material.base_colour]), one * (material.opacity or 0), one * material.specular
-    return translucent_light(
-        *surface, one * material.shininess, normal, view, light.to_sun, light.sun, ambient, np.array(material.emission)
+    surfaces = Surfaces(
+        albedo=np.array([material.base_colour]),
+        specular=one * material.specular,
+        normal=-view,
+        shininess=one * material.shininess,
     )
+    opacity, emission = one * (material.opacity or 0), np.array(material.emission)
+    return translucent_light(surfaces, opacity, view, light.to_sun, light.sun, ambient, emission)
 
 
 WALL = np.array([[*linear_from_srgb(np.array(BACKGROUND)), 1.0]])

@@ -8,7 +8,7 @@ import pytest
 from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import MeshLevel
-from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
+from depthwalk.render.lod.fallback_rule import MeshFallbackRule
 from depthwalk.render.shadows.cascades import Cascade, light_axes
 from depthwalk.render.shadows.casters import shadow_map
 from depthwalk.render.shadows.spot_maps import Spot
@@ -86,7 +86,7 @@ def test_limits_are_texels_and_triangles(studio: Studio, library: ShapeLibrary, 
         mesh = library.mesh(0)
         assert mesh is not None
         table.meshes.add(0, [MeshLevel(mesh, 0.0)])
-        rule, finest = MeshFallbackRule(magnification=2.0, is_resident=all_have, error=0.125), 0.0
+        finest = 0.0
         for resolution in range(64, 1024, 32):
             view: Cascade | Spot = Cascade(
                 centre=(0.0, 1.0, 0.0), half=3.0, axes=light_axes(TO_SUN), resolution=resolution
@@ -103,7 +103,10 @@ def test_limits_are_texels_and_triangles(studio: Studio, library: ShapeLibrary, 
             magnified = 1.5 * float(table.mesh_fallbacks.texel[placed.objects().asset[0]]) / nearest > 2.0
             texels = 4 * table.cylinder_radius[0] * table.half_height[0] * (1.5 / middle) ** 2
             for triangles, stands_in in ((801, magnified), (799, False)):
-                drawn = shadow_map(view, np.array([0]), scene, rule, triangles / texels)
+                rule = MeshFallbackRule(
+                    magnification=2.0, is_resident=all_have, error=0.125, triangles_per_pixel=triangles / texels
+                )
+                drawn = shadow_map(view, np.array([0]), scene, rule)
                 assert (len(drawn.grids.records), len(drawn.meshes.records)) == (1 - stands_in, stands_in)
             finest += magnified
     assert 3 < finest < 27

@@ -6,6 +6,7 @@ an asset at once; `render.kernels.silhouette_loops` does so where it is loaded.
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,7 @@ def silhouette_lines(
     placed = placed.take(np.flatnonzero(near))  # far quicker for records than indexing
     creased = None if least_fold is None else edges.folds < np.cos(least_fold)
     lines = [
-        _lines(edges, view, chunk, rotations, *_chosen(edges, chunk, rotations, creased, solid))
+        _lines(edges, view, chunk, rotations, _chosen(edges, chunk, rotations, creased, solid))
         for chunk, rotations in _chunks(placed, _MAX_CHUNK // len(edges.planes) + 1)
     ]
     return np.concatenate(lines) if lines else np.zeros(0, LINE_RECORD)
@@ -97,18 +98,33 @@ def _chunks(placed: NDArray[np.void], count: int) -> Iterator[tuple[NDArray[np.v
         yield chunk, matrices(chunk["rotation"])
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Chosen:
+    """Hold which edges of which objects are drawn, k in all.
+
+    Attributes
+    ----------
+    edge : (k,) index of the edge.
+    number : (k,) index of the object.
+    forward : (k,) whether the edge's first face is front-facing: the object is on the left from the first stored end to
+        the second.
+    silhouette : (k,) whether the edge is a silhouette.
+    """
+
+    edge: NDArray[np.intp]
+    number: NDArray[np.intp]
+    forward: NDArray[np.bool_]
+    silhouette: NDArray[np.bool_]
+
+
 def _chosen(
     edges: EdgeAdjacency,
     placed: NDArray[np.void],
     rotations: NDArray[np.floating],
     creased: NDArray[np.bool_] | None,
     solid: bool,
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which edges of which objects are drawn.
-
-    Four arrays (k,): index of the edge; index of the object; whether the first face of the edge is front-facing;
-    whether the edge is a silhouette. rotations: (n, 3, 3) of all objects.
-    """
+) -> _Chosen:
+    """Return which edges of which objects are drawn. rotations: (n, 3, 3) of all objects."""
     viewer = -(placed["origin"][:, None] @ rotations)[:, 0] / placed["scale"][:, None]
     front = edges.planes[:, :3] @ viewer.T > edges.planes[:, 3:]
     first = front[edges.faces[:, 0]]
@@ -122,7 +138,7 @@ def _chosen(
     else:
         chosen = silhouette
     edge, number = chosen.nonzero()
-    return edge, number, first[edge, number], silhouette[edge, number]
+    return _Chosen(edge=edge, number=number, forward=first[edge, number], silhouette=silhouette[edge, number])
 
 
 def _lines(
@@ -130,19 +146,12 @@ def _lines(
     view: View,
     placed: NDArray[np.void],
     rotations: NDArray[np.floating],
-    edge: NDArray[np.intp],
-    number: NDArray[np.intp],
-    forward: NDArray[np.bool_],
-    silhouette: NDArray[np.bool_],
+    chosen: _Chosen,
 ) -> NDArray[np.void]:
-    """Return the LINE_RECORDs of those edges that are on the screen.
-
-    edge, number: (k,), edges and their objects; forward: (k,), whether the object is on the left from the first stored
-    end to the second; silhouette: (k,); rotations: (n, 3, 3) of all objects.
-    """
-    ends = edges.ends[edge]
-    ends = np.where(forward[:, None], ends, ends[:, ::-1])
-    clip, kept = _before_viewer(_clip_points(edges, view, placed, rotations)[number[:, None], ends])
+    """Return the LINE_RECORDs of those `chosen` edges that are on the screen. rotations: (n, 3, 3) of all objects."""
+    ends = edges.ends[chosen.edge]
+    ends = np.where(chosen.forward[:, None], ends, ends[:, ::-1])
+    clip, kept = _before_viewer(_clip_points(edges, view, placed, rotations)[chosen.number[:, None], ends])
     size = np.array(view.size, np.float32)
     pixels = (clip[..., :2] / clip[..., 3:] + 1) * (size / 2)
     start, stop = pixels[:, 0], pixels[:, 1]
@@ -152,7 +161,7 @@ def _lines(
     seen &= np.where(across[:, 1] > across[:, 0], passes[:, 1], passes[:, 0])
     lines = np.empty(int(seen.sum()), LINE_RECORD)
     lines["ends"] = pixels[seen].reshape(-1, 4)
-    lines["silhouette"] = silhouette[kept][seen]
+    lines["silhouette"] = chosen.silhouette[kept][seen]
     clip = clip[seen]
     lines["depths"] = clip[..., 2] / clip[..., 3] / 2 + 0.5
     return lines

@@ -93,7 +93,7 @@ class FarClusterPlanner:
         The draws of passes 1 and 2.
         """
         scene, clusters = self._world.arrays(), self.clusters()
-        self._spoil_changed(numbers, len(scene.objects))
+        self._invalidate_changed(numbers, len(scene.objects))
         typical = describe(view, scene, clusters.first_members(numbers).astype(np.int64), settings.lod)
         impostors = _impostors(view, scene, clusters, numbers, typical)
         error = self._tiles.begin_phase(view, impostors, settings.layout, continues=True)
@@ -123,7 +123,7 @@ class FarClusterPlanner:
             continues=True,
         )
 
-    def _spoil_changed(self, numbers: Rows, objects: int) -> None:
+    def _invalidate_changed(self, numbers: Rows, objects: int) -> None:
         """Mark the tiles of those clusters among `numbers` (m,) whose members moved, to be warped again.
 
         In the tile cache the rows of clusters follow those of all `objects`.
@@ -131,7 +131,7 @@ class FarClusterPlanner:
         version = self.clusters().version
         self._tiles.reserve(objects + len(version))
         changed = numbers[version[numbers] != self._tile_version[numbers]]
-        self._tiles.spoil(objects + changed)
+        self._tiles.invalidate(objects + changed)
         self._tile_version[changed] = version[changed]
 
 

@@ -16,8 +16,8 @@ from depthwalk.cook.cases import ALL_PIECES, CAPS, CONE_EDGES, HORIZON_SLACK, SI
 from depthwalk.render import kernels
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, warp_faces
-from depthwalk.render.lod.mesh_choice import MESH_TEXELS, MeshChooser
-from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
+from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
+from depthwalk.render.lod.mesh_choice import MESH_TEXELS, TRIANGLES_PER_PIXEL, MeshChooser
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
 from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
 from depthwalk.render.view.bounds import Bounds
@@ -161,6 +161,7 @@ def fallback_rule(settings: PlanSettings, is_resident: IsResident) -> MeshFallba
         magnification=settings.lod.magnification,
         is_resident=is_resident,
         error=settings.polygons.error,
+        triangles_per_pixel=TRIANGLES_PER_PIXEL,
         texels=MESH_TEXELS,
     )
 

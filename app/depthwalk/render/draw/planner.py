@@ -25,8 +25,7 @@ from depthwalk.render.impostors.tile_placement import ImpostorObjects
 from depthwalk.render.impostors.tile_records import WARP_RECORD, warp_records
 from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
 from depthwalk.render.impostors.warp_planes import warp_faces
-from depthwalk.render.lod.mesh_choice import TRIANGLES_PER_PIXEL
-from depthwalk.render.lod.mesh_fallback import IsResident
+from depthwalk.render.lod.fallback_rule import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.lod.selection import levels_within
 from depthwalk.render.resources.placed_records import PLACED_RECORD, captured_records, placed_records
@@ -109,9 +108,8 @@ class Planner:
         polygons, clustered, traced, pictured = _by_representation(scene, seen)
         near, captured = _captured_lists(view, scene, seen, pictured)
         polygons = np.concatenate([polygons, near]) if len(near) else polygons
-        levels = table.mesh_fallbacks.placed_levels(
-            view, fallbacks, table.meshes, fallback_rule(settings, is_resident), TRIANGLES_PER_PIXEL
-        )
+        rule = fallback_rule(settings, is_resident)
+        levels = rule.placed_levels(table.mesh_fallbacks, table.meshes, view, fallbacks)
         mesh = _mesh_list(view, scene, seen.row[polygons], fallbacks, levels, settings.polygons)
         clusters = cluster_draws(view, objects.take(seen.row[clustered]), table, settings.polygons.error)
         traced, height_fields = _height_field_lists(view, scene, seen, traced)

@@ -12,7 +12,7 @@ from depthwalk.types import Array, Mask, Rows
 
 _SHRINK = 0.7  # factor by which the resolution of a tile is lowered if it finds no room
 _TRIES = 6  # how often it is lowered at most
-_SPOILT = 1e-30  # pixels per metre: a resolution so wrong that the tile is warped again
+_INVALID = 1e-30  # pixels per metre: a resolution so wrong that the tile is warped again
 _SPARSE = 0.5  # part of the atlas: if less is used, and yet there is no room, it is fragmented
 _MANY = 64  # more tiles than this are placed at once if they fit; one by one they pack tighter, but take 0.1 ms each
 _SELDOM = 120  # frames between two packings of a fragmented atlas, as each costs a frame without reuse
@@ -118,10 +118,10 @@ class TileCache:
         """
         return self._row[objects]
 
-    def spoil(self, objects: Rows) -> None:
+    def invalidate(self, objects: Rows) -> None:
         """Mark the tiles of the objects with the rows `objects` (m,) as invalid, so that they are warped again."""
         row = self._row[objects]
-        self.tiles.density[row[row >= 0]] = _SPOILT
+        self.tiles.density[row[row >= 0]] = _INVALID
 
     @property
     def shown_now(self) -> int:

@@ -101,9 +101,9 @@ class TileScheduler:
         """Make room for the tiles of `objects` objects in all; the tiles that are cached stay."""
         self._cache.reserve(objects)
 
-    def spoil(self, rows: Rows) -> None:
+    def invalidate(self, rows: Rows) -> None:
         """Mark the tiles of the objects with the `rows` (m,) as invalid, because the objects changed."""
-        self._cache.spoil(rows)
+        self._cache.invalidate(rows)
 
     def begin_phase(
         self,

@@ -1,5 +1,6 @@
 """Choose levels of detail, and meshes in place of depth images: near by, and where they are quicker.
 
 `selection` chooses levels of depth images, `paper_lod` by the paper's rules, `mesh_lod` levels of meshes,
-`cluster_selection` mesh clusters; `mesh_choice` decides where meshes replace depth images, from `mesh_fallback`.
+`cluster_selection` mesh clusters. Where meshes replace depth images `mesh_choice` decides by the `fallback_rule`, from
+the table `mesh_fallback`.
 """

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.lod.mesh_fallback import MeshFallbackRule, MeshFallbacks
+from depthwalk.render.lod.fallback_rule import MeshFallbackRule
+from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MOST_LIGHT, MeshLevels
 from depthwalk.render.view.view import View
 from depthwalk.scene.advice import Advice
@@ -227,8 +228,8 @@ class MeshChooser:
             drawn = _drawn_triangles(number, nearest / view.detail_pixels, fallbacks, levels, rule, advised == UNKNOWN)
             modelled = mesh_is_quicker(drawn, pixels, *before)
             quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)
-        found = fallbacks.allowed(
-            number, nearest / view.detail_pixels, pixels, levels, rule, TRIANGLES_PER_PIXEL, quicker
+        found = rule.allowed(
+            fallbacks, levels, number=number, nearest=nearest / view.detail_pixels, pixels=pixels, quicker=quicker
         )
         self._was_mesh[rows] = False
         self._was_mesh[first[found]] = True

@@ -1,11 +1,10 @@
-"""Hold which meshes may replace which depth images, and how to place them; `mesh_choice` decides when they do.
+"""Hold which meshes may replace which depth images, and how to place them; `fallback_rule` says when they may.
 
 Meshes are fallbacks only in scenes that are drawn as their files say. Where one representation is asked for, only that
 is drawn.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,35 +14,10 @@ from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject
 from depthwalk.geometry.quaternions import conjugate, multiply, rotate
 from depthwalk.render import kernels
-from depthwalk.render.lod.mesh_lod import MOST_UNSIMPLIFIED, MeshLevels
-from depthwalk.render.lod.selection import affordable_level, error_level
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Mask, Rows
-
-IsResident = Callable[[Rows], Mask]
-"""Returns which (n,) of the meshes (n,), numbers in `CookedParts`, are on the GPU; the others are being read."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class MeshFallbackRule:
-    """Decide when a mesh is drawn in place of an object's depth images.
-
-    Attributes
-    ----------
-    magnification : how many pixels a texel of the depth images may cover before the mesh is drawn; 0: never draw it,
-        not even where it is quicker.
-    is_resident : returns which (n,) of the meshes (n,), numbers in `CookedParts`, can be drawn in this frame.
-    error : geometric error that the mesh's level of detail may have, pixels, see `mesh_level`.
-    texels : geometric error that it may have where finer levels have too many triangles, texels of the depth images;
-        0: no more than `error`.
-    """
-
-    magnification: float
-    is_resident: IsResident
-    error: float
-    texels: float = 0.0
 
 
 @dataclass(kw_only=True)
@@ -190,107 +164,6 @@ class MeshFallbacks:
         parts = np.bincount(self.mesh[self.mesh >= 0], minlength=len(self.mesh))
         mesh = self.mesh[number]
         return (mesh >= 0) & (self.triangles[mesh] < parts[mesh] * triangles)
-
-    def allowed(
-        self,
-        number: Rows,
-        nearest: Array,
-        pixels: Array,
-        levels: MeshLevels,
-        rule: MeshFallbackRule,
-        triangles_per_pixel: float,
-        quicker: Mask | None = None,
-    ) -> Mask:
-        """Return which depth objects are replaced by a mesh that is resident.
-
-        A mesh replaces depth objects that would be magnified, if a `level` of it has few triangles for its pixels;
-        those for which it is quicker; and those that contain the viewer, if their images lack the interior.
-
-        Parameters
-        ----------
-        number : (m,) numbers of the depth objects in `CookedParts`.
-        nearest : (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
-        pixels : (m,) that each object covers, see `pixels`.
-        levels : the levels of detail of the meshes that are loaded.
-        rule : how near objects must be, and which meshes are resident.
-        triangles_per_pixel : how many triangles a mesh may have for each of its pixels.
-        quicker : (m,) for which depth objects the mesh is quicker; None: for none.
-
-        Returns
-        -------
-        (m,) whether each depth object is replaced.
-        """
-        found = np.zeros(len(number), bool)
-        if not rule.magnification:
-            return found
-        magnified = (self.mesh[number] >= 0) & (nearest * rule.magnification < self.texel[number])
-        mesh, most = self.mesh[number], triangles_per_pixel * pixels
-        triangles, is_read = self.triangles[mesh], levels.triangles[mesh, 0] > 0
-        # Do not read a mesh that has too many triangles and no simplified levels that have fewer.
-        magnified &= is_read | (triangles <= most) | (triangles > MOST_UNSIMPLIFIED)
-        within = (self.mesh[number] >= 0) & self.has_interior[number] & (nearest <= 0)
-        quicker = within if quicker is None else quicker | within
-        rows = np.flatnonzero(magnified | quicker)
-        rows = rows[rule.is_resident(mesh[rows])]
-        mesh = mesh[rows]
-        level = self.level(mesh, nearest[rows], pixels[rows], levels, rule, triangles_per_pixel)
-        found[rows] = quicker[rows] | (levels.triangles[mesh, level] <= most[rows])
-        return found
-
-    def level(
-        self,
-        mesh: Rows,
-        nearest: Array,
-        pixels: Array,
-        levels: MeshLevels,
-        rule: MeshFallbackRule,
-        triangles_per_pixel: float,
-    ) -> Ints:
-        """Return the level of detail at which each of m meshes replaces depth objects.
-
-        That is the coarsest whose error is at most `rule.error` pixels. If it has too many triangles, it is the finest
-        that has few enough, as long as its error is at most `rule.texels`: still more accurate than the depth images.
-        Viewers within an asset see all of it.
-
-        Parameters
-        ----------
-        mesh : (m,) numbers of the meshes in `CookedParts`.
-        nearest : (m,) length that a pixel covers at the nearest point of each, metres in its frame.
-        pixels : (m,) that each covers, see `pixels`.
-        levels : the levels of detail of the meshes that are loaded.
-        rule : the errors that are allowed.
-        triangles_per_pixel : how many triangles a mesh may have for each of its pixels.
-
-        Returns
-        -------
-        (m,) levels, 0 the finest.
-        """
-        level = error_level(levels.error[mesh], rule.error * nearest)
-        if not rule.texels:
-            return level
-        accurate = error_level(levels.error[mesh], rule.texels * self.texel[mesh])
-        affordable = affordable_level(levels.triangles[mesh], pixels, triangles_per_pixel)
-        coarser = np.maximum(level, np.minimum(affordable, accurate))
-        return np.where(self.has_interior[mesh] & (nearest <= 0), level, coarser)
-
-    def placed_levels(
-        self, view: View, meshes: Objects, levels: MeshLevels, rule: MeshFallbackRule, triangles_per_pixel: float
-    ) -> Ints:
-        """Return the `level` (m,) of each of m `meshes` that replace depth objects.
-
-        Parameters
-        ----------
-        view : the view of the picture.
-        meshes : the meshes as objects, as the method `meshes` returns them.
-        levels, rule, triangles_per_pixel : see `level`.
-        """
-        if not len(meshes):  # as in most frames
-            return np.zeros(0, np.int64)
-        mesh = meshes.asset
-        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
-        nearest = outside(viewer, self.centre[mesh], self.half_height[mesh], self.cylinder_radius[mesh])
-        _, pixels = self.seen(view, mesh, nearest)
-        return self.level(mesh, nearest / view.detail_pixels, pixels, levels, rule, triangles_per_pixel)
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
         """Return the meshes that replace the objects `rows`, each mesh once.

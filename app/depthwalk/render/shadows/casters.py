@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.render.draw.draw_lists import DrawList, draw_batches
-from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
+from depthwalk.render.lod.fallback_rule import MeshFallbackRule
 from depthwalk.render.lod.selection import affordable_level, error_level
 from depthwalk.render.resources.placed_records import placed_records
 from depthwalk.render.shadows.cascades import DEPTH, Cascade
@@ -163,7 +163,6 @@ def shadow_map(
     rows: Rows,
     scene: SceneArrays,
     rule: MeshFallbackRule,
-    triangles_per_texel: float,
     chooses: bool = True,
 ) -> ShadowMap:
     """Plan what is drawn into a shadow map.
@@ -181,9 +180,7 @@ def shadow_map(
     scene
         All objects and their assets.
     rule
-        When meshes replace depth images; its pixels are texels here.
-    triangles_per_texel
-        How many triangles an object may have for each texel that it covers.
+        When meshes replace depth images, and how many triangles an object may have; its pixels are texels here.
     chooses
         Whether `auto` may choose meshes that have fewer triangles.
 
@@ -193,10 +190,10 @@ def shadow_map(
         The map, with the draws of its casters.
     """
     table = scene.table
-    placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel, chooses)
+    placed, spheres = _cast_as(view, rows, scene, rule, chooses)
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
     as_grid = ~placed.of_mesh
-    level = np.where(as_grid, _grid_level(nearest, middle, placed.asset, table, rule.error, triangles_per_texel), 0)
+    level = np.where(as_grid, _grid_level(nearest, middle, placed.asset, table, rule), 0)
     simplified = np.isin(placed.representation, SIMPLIFIED)
     level = np.where(simplified, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
     pieces = np.full(len(placed), ALL_PIECES)
@@ -221,7 +218,6 @@ def _cast_as(
     rows: Rows,
     scene: SceneArrays,
     rule: MeshFallbackRule,
-    triangles_per_texel: float,
     chooses: bool,
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
@@ -236,11 +232,13 @@ def _cast_as(
     texels = table.mesh_fallbacks.pixels(number, middle)
     quicker = None
     if chooses and scene.choice is not None:
-        level = _grid_level(nearest, middle, number, table, rule.error, triangles_per_texel)
+        level = _grid_level(nearest, middle, number, table, rule)
         quicker = scene.choice.chooses[rows] & table.mesh_fallbacks.has_fewer_triangles(
             number, table.triangles[number, level]
         )
-    found = table.mesh_fallbacks.allowed(number, nearest, texels, table.meshes, rule, triangles_per_texel, quicker)
+    found = rule.allowed(
+        table.mesh_fallbacks, table.meshes, number=number, nearest=nearest, pixels=texels, quicker=quicker
+    )
     if not found.any():
         return objects.take(rows), bounds.take(rows)
     meshes, others = table.mesh_fallbacks.meshes(objects, rows[found]), rows[~found]
@@ -249,15 +247,15 @@ def _cast_as(
 
 
 def _grid_level(
-    nearest: Array, middle: Array, number: Rows, table: AssetTable, error: float, triangles_per_texel: float
+    nearest: Array, middle: Array, number: Rows, table: AssetTable, rule: MeshFallbackRule
 ) -> NDArray[np.int64]:
     """Return the level (n,) at which depth images are drawn.
 
-    That is the coarsest with an error of at most `error` texels, or the finest with affordable triangles, if that is
-    coarser. nearest, middle: length that a texel covers (n,) where the objects are nearest to the light and at their
+    That is the coarsest with an error of at most `rule.error` texels, or the finest with affordable triangles, if that
+    is coarser. nearest, middle: length that a texel covers (n,) where the objects are nearest to the light and at their
     middles, metres in the frames of the objects. number: (n,) of the objects in `CookedParts`.
     """
     texels = table.area[number] / middle**2
-    affordable = affordable_level(table.triangles[number], texels, triangles_per_texel)
-    allowed = error_level(table.error[number], error * nearest)
+    affordable = affordable_level(table.triangles[number], texels, rule.triangles_per_pixel)
+    allowed = error_level(table.error[number], rule.error * nearest)
     return np.maximum(allowed, np.minimum(affordable, table.levels[number]))

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.reference.reprojection import look_up, roughness, sources, tiles
 from depthwalk.render.image import read_pixels
-from depthwalk.render.reprojection import BEYOND, Reprojection, seen_from
-from depthwalk.render.smooth_tiles import TileClass
+from depthwalk.render.reprojection.reprojection import BEYOND, Reprojection, seen_from
+from depthwalk.render.reprojection.smooth_tiles import TileClass
 from depthwalk.render.view.field_of_view import widened
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation

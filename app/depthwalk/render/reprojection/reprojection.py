@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
-from depthwalk.render.depth_picture import DepthPicture, DepthPictures
 from depthwalk.render.image import Image
-from depthwalk.render.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
-from depthwalk.render.smooth_tiles import VERTEX_SHADER as TILE_VERTEX_SHADER
-from depthwalk.render.smooth_tiles import SmoothTiles, TileClass
-from depthwalk.render.surround import Surround
+from depthwalk.render.reprojection.depth_picture import DepthPicture, DepthPictures
+from depthwalk.render.reprojection.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
+from depthwalk.render.reprojection.smooth_tiles import VERTEX_SHADER as TILE_VERTEX_SHADER
+from depthwalk.render.reprojection.smooth_tiles import SmoothTiles, TileClass
+from depthwalk.render.reprojection.surround import Surround
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.field_of_view import shows, spread_rays
 from depthwalk.render.view.view import View

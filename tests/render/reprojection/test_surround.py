@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.reference.surround import captured, places_around
 from depthwalk.render.frame_memory import SURROUNDING
-from depthwalk.render.reprojection import BEYOND, Reprojection
-from depthwalk.render.surround import SURROUND_SIZE, surround_views
+from depthwalk.render.reprojection.reprojection import BEYOND, Reprojection
+from depthwalk.render.reprojection.surround import SURROUND_SIZE, surround_views
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import GroundParams, SkyParams

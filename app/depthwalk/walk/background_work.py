@@ -6,7 +6,7 @@ from depthwalk.assets.progress import Progress
 from depthwalk.render import kernels
 
 
-class BesideFrames:
+class BackgroundWork:
     """Own the library of the scene that is shown, which may read, bake and cook in the background.
 
     Parameters
@@ -41,7 +41,7 @@ class BesideFrames:
         """Messages about assets that could not be prepared, oldest first; the caller may clear the list."""
         return [] if self._background is None else self._background.failures
 
-    def begin_what_waited(self) -> None:
+    def begin_deferred(self) -> None:
         """Start the work that would have delayed the first picture, now that this is shown."""
         if self._background is not None:
             self._background.baking_waits = False

@@ -22,8 +22,8 @@ from depthwalk.geometry.view_directions import (
 )
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
-from depthwalk.render.depth_picture import DepthPicture, DepthPictures
-from depthwalk.render.picture_cells import VERTEX_SHADER, fill_cells, places
+from depthwalk.render.reprojection.depth_picture import DepthPicture, DepthPictures
+from depthwalk.render.reprojection.picture_cells import VERTEX_SHADER, fill_cells, places
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.field_of_view import shows
 from depthwalk.render.view.view import View

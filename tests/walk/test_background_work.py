@@ -4,19 +4,19 @@ import pytest
 
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.walk.beside import BesideFrames
+from depthwalk.walk.background_work import BackgroundWork
 
 
 def test_a_library_without_threads_has_nothing_to_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     loaded: list[bool] = []
     monkeypatch.setattr("depthwalk.render.kernels.load_behind", lambda: loaded.append(True))
-    beside = BesideFrames(SceneLibrary(()))
-    assert beside.progress is None and beside.failures == []
-    assert beside.stop_baking() == "Nothing is being baked"
+    work = BackgroundWork(SceneLibrary(()))
+    assert work.progress is None and work.failures == []
+    assert work.stop_baking() == "Nothing is being baked"
     for _ in range(2):
-        beside.begin_what_waited()
+        work.begin_deferred()
     assert loaded == [True]
-    beside.close()
+    work.close()
 
 
 def test_one_with_threads_bakes_once_there_is_a_picture_and_is_closed_when_another_comes(
@@ -28,9 +28,9 @@ def test_one_with_threads_bakes_once_there_is_a_picture_and_is_closed_when_anoth
     first = BackgroundLibrary(())
     first.baking_waits = True
     first.failures.append("a.ply: empty file")
-    beside = BesideFrames(first)
-    beside.begin_what_waited()
-    assert not first.baking_waits and beside.failures == ["a.ply: empty file"]
+    work = BackgroundWork(first)
+    work.begin_deferred()
+    assert not first.baking_waits and work.failures == ["a.ply: empty file"]
     second = SceneLibrary(())
-    beside.replace(second)
-    assert closed == [first] and beside.library is second and beside.failures == []
+    work.replace(second)
+    assert closed == [first] and work.library is second and work.failures == []

@@ -1,0 +1,113 @@
+"""Define what each key does once when it is pressed; `hud.HELP` describes the keys to the user.
+
+Keys that are held to move the viewer are in `input`.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from depthwalk.render.up_axis import ModelTurn
+from depthwalk.scene.arrays import Representation
+from depthwalk.walk.background_work import BackgroundWork
+from depthwalk.walk.camera_text import camera_yaml
+from depthwalk.walk.input import Input
+from depthwalk.walk.loading import LoadingScreen
+from depthwalk.walk.orbit import Side
+from depthwalk.walk.state import State
+from depthwalk.walk.window import Window, copy_text
+
+
+class Walk(Protocol):
+    """Describe what keys act on; `app.Walk` explains each part. Any of them may be replaced during a walk."""
+
+    window: Window
+    state: State
+    input: Input
+    loading: LoadingScreen
+    background: BackgroundWork
+    model_turn: ModelTurn
+    next_file: Path | None
+
+    @property
+    def aspect(self) -> float:
+        """Return width / height of the window."""
+        ...
+
+    def want_screenshot(self) -> None:
+        """Save the next picture to a file."""
+        ...
+
+
+def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
+    """Return the actions of the keys in a walk that has started, by moderngl-window's names of the keys."""
+    state = walk.state
+
+    def toggle(name: str) -> Callable[[], None]:
+        return lambda: setattr(state, name, not getattr(state, name))
+
+    return {
+        "ESCAPE": lambda: _escape(walk),
+        "B": lambda: state.tell(walk.background.stop_baking()),
+        "C": lambda: walk.input.capture(not walk.input.captured),
+        "F": lambda: state.frame_all(walk.aspect),
+        "F12": walk.want_screenshot,
+        "V": lambda: _copy_camera(walk),
+        "N": state.toggle_turntable,
+        "G": state.toggle_walking,
+        "H": toggle("help"),
+        "HOME": lambda: _go_home(walk),
+        "K": state.toggle_recording,
+        "L": state.focus,
+        "O": state.toggle_orbit,
+        "P": state.toggle_path,
+        "R": lambda: _reload(walk),
+        "T": lambda: state.turn_about(*walk.input.pointer),
+        "TAB": toggle("panel"),
+        "U": lambda: _turn_up(walk),
+        "Z": toggle("hud"),
+        "NUMBER_1": lambda: state.represent(None),
+        "NUMBER_2": lambda: state.represent(Representation.DPCI),
+        "NUMBER_3": lambda: state.represent(Representation.MESH),
+        "NUMBER_4": lambda: state.frame_all(walk.aspect, Side.FRONT),
+        "NUMBER_5": lambda: state.frame_all(walk.aspect, Side.RIGHT),
+        "NUMBER_6": lambda: state.frame_all(walk.aspect, Side.ABOVE),
+    }
+
+
+def _escape(walk: Walk) -> None:
+    """Stop loading; otherwise release the mouse; otherwise close the window."""
+    if walk.loading.busy:
+        walk.loading.stop()
+    elif walk.input.captured:
+        walk.input.capture(False)
+    else:
+        walk.window.close()
+
+
+def _copy_camera(walk: Walk) -> None:
+    """Copy the camera to the clipboard, in the notation of scene files."""
+    copy_text(walk.window, text := camera_yaml(walk.state.camera))
+    walk.state.tell(f"Copied {text}")
+
+
+def _reload(walk: Walk) -> None:
+    """Read the scene's file again before the next frame."""
+    if not walk.loading.busy:  # while another scene loads, this would reload the wrong one
+        walk.next_file = walk.state.scene.path
+
+
+def _turn_up(walk: Walk) -> None:
+    """Turn a model so that its other axis points upward."""
+    if (message := walk.model_turn.turn()) is None:
+        walk.state.tell("U turns only a model opened by itself; in a scene file, set the asset's key `up`")
+        return
+    walk.state.home_is_framed = True
+    _go_home(walk)
+    walk.state.tell(message)
+
+
+def _go_home(walk: Walk) -> None:
+    """Return to the first camera, fitted to the window's present size if it shows all objects."""
+    walk.state.fit_home(walk.aspect)
+    walk.state.go_home()

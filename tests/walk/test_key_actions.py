@@ -1,0 +1,50 @@
+"""What keys do once when they are pressed."""
+
+import re
+from types import SimpleNamespace
+from typing import cast
+
+from depthwalk.scene.arrays import Camera
+from depthwalk.walk.hud import HELP
+from depthwalk.walk.key_actions import Walk, key_actions
+from walks import HOME, state
+
+
+def walk(**parts: object) -> Walk:
+    """A walk of only these parts, in a window of 3:2."""
+    return cast(Walk, SimpleNamespace(state=state(), aspect=1.5, want_screenshot=lambda: None, **parts))
+
+
+def test_the_help_names_every_key() -> None:
+    told = {word.upper() for keys, _ in HELP for word in re.findall(r"\w+", keys)} | {"ESCAPE"}
+    assert {name.removeprefix("NUMBER_") for name in key_actions(walk())} <= told
+
+
+def test_home_is_fitted_to_the_window_where_it_shows_all_objects() -> None:
+    viewer = walk()
+    go_home = key_actions(viewer)["HOME"]
+    go_home()
+    assert viewer.state.camera.position == HOME.position  # as given
+    viewer.state.home_is_framed = True
+    go_home()
+    assert viewer.state.camera.position == viewer.state.home.position == (0, 1, 9)
+
+
+def test_a_turned_model_is_seen_from_home_and_others_are_not_turned() -> None:
+    turned = iter(["z points upward", None])
+    viewer = walk(model_turn=SimpleNamespace(turn=lambda: next(turned)))
+    turn_up = key_actions(viewer)["U"]
+    turn_up()
+    assert viewer.state.toast == "z points upward" and viewer.state.camera.position == (0, 1, 9)
+    viewer.state.home = Camera((1, 2, 3), (0, 0, 0), 1.0)
+    turn_up()
+    assert "scene file" in viewer.state.toast and viewer.state.camera.position == (0, 1, 9)
+
+
+def test_what_loads_is_not_reloaded() -> None:
+    viewer = walk(loading=SimpleNamespace(busy=True), next_file=None)
+    key_actions(viewer)["R"]()
+    assert viewer.next_file is None
+    viewer.loading.busy = False
+    key_actions(viewer)["R"]()
+    assert viewer.next_file == viewer.state.scene.path
