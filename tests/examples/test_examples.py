@@ -86,3 +86,4 @@ def test_bake_and_compare(run: Callable[..., Any], tmp_path: Path, gl_device: De
 @pytest.mark.slow
 def test_the_window_says_why_there_is_none(run: Callable[..., Any]) -> None:
     assert "cannot open a window" in run("open_window.py", "scene.yaml", code=1)
+    assert "cannot open a window" in run("moving_window.py", "scene.yaml", "ball", code=1)
