@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from PIL import Image
@@ -61,6 +62,12 @@ def test_objects_move(run: Callable[..., Any], tmp_path: Path, gl_device: Device
     run("move_objects.py", "scene.yaml", "ball", "frames", "3", *SMALL)
     frames = [picture(tmp_path / "frames" / f"{number:04}.png") for number in range(3)]
     assert (frames[0] != frames[1]).any() and (frames[1] != frames[2]).any()
+
+
+@pytest.mark.slow
+def test_a_video(run: Callable[..., Any], tmp_path: Path, gl_device: Device) -> None:
+    run("video.py", "scene.yaml", "round.mp4", "3", *SMALL)
+    assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "round.mp4"))[0] == 3
 
 
 def test_an_own_pass(run: Callable[..., Any], tmp_path: Path, gl_device: Device) -> None:

@@ -50,7 +50,7 @@ HELP = (
     ("L", "focus on the window's centre (depth of field)"),
     ("R", "reload the scene file"),
     ("Drop a file", "open a scene, mesh or camera path"),
-    ("1 2 3", "representation: scene, dpci, mesh"),
+    ("1 2 3", "draw as the scene says / depth images / mesh"),
     ("Tab", "settings panel"),
     ("B", "stop baking depth images"),
     ("Z / H", "HUD / this help"),
