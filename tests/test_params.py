@@ -3,6 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
+from depthwalk.errors import InputError
 from depthwalk.params import Params, param
 
 
@@ -20,8 +21,14 @@ def test_defaults_ranges_and_unknown_names() -> None:
 def test_assignments_are_checked() -> None:
     lamp = Lamp()
     lamp.watts = 100
-    with pytest.raises(ValidationError):
-        lamp.watts = 100.5
+    for name, value, message in (
+        ("watts", 100.5, "watts: must be at most 100, not 100.5"),
+        ("watts", "bright", "watts: must be a number, not 'bright'"),
+        ("wats", 3, "wats: unknown key; did you mean 'watts'?"),
+    ):
+        with pytest.raises(InputError) as raised:
+            setattr(lamp, name, value)
+        assert str(raised.value) == message
     assert lamp.watts == 100
 
 

@@ -103,3 +103,20 @@ def test_overrides_are_values_or_their_text(tmp_path: Path) -> None:
 def test_an_override_that_no_scene_file_could_hold(tmp_path: Path) -> None:
     with pytest.raises(dw.InputError, match=r"^overrides: camera.fov: must be text, a number, .*, not ndarray$"):
         dw.load_scene(write_balls(tmp_path), overrides={"camera.fov": np.zeros(3)})
+
+
+@pytest.mark.parametrize("wrong", ["models", Path("models"), {"render.aa": "smaa"}])
+def test_asset_roots_are_a_list(wrong: Any, tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match="asset_roots: must be a list of folders, not"):
+        dw.load_scene(write_balls(tmp_path), wrong)
+
+
+def test_a_setting_that_is_not_allowed_is_an_input_error(scene: Scene) -> None:
+    with pytest.raises(dw.InputError, match=r"aa: must be 'none', .* or 'ssaa', not 'most'"):
+        scene.settings.aa = "most"  # type: ignore[assignment]
+    with pytest.raises(dw.InputError, match="direction: must not be the zero vector"):
+        scene.environment.sun.direction = (0.0, 0.0, 0.0)
+
+
+def test_a_camera_without_field_of_view_has_that_of_scene_files() -> None:
+    assert math.degrees(dw.Camera((0, 0, 1), (0, 0, 0)).fov) == pytest.approx(60)

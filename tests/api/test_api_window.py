@@ -1,5 +1,6 @@
 """The window from Python."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ def test_the_window_gets_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     dw.view(scene, size=(320, 200))
     ((shown, options),) = opened
     assert shown.objects.position[0].tolist() == [1, 2, 3]
-    assert options == {"path": None, "size": (320, 200), "fullscreen": False}
+    assert options == {"path": None, "size": (320, 200), "fullscreen": False, "change": None}
 
 
 def test_no_display_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -36,3 +37,22 @@ def test_a_path_that_is_none(tmp_path: Path) -> None:
     scene = dw.load_scene(write_balls(tmp_path))
     with pytest.raises(dw.InputError, match="is a scene file, not a camera path"):
         dw.view(scene, path=scene.path)
+
+
+def test_a_program_moves_the_scene_between_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = dw.load_scene(write_balls(tmp_path))
+    times: list[float] = []
+    told: list[list[slice]] = []
+
+    def before_frame(seconds: float) -> None:
+        times.append(seconds)
+        if len(times) == 2:
+            scene.move("row", yaw=1.0)
+
+    def run(*_: SceneLibrary | Scene, change: Callable[[], list[slice]], **__: Any) -> None:
+        told.extend(change() for _ in range(3))
+
+    monkeypatch.setattr(walk, "run", run)
+    dw.view(scene, before_frame=before_frame)
+    assert times[0] == 0 and times == sorted(times)
+    assert told == [[], [slice(1, 4)], []]

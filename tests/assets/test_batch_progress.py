@@ -16,9 +16,9 @@ def test_stages_count_as_parts_of_an_assets_time() -> None:
     assert (begun.done, begun.total, begun.name, begun.stage) == (0, 2, "", "")
     assert begun.fraction == 0 and begun.seconds_left is None  # too early to say
     batch.note(0, "reading")
-    batch.note(1, "cooking")
+    batch.note(1, "preparing for the GPU")
     half_way = batch.progress(ASSETS)
-    assert (half_way.name, half_way.stage) == ("elm", "cooking")
+    assert (half_way.name, half_way.stage) == ("elm", "preparing for the GPU")
     assert half_way.fraction == pytest.approx((0.02 + 0.5) / 2)
     assert half_way.seconds_left is not None and half_way.seconds_left >= 0
     batch.note(1, "reading")  # again, as after a file was replaced: what has passed has passed
@@ -31,7 +31,8 @@ def test_within_a_stage_the_time_left_becomes_less(monkeypatch: pytest.MonkeyPat
     batch = Batch(total=1, _began=100.0)
     batch.note(0, "reading")
     left = []
-    for moment, stage in ((101.0, "structure"), (104.0, "owners"), (110.0, "cooking"), (112.0, ""), (115.0, "")):
+    stages = ("ray structure", "best samples", "preparing for the GPU", "", "")
+    for moment, stage in zip((101.0, 104.0, 110.0, 112.0, 115.0), stages, strict=True):
         times.append(moment)
         if stage:
             batch.note(0, stage)
@@ -43,11 +44,11 @@ def test_within_a_stage_the_time_left_becomes_less(monkeypatch: pytest.MonkeyPat
 
 def test_what_is_finished_is_no_longer_named() -> None:
     batch = Batch(total=2)
-    batch.note(0, "side")
-    batch.note(1, "owners")
+    batch.note(0, "side image")
+    batch.note(1, "best samples")
     batch.finish(1)
     left = batch.progress(ASSETS)
-    assert (left.done, left.name, left.stage) == (1, "oak", "side")
+    assert (left.done, left.name, left.stage) == (1, "oak", "side image")
     batch.finish(0)
     over = batch.progress(ASSETS)
     assert (over.done, over.fraction, over.name, over.seconds_left) == (2, 1, "", 0)

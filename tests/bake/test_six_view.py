@@ -146,7 +146,8 @@ def test_a_baked_object_is_complete(tmp_path: Path) -> None:
     stages: list[str] = []
     mesh = sphere(columns=128, rows=64)
     baked = bake_object(mesh, BakeParams(resolution=64, layers=1, method="six-view"), "key", stages.append)
-    assert stages == ["six views", "top", "side", "bottom", "owners", "boundary strips"]
+    faces = [f"{face} image" for face in ("top", "side", "bottom")]
+    assert stages == ["drawing six views", *faces, "best samples", "edges"]
     assert [image.name for image in baked.images] == ["top.0", "side.0", "bottom.0"]
     cast = bake_object(mesh, BakeParams(resolution=64, layers=1, refinements=Refinements(box_faces=False)), "key")
     for image, other in zip(baked.images, (each for each in cast.images if each.layer == 0), strict=True):
@@ -201,7 +202,8 @@ def test_the_papers_method_is_six_views_and_nothing_more() -> None:
     mesh = joined(box(0.6, 0.6, 0.6, (0, 0.3, 0)), box(0.3, 0.2, 0.2, (0, 0.9, 0.2)))
     stages: list[str] = []
     baked = bake_object(mesh, BakeParams(resolution=64, layers=1, method="paper"), "key", stages.append)
-    assert stages == ["six views", "top", "side", "bottom", "boundary strips"]
+    faces = [f"{face} image" for face in ("top", "side", "bottom")]
+    assert stages == ["drawing six views", *faces, "edges"]
     assert [image.name for image in baked.images] == ["top.0", "side.0", "bottom.0"]
     assert not baked.boundary_strips and all((image.owner == image.face).all() for image in baked.images)
     top = baked.images[0]

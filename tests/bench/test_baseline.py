@@ -100,7 +100,7 @@ def test_frames_that_got_slower_set_the_exit_code(tiny_scene: Path, tmp_path: Pa
         (["--resolution", "8,9"], "was measured with another resolution, 8 × 8 instead of 8 × 9"),
         (["--resolution", "8,8", "--frames", "3"], "scene: has 2 frames instead of 3"),
         (["--resolution", "8,8", "--representation", "mesh"], "has none of the representations mesh"),
-        (["--resolution", "8,8", "--path", "walk.yaml"], "was measured with another path, None instead of walk.yaml"),
+        (["--resolution", "8,8", "--path", "walk.yaml"], "was measured with another path, none instead of walk.yaml"),
     ],
 )
 def test_other_frames_are_refused_before_any_is_drawn(tiny_scene: Path, options: list[str], message: str) -> None:

@@ -172,7 +172,7 @@ def test_bake_goes_on_after_a_bad_mesh(run: Callable[..., Any], meshes: tuple[Pa
     assert result.stderr.startswith(f"{bad}: ") and result.stderr.count("\n") == 1
     lines = sorted(result.stdout.splitlines())
     line = r"{}: {} triangles, \d+ images of 64², \d+\.\d MB, 0\.\d\d % of the visible surface left out; "
-    line += r"\d+\.\d\d s \(read .*, top .*, side .*, coverage .*, write \S+\)"
+    line += r"\d+\.\d\d s \(read .*, top image .*, side image .*, coverage .*, write \S+\)"
     assert re.fullmatch(line.format(re.escape(str(tmp_path / "ball.dpci.exr")), 960), lines[0])
     assert re.fullmatch(line.format(re.escape(str(tmp_path / "box.dpci.exr")), 12), lines[1])
     assert sorted(path.name for path in tmp_path.iterdir()) == [

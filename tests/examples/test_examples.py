@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from PIL import Image
@@ -63,6 +64,12 @@ def test_objects_move(run: Callable[..., Any], tmp_path: Path, gl_device: Device
     assert (frames[0] != frames[1]).any() and (frames[1] != frames[2]).any()
 
 
+@pytest.mark.slow
+def test_a_video(run: Callable[..., Any], tmp_path: Path, gl_device: Device) -> None:
+    run("video.py", "scene.yaml", "round.mp4", "3", *SMALL)
+    assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "round.mp4"))[0] == 3
+
+
 def test_an_own_pass(run: Callable[..., Any], tmp_path: Path, gl_device: Device) -> None:
     run("own_pass.py", "scene.yaml", "sepia.png", *SMALL)
     red, green, blue, _ = picture(tmp_path / "sepia.png")[30, 40]
@@ -86,3 +93,4 @@ def test_bake_and_compare(run: Callable[..., Any], tmp_path: Path, gl_device: De
 @pytest.mark.slow
 def test_the_window_says_why_there_is_none(run: Callable[..., Any]) -> None:
     assert "cannot open a window" in run("open_window.py", "scene.yaml", code=1)
+    assert "cannot open a window" in run("moving_window.py", "scene.yaml", "ball", code=1)

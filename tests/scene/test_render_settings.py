@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from depthwalk.errors import InputError
 from depthwalk.params import Params
 from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.scene.render_settings import RenderSettings
@@ -49,9 +50,9 @@ def test_every_setting_has_help_in_a_sentence_and_a_default() -> None:
 
 def test_assignments_are_checked() -> None:
     settings = RenderSettings()
-    with pytest.raises(ValidationError):
+    with pytest.raises(InputError):
         settings.lod.bias = 100
-    with pytest.raises(ValidationError):
+    with pytest.raises(InputError):
         settings.aa = "blur"  # type: ignore[assignment]
     assert settings == RenderSettings()
 

@@ -5,10 +5,10 @@ from typing import Any
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.params import Params, param
+from depthwalk.params import Params, param, shown
 from depthwalk.scene.document import parse_document
 from depthwalk.scene.key_hints import MAX_KEYS_NAMED
-from depthwalk.scene.validate import MAX_MESSAGES, check_model, raise_all, shown
+from depthwalk.scene.validate import MAX_MESSAGES, check_model, raise_all
 
 
 class Inner(Params):

@@ -103,7 +103,7 @@ def slow_walk() -> Any:
     )
 
 
-@pytest.mark.parametrize(("width", "height"), [(480, 320), (640, 480), (800, 600)])
+@pytest.mark.parametrize(("width", "height"), [(800, 320), (800, 480), (800, 600)])
 def test_a_low_window_cuts_off_no_row_of_the_hud(overlay_io: IO, width: int, height: int) -> None:
     """It leaves out the last, and fills the room that it has."""
     overlay_io.display_size = imgui.ImVec2(width, height)
@@ -113,6 +113,22 @@ def test_a_low_window_cuts_off_no_row_of_the_hud(overlay_io: IO, width: int, hei
         box = hud_box()
         imgui.render()
     assert height - 70 < box[3] <= height
+
+
+@pytest.mark.parametrize(("width", "height"), [(240, 320), (480, 320), (640, 480)])
+def test_a_narrow_window_shows_the_scene_instead_of_figures(overlay_io: IO, width: int, height: int) -> None:
+    overlay_io.display_size = imgui.ImVec2(width, height)
+    bottoms = []
+    for recorder in (None, SimpleNamespace(seconds=12.3)):
+        walk = slow_walk()
+        walk.playback, walk.recorder = None, recorder
+        for _ in range(3):
+            imgui.new_frame()
+            draw_hud(walk)
+            box = hud_box()
+            imgui.render()
+        bottoms.append(box[3])
+    assert bottoms[0] < bottoms[1] < 120  # a recording is told
 
 
 def test_the_hud_holds_new_rows_in_their_first_frame(overlay_io: IO) -> None:

@@ -7,6 +7,7 @@ from unittest.mock import MagicMock
 
 import pytest
 
+from depthwalk.walk.controls import Move
 from depthwalk.walk.input import Input
 from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.panel import Area
@@ -68,6 +69,14 @@ def test_a_key_that_is_held_changes_no_widget(window: Any) -> None:
     assert window.input.take_news()
     window.state.held.press.assert_called_once()
     window.state.held.release.assert_called_once()
+
+
+@pytest.mark.parametrize(("arrow", "move"), [("UP", "FORWARD"), ("DOWN", "BACK"), ("LEFT", "LEFT"), ("RIGHT", "RIGHT")])
+def test_the_arrow_keys_move_too(window: Any, arrow: str, move: str) -> None:
+    window.key_event_func(arrow, KEYS.ACTION_PRESS, PLAIN)
+    window.state.held.press.assert_called_once_with(Move[move])
+    window.key_event_func(arrow, KEYS.ACTION_RELEASE, PLAIN)
+    window.state.held.release.assert_called_once_with(Move[move])
 
 
 def test_a_drag_beside_widgets_changes_none_and_a_click_on_one_may(window: Any) -> None:

@@ -380,3 +380,17 @@ def test_frames_that_take_too_long_get_smaller_and_larger_again(sliced: Window) 
     assert walk() == pytest.approx(0.75, abs=0.005)
     sliced.rest()
     assert sliced.frames.scale == 1
+
+
+@pytest.mark.parametrize("mode", ["off", "on"])
+def test_an_object_that_a_program_moves_ends_the_rest(gl_device: Device, mode: Literal["off", "on"]) -> None:
+    with Window(gl_device, mode) as window:
+        window.rest()
+        before, world = window.pixels(), window.renderer.world
+        window.round()
+        assert window.frames.is_current
+        window.renderer.scene.objects.position[0, 1] += 0.5
+        world.moved(slice(0, 1))
+        window.round()
+        window.rest()
+        assert (window.pixels() != before).any()

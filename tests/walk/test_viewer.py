@@ -194,6 +194,22 @@ def test_the_wheel_nears_in_orbit_and_speeds_up_else() -> None:
     assert walk.walker.speed < 1.3 * speed
 
 
+@pytest.mark.parametrize("orbit", [False, True])
+def test_the_field_of_view_changes_where_one_stands_and_home_restores_it(orbit: bool) -> None:
+    walk = state(path=False)
+    if orbit:
+        walk.toggle_orbit()
+    before = walk.camera
+    for wanted, given in ((30.0, 30.0), (0.0, 1.0), (400.0, 170.0)):
+        walk.set_fov(math.radians(wanted))
+        assert math.degrees(walk.camera.fov) == pytest.approx(given)
+        assert walk.camera.position == before.position and look(walk.camera) == pytest.approx(look(before))
+    walk.look(10, 0)
+    assert math.degrees(walk.camera.fov) == pytest.approx(170)
+    walk.go_home()
+    assert walk.camera.fov == HOME.fov
+
+
 def test_turning_to_a_target_takes_a_moment() -> None:
     walk = state(path=False)
     show_at(walk, (2.0, 1.0, 1.0))

@@ -170,7 +170,7 @@ class Renderer:
         self._headless.release()
 
     def render(self, camera: Camera | None = None, *, object_id: bool = False, background: bool = True) -> Image:
-        """Render a picture.
+        """Render a picture, with the anti-aliasing of the scene's settings: none, unless `scene.settings.aa` says so.
 
         Parameters
         ----------

@@ -243,6 +243,8 @@ def load_scene(
     ------
     InputError
         With one line per mistake, each with its position in the file.
+    TypeError
+        If `asset_roots` is a single folder instead of a list, or the mapping meant for `overrides`.
 
     Examples
     --------
@@ -253,6 +255,8 @@ def load_scene(
     Traceback (most recent call last):
     depthwalk.errors.InputError: secne.yaml: no such file; did you mean 'scene.yaml'?
     """
+    if isinstance(asset_roots, str | os.PathLike | Mapping):
+        raise TypeError(f"asset_roots: must be a list of folders, not {asset_roots!r}")
     roots = [Path(root) for root in asset_roots]
     texts = {key: _yaml_text(key, value) for key, value in (overrides or {}).items()}
     return Scene(loader.load_scene(Path(path), roots, texts))

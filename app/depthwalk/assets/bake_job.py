@@ -179,7 +179,7 @@ def _make(job: Job, staged: Path, stage: Callable[[str], None], workers: int | N
         return Kept(job.target, cached=True)
     mesh = read_body(job.spec, sources)
     del sources  # frees the bytes of the files
-    clock.start("structure")  # the search tree for ray casting
+    clock.start("ray structure")  # the search tree for ray casting
     # Cooking makes its own coarse levels of larger images, from the finest grids.
     max_stepped = GRID_TEXELS if cooked else None
     model = bake_model(mesh, job.params, key, clock.start, workers, max_stepped)

@@ -202,7 +202,7 @@ class SceneLibrary(MeshLibrary):
             return held
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)):
-            begin = partial(self.report, spec.name, "cooking")
+            begin = partial(self.report, spec.name, "preparing for the GPU")
             key, baked = partial(self.key, asset), partial(self._baked_to_cook, asset, options)
             return cooked_objects(key, baked, options, again=again, begin=begin)
         if options != CookOptions() and not self._warned:

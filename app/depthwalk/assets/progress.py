@@ -8,7 +8,14 @@ from typing import NamedTuple
 from depthwalk.scene.scene import Asset
 
 # Part of an asset's time that has passed when a stage begins, measured on busts of 100,000 triangles.
-_PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
+_PASSED = {
+    "reading": 0.02,
+    "ray structure": 0.05,
+    "side image": 0.12,
+    "best samples": 0.3,
+    "edges": 0.35,
+    "preparing for the GPU": 0.5,
+}
 
 _ALMOST = 0.98  # of an asset's time: where a last stage that takes longer than expected comes to a halt
 

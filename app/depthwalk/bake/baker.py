@@ -91,11 +91,11 @@ def bake_object(
     if params.by_six_views:
         from depthwalk.bake.six_view import sample_six_views  # here: ray casting needs no OpenGL
 
-        progress("six views")
+        progress("drawing six views")
         seen = sample_six_views(mesh, cylinder, side)
     with thread_map(workers) as parallel_map:
         for face in tuple(seen) or (Face if refinements.box_faces else PAPER_FACES):
-            progress(face.name.lower())
+            progress(f"{face.name.lower()} image")
             if face not in seen:
                 seen[face] = cast_face(mesh, caster, grids[face], params, rivals, parallel_map, textured)
             layers = connect_face(caster, grids[face], seen[face], steps, refinements, parallel_map)
@@ -103,9 +103,9 @@ def bake_object(
                 rivals[face] = face_layers(grids[face], layers)
         images = [image for layers in rivals.values() for image in layers.images]
         if refinements.owners:
-            progress("owners")
+            progress("best samples")
             images = owned_images(rivals, images, parallel_map)
-        progress("boundary strips")
+        progress("edges")
         borders = (
             trace_boundary_strips(caster, grids, seen, images, parallel_map) if refinements.boundary_strips else []
         )

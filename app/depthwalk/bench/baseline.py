@@ -104,7 +104,7 @@ def check_comparable(
     )
     for name, old, new in facts:
         if old != new:
-            raise InputError(f"{file}: was measured with another {name}, {old} instead of {new}")
+            raise InputError(f"{file}: was measured with another {name}, {old or 'none'} instead of {new or 'none'}")
     runs = [run for run in before.runs if run.representation in representations]
     if not runs:
         raise InputError(f"{file}: has none of the representations {', '.join(representations)}")

@@ -246,6 +246,7 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
 
 
 def _mesh_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.colour import srgb8_from_linear
     from depthwalk.ingest.loader import load_mesh
 
     if not path.is_file():
@@ -262,7 +263,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]
         texture = material.texture
-        image = "no texture" if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
+        colour = "#" + bytes(srgb8_from_linear(material.base_colour)).hex()
+        image = f"colour {colour}" if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
         through = "" if material.opacity is None else f", see-through (alpha {material.opacity:.2g})"
         glow = ", glows" if material.glows else ""
         yield f"material {part.material}", f"{part.face_count} triangles, {image}{through}{glow}"

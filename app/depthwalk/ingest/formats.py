@@ -9,14 +9,21 @@ MESH_SUFFIXES = (".obj", ".ply", ".stl", *GLTF_SUFFIXES)
 OTHER_MESH_SUFFIXES = (
     ".3ds",
     ".3mf",
+    ".abc",
     ".blend",
     ".dae",
     ".fbx",
+    ".iges",
+    ".igs",
+    ".max",
     ".off",
+    ".step",
+    ".stp",
     ".usd",
     ".usda",
     ".usdc",
     ".usdz",
+    ".vrm",
     ".wrl",
     ".x3d",
 )
@@ -28,7 +35,8 @@ def check_suffix(path: Path) -> None:
     """Raise InputError unless the name of the file `path` ends like that of a mesh that can be read."""
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
-        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
+        hint = "; save it as .glb, for example in Blender" if suffix in OTHER_MESH_SUFFIXES else ""
+        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)}){hint}")
 
 
 def check_baked_suffix(path: Path) -> None:

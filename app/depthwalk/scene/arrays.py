@@ -1,5 +1,6 @@
 """Define the camera, and the objects of a scene as a structure of arrays, which every later stage works on."""
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
@@ -104,12 +105,12 @@ class Camera:
     target
         The point at the centre of the picture, metres, world.
     fov
-        Vertical field of view, radians.
+        Vertical field of view, radians; 60° if left out, as in scene files.
     """
 
     position: tuple[float, float, float]
     target: tuple[float, float, float]
-    fov: float
+    fov: float = math.radians(60)
 
     @property
     def look(self) -> glm.dvec3:

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema
 
 from depthwalk.limits import MAX_COORDINATE
-from depthwalk.params import Params
-from depthwalk.scene.validate import shown
+from depthwalk.params import Params, shown
 
 MIN_SCALE, MAX_SCALE = 1e-4, 1e4
 

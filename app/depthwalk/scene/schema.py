@@ -20,7 +20,7 @@ from depthwalk.limits import (
     MAX_INSTANCES,
     MIN_DPCI_RESOLUTION,
 )
-from depthwalk.params import param
+from depthwalk.params import param, shown
 from depthwalk.scene.environment import CameraParams, Environment, WalkParams
 from depthwalk.scene.fields import (
     Coordinate,
@@ -36,7 +36,7 @@ from depthwalk.scene.fields import (
     numbers,
 )
 from depthwalk.scene.render_settings import RenderSettings
-from depthwalk.scene.validate import KIND, shown
+from depthwalk.scene.validate import KIND
 
 _Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
 Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]

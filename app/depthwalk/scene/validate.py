@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from depthwalk.errors import InputError, suggest
+from depthwalk.params import plain_message, shown
 from depthwalk.scene.document import Document, Loc, label, parse_document
 from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
 
@@ -21,16 +22,6 @@ log = logging.getLogger(__name__)
 KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 MAX_MESSAGES = 20
 
-_PLAIN_WORDS = {
-    "Input should be": "must be",
-    "greater than or equal to": "at least",
-    "less than or equal to": "at most",
-    "a valid number": "a number",
-    "a valid integer": "a whole number",
-    "a valid boolean": "true or false",
-    "a valid string": "text",
-    "a valid list": "a list",
-}
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -169,23 +160,6 @@ def raise_all(errors: list[InputError]) -> None:
         raise InputError(*lines[:MAX_MESSAGES], *more)
 
 
-def shown(value: object) -> str:
-    """Return a value of a document as error messages show it: as users write it, shortened."""
-    match value:
-        case None:
-            return "null"
-        case bool():
-            return str(value).lower()
-        case dict():
-            return "a mapping"
-        case list():
-            return "a list"
-        case float():
-            return f"{value:.6g}"
-    text = repr(value)
-    return text if len(text) <= 40 else text[:37] + "..."
-
-
 def _override(value: dict[str, Any], key: str, text: str) -> Loc:
     """Set the value at the dotted path `key`, creating mappings on the way; return its location."""
     parts = tuple(key.replace("[", ".").replace("]", "").split("."))
@@ -282,12 +256,7 @@ def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> 
             least, most = (detail["ctx"].get(name) for name in ("min_length", "max_length"))
             bound = f"at least {least}" if most is None else f"at most {most}"
             return source.error(loc, f"must hold {bound}, not {len(value)}")
-        case "value_error" | "assertion_error":
-            return source.error(loc, detail["msg"].split(", ", 1)[1])
-    message = detail["msg"].split(", unable")[0]
-    for pydantics, plain in _PLAIN_WORDS.items():
-        message = message.replace(pydantics, plain)
-    return source.error(loc, f"{message[0].lower()}{message[1:]}, not {shown(value)}")
+    return source.error(loc, plain_message(detail))
 
 
 def _misspelt(

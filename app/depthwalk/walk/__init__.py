@@ -4,7 +4,7 @@
 images in the background.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
@@ -30,6 +30,7 @@ def run(
     first_camera: Callable[[Camera], Camera] = lambda camera: camera,
     read: Callable[[Path], Scene] = load_scene,
     before_frame: Callable[[], None] = lambda: None,
+    change: Callable[[], Sequence[slice]] | None = None,
 ) -> None:
     """Open a window on a scene; return when the user closes it.
 
@@ -56,6 +57,9 @@ def run(
     before_frame
         Called before each frame; what it raises ends the walk. A signal may raise while the window handles a key, where
         Python drops the exception; this is the place to raise it again.
+    change
+        Called before each frame, while none is being drawn: it may change the scene, and returns the runs of objects
+        that it moved; what it raises ends the walk. None changes nothing.
 
     Raises
     ------
@@ -72,4 +76,4 @@ def run(
     except BaseException:
         window.destroy()
         raise
-    walk_in(window, scene, library, path, representation, first_camera, read, before_frame)
+    walk_in(window, scene, library, path, representation, first_camera, read, before_frame, change)

@@ -1,7 +1,7 @@
 """Walk through a scene in a window: everything that lives as long as the window, and the frame loop."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
@@ -58,6 +58,7 @@ def walk_in(
     first_camera: Callable[[Camera], Camera],
     read: Callable[[Path], Scene],
     before_frame: Callable[[], None],
+    change: Callable[[], Sequence[slice]] | None,
 ) -> None:
     """Show a scene in a window until the user closes it, and destroy the window. Parameters as in `walk.run`.
 
@@ -72,7 +73,7 @@ def walk_in(
     walk = Walk(window, library, read)
     try:
         walk.start(scene, path, representation, first_camera)
-        walk.loop(before_frame)
+        walk.loop(before_frame, change)
     except StoppedError:
         pass
     finally:
@@ -184,13 +185,17 @@ class Walk:
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
 
-    def loop(self, before_frame: Callable[[], None]) -> None:
-        """Draw frames until the window closes or `before_frame` raises; then save what is being recorded."""
+    def loop(self, before_frame: Callable[[], None], change: Callable[[], Sequence[slice]] | None = None) -> None:
+        """Draw frames until the window closes or a callback raises; then save what is being recorded."""
+        first_scene = self.state.scene
         self._clock.tick()
         try:
             while not self.window.is_closing:
                 before_frame()
                 try:
+                    if change is not None and self.state.scene is first_scene and not self.frames.is_drawing:
+                        for objects in change():
+                            self.renderer.world.moved(objects)
                     self.step()
                 except GPU_FAILURES as error:
                     self.recover(error)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
-from pydantic import ValidationError
-
+from depthwalk.errors import InputError
 from depthwalk.params import Params
 from depthwalk.walk.native_imgui import imgui
 
@@ -132,8 +131,8 @@ def draw_group(group: Params, declared: type[Params] | None = None, only: Collec
         if after != before:
             try:
                 setattr(group, control.name, after)
-            except ValidationError as error:
-                refusal = f"{control.label}: {error.errors()[0]['msg']}"
+            except InputError as error:
+                refusal = str(error)
     return refusal
 
 

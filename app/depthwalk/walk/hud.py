@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Sequence
 
 from depthwalk.assets.progress import Progress
-from depthwalk.walk.hud_rows import count_rows, pass_rows, viewer_rows
+from depthwalk.walk.hud_rows import CAMERA_ROWS, count_rows, pass_rows, viewer_rows
 from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.state import State
 
@@ -14,6 +14,7 @@ _LABELS = 84.0  # width of the column of names
 _PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
 _CLOSE_ROWS = imgui.ImVec2(4, 0.5)  # cell padding: the help fits a window of 480 lines, the HUD one of 768
+_ROOM = 2.5  # widths of the HUD; a narrower window has room for its first lines only
 _SLOWER = 1.3  # ratio of frame time to picture time from which frames count as drawn in slices
 _OVERLAY = (
     imgui.WindowFlags_.no_decoration
@@ -30,7 +31,7 @@ _BRIGHT = (1.0, 0.86, 0.55, 1.0)
 _NARROWEST_TOAST = 300.0
 _STOP = "B stops"
 HELP = (
-    ("W A S D", "move"),
+    ("W A S D", "move, as do the arrow keys"),
     ("E / Q", "up / down"),
     ("Shift", "move faster"),
     ("Right drag", "look around"),
@@ -49,7 +50,7 @@ HELP = (
     ("L", "focus on the window's centre (depth of field)"),
     ("R", "reload the scene file"),
     ("Drop a file", "open a scene, mesh or camera path"),
-    ("1 2 3", "representation: scene, dpci, mesh"),
+    ("1 2 3", "draw as the scene says / depth images / mesh"),
     ("Tab", "settings panel"),
     ("B", "stop baking depth images"),
     ("Z / H", "HUD / this help"),
@@ -61,22 +62,27 @@ HELP = (
 def draw_hud(state: State) -> float:
     """Draw the HUD of the walk `state` at the window's left edge, and return its right end, window coordinates.
 
-    It shows frame times, what was drawn, and the viewer's position.
+    It shows frame times, what was drawn, and the viewer's position. In a narrow window, where all this would cover the
+    objects, it shows only the frame times, and what is being played or recorded.
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding
     viewer, passes, counts = viewer_rows(state), pass_rows(state.renderer.timers.milliseconds), _counted(state)
     width = max(_WIDTH, _table_width(viewer), _table_width(counts)) + 2 * padding.x
+    narrow = display.x < _ROOM * width
     # imgui would size the window for the previous frame's content, and cut off new rows
     imgui.set_next_window_size((width, max(display.y - 2 * _MARGIN, 1)))
     _begin("hud", (_MARGIN, _MARGIN), (0, 0), flags=_OVERLAY & ~_FITTED | imgui.WindowFlags_.no_background)
     imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
-    _draw_rate(state)
+    _draw_rate(state, curve=not narrow)
     imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
-    _draw_viewer(state, viewer)
-    if passes:  # not in the first picture
-        imgui.separator()
-    _draw_passes(state, passes)  # last, since a low window may have no room for it
-    _draw_counts(counts)
+    if narrow:
+        _table("viewer", [row for row in viewer if row[0] in CAMERA_ROWS])
+    else:
+        _draw_viewer(state, viewer)
+        if passes:  # not in the first picture
+            imgui.separator()
+        _draw_passes(state, passes)  # last, since a low window may have no room for it
+        _draw_counts(counts)
     imgui.pop_style_var()
     bottom = imgui.get_cursor_screen_pos().y - imgui.get_style().item_spacing.y + padding.y
     imgui.end()
@@ -190,7 +196,7 @@ def draw_progress(title: str, lines: list[str]) -> None:
     imgui.end()
 
 
-def _draw_rate(state: State) -> None:
+def _draw_rate(state: State, curve: bool) -> None:
     seconds = state.times.smoothed
     if seconds:
         imgui.text_colored(_BRIGHT, f"{1 / seconds:5.1f} FPS")
@@ -202,7 +208,7 @@ def _draw_rate(state: State) -> None:
         pixels = f" at {100 * state.scene_scale:.0f} %" if state.scene_scale < 1 else ""
         _dim_wrapped(f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}")
     times = state.times.milliseconds
-    if len(times) > 1:
+    if curve and len(times) > 1:
         imgui.plot_lines("##frames", times, 0, None, 0.0, float(times.max()) * 1.15, (_WIDTH, 40))
 
 

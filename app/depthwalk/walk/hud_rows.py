@@ -8,6 +8,7 @@ from depthwalk.render.pixel_shares import KINDS
 from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 
+CAMERA_ROWS = "path", "recording"  # names of rows about what is played or recorded
 _PASS_CHARACTERS = 18  # that fit into it
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass gets its own row
 _NONE = "\u2013"

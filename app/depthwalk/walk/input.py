@@ -11,7 +11,12 @@ from depthwalk.walk.state import State
 from depthwalk.walk.viewer import Mode
 from depthwalk.walk.window import Window
 
-_MOVES = {"D": Move.RIGHT, "A": Move.LEFT, "E": Move.UP, "Q": Move.DOWN, "W": Move.FORWARD, "S": Move.BACK}
+_MOVES = {"D": Move.RIGHT, "A": Move.LEFT, "E": Move.UP, "Q": Move.DOWN, "W": Move.FORWARD, "S": Move.BACK} | {
+    "RIGHT": Move.RIGHT,
+    "LEFT": Move.LEFT,
+    "UP": Move.FORWARD,
+    "DOWN": Move.BACK,
+}
 _IMGUI_KEYS = {
     "TAB": imgui.Key.tab,
     "LEFT": imgui.Key.left_arrow,

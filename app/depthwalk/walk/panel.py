@@ -1,4 +1,6 @@
-"""Draw the panel: representation, mode, path, environment, then a section per group of the render settings."""
+"""Draw the panel: representation, mode, lens, path, environment, then a section per group of the render settings."""
+
+import math
 
 from pyglm import glm
 
@@ -19,6 +21,7 @@ _MARGIN = 10.0
 _CHOICES: tuple[Representation | None, ...] = (None, *Representation)
 _MODES = tuple(Mode)
 _OPEN = ("shadows", "output")  # groups that a user is likely to look for first; all open would fill several windows
+_FOV_RANGE = 10.0, 120.0  # degrees, the ends of the slider; Ctrl+click allows what cameras of scene files allow
 _SUN_MAX = 5.0  # the end of the slider; Ctrl+click allows more
 
 
@@ -106,6 +109,9 @@ def _draw_view(state: State) -> None:
         state.set_mode(_MODES[index])
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp
     _, walker.speed = imgui.slider_float("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
+    changed, fov = imgui.slider_float("field of view", math.degrees(state.camera.fov), *_FOV_RANGE, "%.0f\u00b0")
+    if changed:
+        state.set_fov(math.radians(fov))
 
 
 def _draw_path(state: State, playback: Playback) -> None:

@@ -137,7 +137,7 @@ class ShownFrames:
             How often the camera has jumped: it was not on its way to where it is now.
         """
         renderer, world = self._renderer, self._renderer.world
-        state = size, renderer.settings, renderer.scene.environment, world.representation, world.generation
+        state = size, renderer.settings, renderer.scene.environment, world.representation, world.changes
         if jumps != self._jumps:
             self._jumps, self._has_jumped, self._motion = jumps, True, Motion()
         self._motion.follow(camera, dt)

@@ -5,7 +5,7 @@ This module draws nothing and is independent of the window, so that it can be te
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Protocol
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.ingest.formats import is_model_file
+from depthwalk.limits import MAX_FOV, MIN_FOV
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
@@ -244,6 +245,13 @@ class Viewer:
         else:
             self._take_over()
             self._turn_to(orbit.dolly(self.turned, notches))
+
+    def set_fov(self, fov: float) -> None:
+        """Change the vertical field of view to `fov`, radians, within what scene files allow, and stop the path."""
+        self._take_over()
+        self.walker.fov = glm.clamp(fov, math.radians(MIN_FOV), math.radians(MAX_FOV))
+        if self.turned is not None:
+            self.turned = replace(self.turned, fov=self.walker.fov)
 
     def seek(self, seconds: float) -> None:
         """Move the camera to the path's position at `seconds` after its beginning; do nothing without a path."""
