@@ -79,6 +79,7 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
         environment=environment,
         light=lighting(environment),
         transparent=False,
+        objects_part=None,
         shadows=Shadows(),
     )
     light.draw(cast(Frame, frame), LightParams())
