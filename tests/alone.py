@@ -42,7 +42,12 @@ class Alone:
         """A frame as the pass sees it; values: those of its fields that the pass looks at."""
         pass_ = self.pass_
         targets = declared(self.targets, pass_.name, pass_.reads, pass_.writes)
-        fields = {"view": self.view, "common": common_settings(settings or RenderSettings()), "transparent": False}
+        fields = {
+            "view": self.view,
+            "common": common_settings(settings or RenderSettings()),
+            "transparent": False,
+            "objects_part": None,
+        }
         return cast(Frame, SimpleNamespace(**fields | {"targets": targets} | values))
 
     def draw(self, params: Params | None = None, settings: RenderSettings | None = None, **values: object) -> None:
