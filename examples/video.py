@@ -15,7 +15,7 @@ def main(scene_file: str, video: str, count: str = "120", width: str = "640", he
     with dw.Renderer(scene, size, reuse=True) as renderer:
         first = renderer.frame_all()
         (x, y, z), (from_x, _, from_z) = first.target, first.position
-        radius = math.hypot(from_x - x, from_z - z)
+        radius = 1.5 * math.hypot(from_x - x, from_z - z)  # from the side, objects may be nearer
         frames = imageio_ffmpeg.write_frames(video, size, fps=30, macro_block_size=2)
         frames.send(None)
         for frame in range(int(count)):

@@ -327,9 +327,10 @@ def test_info_describes_files(
 
 def test_info_tells_of_colours(run: Callable[..., Any], tmp_path: Path) -> None:
     mesh = tmp_path / "a.obj"
-    for colour, said in ("", None), (" 1 0 0", "one for each vertex"):
+    for colour, said, surface in ("", None, "colour #"), (" 1 0 0", "one for each vertex", "no texture"):
         mesh.write_text("".join(f"v {place}{colour}\n" for place in ("0 0 0", "1 0 0", "0 1 0")) + "f 1 2 3\n")
-        assert rows(run("info", mesh).stdout).get("colours") == said
+        described = rows(run("info", mesh).stdout)
+        assert described.get("colours") == said and surface in described["material 0"]
 
 
 @pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])

@@ -9,8 +9,10 @@ from typing import cast
 import numpy as np
 import pytest
 
+from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import GroundParams, WalkParams
+from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 from depthwalk.walk.controls import EYE_HEIGHT, Move
 from depthwalk.walk.orbit import Side
@@ -168,6 +170,25 @@ def test_a_long_message_is_shown_longer(monkeypatch: pytest.MonkeyPatch) -> None
         assert walk.toast == message
         now[0] += 0.2
         assert not walk.toast
+
+
+def test_why_objects_are_missing_is_told_below_the_message() -> None:
+    walk = state(path=False)
+    reader = SimpleNamespace(is_busy=True)
+    assets = SimpleNamespace(meshes=SimpleNamespace(reader=reader))
+    walk.renderer = cast(Renderer, SimpleNamespace(world=SimpleNamespace(), assets=assets))
+    for objects, whole, busy, told in (
+        ((), True, False, "The scene has no objects"),
+        ((1, 2), True, True, ""),
+        ((1, 2), False, True, "Reading models \u2026"),
+        ((1, 2), False, False, ""),  # a mesh that could not be read stays away, as was told
+    ):
+        walk.scene = cast(Scene, SimpleNamespace(objects=objects))
+        walk.renderer.world.is_whole, reader.is_busy = whole, busy  # type: ignore[misc]
+        assert walk.notice == told
+        walk.tell("Saved")
+        assert walk.notice == f"Saved\n{told}".strip()
+        walk.tell("")
 
 
 def test_keys_take_the_target_along() -> None:

@@ -257,14 +257,14 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     yield "bytes", str(path.stat().st_size)
     yield "triangles", str(len(mesh.faces) + len(mesh.translucent_faces))
     yield "vertices", str(len(mesh.positions))
-    if (mesh.colours < 255).any():
+    if tinted := bool((mesh.colours < 255).any()):
         yield "colours", "one for each vertex"
     yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
     for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]
         texture = material.texture
-        colour = "#" + bytes(srgb8_from_linear(material.base_colour)).hex()
-        image = f"colour {colour}" if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
+        colour = "no texture" if tinted else "colour #" + bytes(srgb8_from_linear(material.base_colour)).hex()
+        image = colour if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
         through = "" if material.opacity is None else f", see-through (alpha {material.opacity:.2g})"
         glow = ", glows" if material.glows else ""
         yield f"material {part.material}", f"{part.face_count} triangles, {image}{through}{glow}"

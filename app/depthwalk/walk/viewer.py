@@ -129,6 +129,16 @@ class Viewer:
         return self._toast if time.monotonic() < self._toast_end else ""
 
     @property
+    def notice(self) -> str:
+        """Return the message to show now, and why objects are missing from the picture; "" if there is neither."""
+        missing = ""
+        if not len(self.scene.objects):
+            missing = "The scene has no objects"
+        elif not self.renderer.world.is_whole and self.renderer.assets.meshes.reader.is_busy:
+            missing = "Reading models \u2026"
+        return "\n".join(filter(None, (self.toast, missing)))
+
+    @property
     def ground(self) -> float:
         """Return the height of the ground, metres, world y; 0 if the scene has none."""
         ground = self.scene.environment.ground

@@ -47,6 +47,6 @@ def draw_widgets(
         return areas
     if progress is not None:
         floor = hud.draw_background(progress, right)
-    if state.toast:
-        hud.draw_toast(state.toast, floor, left, right)
+    if notice := state.notice:
+        hud.draw_toast(notice, floor, left, right)
     return areas
