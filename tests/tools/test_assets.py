@@ -146,6 +146,21 @@ def test_heavy_mesh_is_sound(name: str) -> None:
     assert np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0
 
 
+@pytest.mark.slow
+def test_images_of_the_urn_hold_its_neck_behind_a_handle() -> None:
+    model = made("urn")
+    mesh = trimesh.Trimesh(model.positions, model.faces, process=False)
+    height = np.linspace(0.69, 0.72, 5)  # metres, below where the handles meet the neck
+    origin = np.column_stack([np.full(5, 1.0), height, np.zeros(5)])
+    place, ray, face = mesh.ray.intersects_location(origin, np.broadcast_to([-1.0, 0, 0], (5, 3)))
+    images = MODELS["urn"].images
+    assert images is not None
+    for number in range(5):
+        x = np.sort(place[(ray == number) & (mesh.face_normals[face][:, 0] > 0), 0])[::-1]
+        inside = np.flatnonzero((x < -0.1) & (x > -0.2))[0]  # the neck's far side, seen from within
+        assert inside < images.layers, x
+
+
 @pytest.mark.parametrize("name", [n for n in POLYGONS if MODELS[n].closed])
 def test_closed_models_are_watertight_and_look_outward(name: str) -> None:
     assert loaded(name).is_watertight

@@ -59,7 +59,7 @@ MODELS: dict[str, Entry] = {
     "topiary": Entry(plants.topiary, "two clipped balls of box in a terracotta pot", Images(144, 2, 1.25), closed=True),
     "rock_boulder": Entry(stone.boulder, "mossy boulder", Images(144, 2, 0.65), closed=True),
     "rock_slab": Entry(stone.slab_rock, "low mossy rock", Images(144, 2, 0.55), closed=True),
-    "urn": Entry(stone.urn, "garden urn with garland and two handles", Images(192, 2, 0.35), closed=True),
+    "urn": Entry(stone.urn, "garden urn with garland and two handles", Images(192, 3, 0.35), closed=True),
     "column": Entry(stone.column, "fluted column with leafy capital and ivy", Images(192, 2, 0.87)),
     "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(272, 5, 0.5), closed=True),
     "sundial": Entry(stone.sundial, "sundial on a baluster", Images(144)),
