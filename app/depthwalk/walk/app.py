@@ -148,6 +148,7 @@ class Walk:
         self._on_gpu.callback(self._atlas_view.release)
         self.frames = self.state.shown = ShownFrames(self.renderer)
         self._on_gpu.callback(lambda: self.frames.release())
+        self.state.obstacles = self.beside.obstacles(self.renderer)
         self._input = Input(self.window, self.state, self.actions(), lambda: self.frames.finish())
         on_refresh(self.window, self._input.note_news)
 
@@ -181,6 +182,7 @@ class Walk:
             self.state.tell(model_turn.guess)
         self.renderer.release()
         self.beside.replace(library)
+        self.state.obstacles = self.beside.obstacles(renderer)
         self.renderer, self._model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
 

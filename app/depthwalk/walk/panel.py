@@ -106,6 +106,7 @@ def _draw_view(state: State) -> None:
         state.set_mode(_MODES[index])
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp
     _, walker.speed = imgui.slider_float("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
+    draw_group(state.scene.walk, only=("collide",))
 
 
 def _draw_path(state: State, playback: Playback) -> None:

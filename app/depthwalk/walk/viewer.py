@@ -18,6 +18,7 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import orbit
+from depthwalk.walk.collision.obstacles import Obstacles
 from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, LONGEST_STEP, HeldKeys, Move, Walker, natural_speed
 from depthwalk.walk.playback import Playback
 
@@ -95,6 +96,8 @@ class Viewer:
         Whether the camera keeps turning about its target.
     jumps
         How often the camera has jumped, as by the key Home: from the picture before, nothing follows for the next one.
+    obstacles
+        Stops a walking viewer at surfaces, where the scene asks for it; None: nothing does.
     """
 
     scene: Scene
@@ -108,6 +111,7 @@ class Viewer:
     fast: bool = False
     turntable: bool = False
     jumps: int = 0
+    obstacles: Obstacles | None = None
     _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
     _pace: float = 0.0  # the speed at the beginning of the walk, until the whole scene is shown
     _toast: str = ""
@@ -193,7 +197,10 @@ class Viewer:
         if self.walker.walking and not held.keys().isdisjoint((Move.UP, Move.DOWN)):
             self.set_mode(Mode.FLY)
         before = self.walker.position
-        self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
+        if self.walker.walking and self.obstacles is not None and self.scene.walk.collide:
+            self.obstacles.walk(self.walker, held, dt, fast=self.fast)
+        else:
+            self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
         if self.turned is not None:
             shift = self.walker.position - before
             self._turn_to(self.turned.moved(shift))
