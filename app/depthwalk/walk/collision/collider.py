@@ -1,6 +1,7 @@
 """Hold the surface of an asset so that the triangles in a box are found quickly."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,16 @@ class Collider:
         """Return how many bytes its arrays take."""
         return sum(array.nbytes for array in (self.points, self.triangles, self.first, self.low, self.high, self.area))
 
+    @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """Return the least and the greatest corner, (3,) each, metres, of the box around all triangles."""
+        return self.low.min(0, initial=np.inf), self.high.max(0, initial=-np.inf)
+
+    def touches(self, low: Array, high: Array) -> bool:
+        """Return whether the box around all triangles touches the one from `low` (3,) to `high` (3,), metres."""
+        least, greatest = self.box
+        return bool((least <= high).all() and (greatest >= low).all())
+
     def near(self, low: Array, high: Array) -> NDArray[np.float32]:
         """Return the triangles whose boxes touch a box.
 
@@ -57,6 +68,8 @@ class Collider:
         numpy.ndarray
             (m, 3, 3) float32: their corners, metres, asset frame.
         """
+        if not self.touches(low, high):
+            return np.zeros((0, 3, 3), np.float32)
         blocks = np.flatnonzero(((self.low <= high) & (self.high >= low)).all(1))
         corners = self.points[self.triangles[cell_members(self.first, blocks)]]
         touches = (corners.min(1) <= high) & (corners.max(1) >= low)

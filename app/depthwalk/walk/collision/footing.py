@@ -19,8 +19,8 @@ class Footing:
 
     Attributes
     ----------
-    low, high : (k, 2) float64
-        Least and greatest corner of the rectangle around each, seen from above, metres, world x and z.
+    box : (4, k) float64
+        Least x, greatest x, least z and greatest z of each, metres, world.
     origin : (k, 3) float64
         First corner of each, metres, world.
     weights : (k, 2, 2) float64
@@ -29,25 +29,25 @@ class Footing:
         Height of the second and third corner above the first, metres.
     """
 
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    box: NDArray[np.float64]
     origin: NDArray[np.float64]
     weights: NDArray[np.float64]
     rise: NDArray[np.float64]
 
-    def heights(self, position: tuple[float, float]) -> Array:
+    def heights(self, position: complex) -> Array:
         """Return the heights (h,), metres, world y, of the surfaces above and below the feet of a viewer.
 
         Parameters
         ----------
         position
-            Where the viewer stands, metres, world x and z.
+            Where the viewer stands, metres, world x + i z.
         """
-        point = np.array(position)
-        rows = np.flatnonzero(((self.low <= point + FOOT) & (self.high >= point - FOOT)).all(1))
+        west, east, north, south = self.box
+        x, z = position.real, position.imag
+        rows = np.flatnonzero((west <= x + FOOT) & (east >= x - FOOT) & (north <= z + FOOT) & (south >= z - FOOT))
         if not len(rows):
             return np.zeros(0)
-        away = (point + _SPOTS)[:, None] - self.origin[rows][:, [0, 2]]
+        away = (np.array([x, z]) + _SPOTS)[:, None] - self.origin[rows][:, [0, 2]]
         weight = np.einsum("kij,skj->ski", self.weights[rows], away)
         inside = (weight >= -_EDGE).all(-1) & (weight.sum(-1) <= 1 + _EDGE)
         height = self.origin[rows, 1] + (weight * self.rise[rows]).sum(-1)
@@ -74,8 +74,7 @@ def footing(corners: NDArray[np.float64]) -> Footing:
     a, u, v, level, plan = a[flat], u[flat], v[flat], level[flat], corners[flat][..., [0, 2]]
     weights = np.stack([-v[:, 2], v[:, 0], u[:, 2], -u[:, 0]], -1).reshape(-1, 2, 2) / level[:, None, None]
     return Footing(
-        low=plan.min(1),
-        high=plan.max(1),
+        box=np.stack([plan[..., 0].min(1), plan[..., 0].max(1), plan[..., 1].min(1), plan[..., 1].max(1)]),
         origin=a,
         weights=weights,
         rise=np.stack([u[:, 1], v[:, 1]], -1),

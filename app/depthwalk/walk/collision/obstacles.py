@@ -9,7 +9,7 @@ from pyglm import glm
 from depthwalk.walk.collision.body import Body
 from depthwalk.walk.collision.footing import stand
 from depthwalk.walk.collision.placed_collider import Placed
-from depthwalk.walk.collision.sliding import Motion, slide
+from depthwalk.walk.collision.sliding import slide
 from depthwalk.walk.collision.surroundings import Surroundings, reach_of
 from depthwalk.walk.controls import EYE_HEIGHTS, Move, Walker
 
@@ -47,13 +47,13 @@ class Obstacles:
             self._begin(walker)
         self._rested += dt
         self._ease(dt)
-        before = glm.dvec3(walker.position)
+        before = _in_plan(walker)
         walker.advance(held, dt, fast=fast, ground=self._eased)
-        wanted = walker.position.x - before.x, walker.position.z - before.z
-        if math.hypot(*wanted) > _STILL:
+        wanted = _in_plan(walker) - before
+        if abs(wanted) > _STILL:
             self._move(walker, before, wanted)
         elif self._rested > _REST:
-            self._look(walker, before.x, before.z, _STRIDE)
+            self._look(walker, before, _STRIDE)
         self._left = glm.dvec3(walker.position)
 
     def _begin(self, walker: Walker) -> None:
@@ -64,16 +64,16 @@ class Obstacles:
         self._is_placed = abs(self._feet - base) < _LEVEL
         self._rested = math.inf
 
-    def _look(self, walker: Walker, x: float, z: float, motion: float) -> None:
-        """Gather the surfaces around a viewer at world `x`, `z`, for a motion of `motion`, metres.
+    def _look(self, walker: Walker, here: complex, motion: float) -> None:
+        """Gather the surfaces around a viewer at `here`, world x + i z, for a motion of `motion`, metres.
 
         Where the viewer stands on one that has just become known, a viewer who was placed at some height keeps it.
         """
         body = Body(eye_height=walker.eye_height)
         self._rested = 0.0
-        if not self._around.update(np.array([x, self._feet, z]), reach_of(body, motion), body):
+        if not self._around.update(np.array([here.real, self._feet, here.imag]), reach_of(body, motion), body):
             return
-        self._stand(x, z, body)
+        self._stand(here, body)
         height = walker.position.y - self._feet
         if self._is_placed and EYE_HEIGHTS[0] <= height <= EYE_HEIGHTS[1]:
             walker.eye_height, self._eased = height, self._feet
@@ -83,31 +83,36 @@ class Obstacles:
         above = (self._eased - self._feet) * math.exp(-_RISE * max(dt, 0.0))
         self._eased = self._feet + (above if abs(above) > _LEVEL else 0.0)
 
-    def _move(self, walker: Walker, before: glm.dvec3, wanted: Motion) -> None:
-        """Move a viewer from `before` by as much of the `wanted` motion as is possible, stride by stride."""
-        strides = min(math.ceil(math.hypot(*wanted) / _STRIDE), _MOST_STRIDES)
-        stride = wanted[0] / strides, wanted[1] / strides
-        x, z = before.x, before.z
+    def _move(self, walker: Walker, before: complex, wanted: complex) -> None:
+        """Move a viewer from `before` by as much of the `wanted` motion as is possible, stride by stride; x + i z."""
+        strides = min(math.ceil(abs(wanted) / _STRIDE), _MOST_STRIDES)
+        stride, here = wanted / strides, before
         for _ in range(strides):
-            self._look(walker, x, z, math.hypot(*stride))
+            self._look(walker, here, abs(stride))
             body = Body(eye_height=walker.eye_height)
-            along, across = slide(self._around.outlines(self._feet, body), (x, z), stride, body.radius)
-            if math.hypot(along, across) < _STILL:
+            motion = slide(self._around.outlines(self._feet, body), here, stride, body.radius)
+            if abs(motion) < _STILL:
                 break
             self._is_placed = False
-            x, z = x + along, z + across
-            self._stand(x, z, body)
-        _brake(walker, glm.dvec3(before.x + wanted[0] - x, 0, before.z + wanted[1] - z))
-        walker.position = glm.dvec3(x, walker.position.y, z)
+            here += motion
+            self._stand(here, body)
+        lost = before + wanted - here
+        _brake(walker, glm.dvec3(lost.real, 0, lost.imag))
+        walker.position = glm.dvec3(here.real, walker.position.y, here.imag)
 
-    def _stand(self, x: float, z: float, body: Body) -> None:
-        """Set the height of the feet of a viewer at world `x`, `z`, metres."""
-        height = stand(self._around.footing.heights((x, z)), self._feet, body.step, body.top)
+    def _stand(self, here: complex, body: Body) -> None:
+        """Set the height of the feet of a viewer at `here`, metres, world x + i z."""
+        height = stand(self._around.footing.heights(here), self._feet, body.step, body.top)
         if height is None and self._around.is_waiting:
             return  # nobody falls through a floor that is not known yet
         if height is None:
             height = min(self._feet, 0.0) if self._ground is None else self._ground
         self._feet = height if self._ground is None else max(height, self._ground)
+
+
+def _in_plan(walker: Walker) -> complex:
+    """Return where a viewer is, seen from above: x + i z, metres, world."""
+    return complex(walker.position.x, walker.position.z)
 
 
 def _brake(walker: Walker, lost: glm.dvec3) -> None:

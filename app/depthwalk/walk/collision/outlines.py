@@ -8,55 +8,58 @@ from numpy.typing import NDArray
 from depthwalk.types import Array, Mask, Rows
 
 _LEVEL = 1e-9  # metres: edges with smaller differences of height are level
-_PLAN = [0, 2]  # the axes that are seen from above: x and z
+
+Plan = NDArray[np.complex128]
+"""Points or vectors seen from above: x + i z."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outlines:
-    """Hold m segments in the plane (x, z).
+    """Hold m segments in the plane of x and z, as complex numbers x + i z, metres, world.
 
     Attributes
     ----------
-    start : (m, 2) float64
-        One end of each, metres, world.
-    along : (m, 2) float64
-        From there to the other end, metres.
-    low, high : (m, 2) float64
-        Least and greatest corner of the rectangle around each, metres, world.
+    start : (m,) complex
+        One end of each.
+    along : (m,) complex
+        From there to the other end.
+    box : (4, m) float64
+        Least x, greatest x, least z and greatest z of each.
     """
 
-    start: NDArray[np.float64]
-    along: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    start: Plan
+    along: Plan
+    box: NDArray[np.float64]
 
     def __len__(self) -> int:
         """Return the number of segments."""
         return len(self.start)
 
-    def near(self, point: Array, reach: float) -> tuple[Rows, Array, Array]:
+    def near(self, point: complex, reach: float) -> tuple[Rows, Plan, Array]:
         """Find the segments within reach of a point.
 
         Parameters
         ----------
         point
-            (2,) metres, world x and z.
+            The point, metres, world x + i z.
         reach
             Largest distance, metres.
 
         Returns
         -------
         tuple
-            Rows (k,) of the segments, vectors (k, 2) from their nearest points to `point`, and the lengths (k,) of
-            these, metres.
+            Rows (k,) of the segments, vectors (k,) complex from their nearest points to `point`, and the lengths (k,)
+            of these, metres.
         """
-        rows = np.flatnonzero(((self.low <= point + reach) & (self.high >= point - reach)).all(1))
+        west, east, north, south = self.box
+        x, z = point.real, point.imag
+        rows = np.flatnonzero((west <= x + reach) & (east >= x - reach) & (north <= z + reach) & (south >= z - reach))
         away = from_segments(point, self.start[rows], self.along[rows])
-        distance = np.hypot(*away.T)
+        distance = np.abs(away)
         near = distance <= reach
         return rows[near], away[near], distance[near]
 
-    def clearance(self, rows: Rows, point: Array, motion: Array) -> Array:
+    def clearance(self, rows: Rows, point: complex, motion: complex) -> Array:
         """Return how close a point comes to segments while it moves straight ahead.
 
         Parameters
@@ -64,37 +67,45 @@ class Outlines:
         rows
             (k,) rows of the segments.
         point
-            (2,) where it begins, metres, world x and z.
+            Where it begins, metres, world x + i z.
         motion
-            (2,) how far it moves, metres.
+            How far it moves, metres.
 
         Returns
         -------
         numpy.ndarray
             (k,) metres; 0 for segments that are crossed.
         """
-        start, along = self.start[rows], self.along[rows]
-        ends = point, point + motion
-        way = [from_segments(end, start, along) for end in ends]
-        way += [from_segments(corner, point, motion) for corner in (start, start + along)]
-        sides = [_cross(along, end - start) for end in ends] + [
-            _cross(motion, end - point) for end in (start, start + along)
-        ]
-        crossed = (sides[0] * sides[1] < 0) & (sides[2] * sides[3] < 0)
-        return np.where(crossed, 0.0, np.min([np.hypot(*away.T) for away in way], axis=0))
+        start, along, goal = self.start[rows], self.along[rows], point + motion
+        end = start + along
+        of_way = (from_segments(corner, np.array(point), np.array(motion)) for corner in (start, end))
+        of_segments = (from_segments(place, start, along) for place in (point, goal))
+        least = np.min([np.abs(away) for away in (*of_way, *of_segments)], axis=0)
+        parted = sine(along, point - start) * sine(along, goal - start) < 0
+        least[parted & (sine(motion, start - point) * sine(motion, end - point) < 0)] = 0
+        return np.asarray(least)
 
 
-def from_segments(point: Array, start: Array, along: Array) -> Array:
-    """Return the vectors (…, 2) from the nearest points of segments to points; all arguments (…, 2) broadcast."""
+def in_plan(points: Array) -> Plan:
+    """Return points or vectors (…, 3), world, as they are seen from above, (…) complex."""
+    return np.asarray(points[..., 0] + 1j * points[..., 2])
+
+
+def from_segments(point: Plan | complex, start: Plan, along: Plan) -> Plan:
+    """Return the vectors (k,) from the nearest points of segments to points; all arguments (k,) complex broadcast."""
     away = point - start
-    length = np.maximum((along * along).sum(-1), 1e-30)
-    part = np.minimum(np.maximum((away * along).sum(-1) / length, 0.0), 1.0)
-    return np.asarray(away - part[..., None] * along)
+    part = cosine(along, away) / np.maximum(cosine(along, along), 1e-30)
+    return np.asarray(away - np.minimum(np.maximum(part, 0.0), 1.0) * along)
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """Return on which side of the vectors `a` (…, 2) the vectors `b` (…, 2) lie, as a sign."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+def cosine(a: Plan | complex, b: Plan | complex) -> Array:
+    """Return the dot products (k,) of vectors (k,) complex."""
+    return np.asarray((np.conj(a) * b).real)
+
+
+def sine(a: Plan | complex, b: Plan | complex) -> Array:
+    """Return the cross products (k,) of vectors (k,) complex: positive where b points to the left of a."""
+    return np.asarray((np.conj(a) * b).imag)
 
 
 def outlines(corners: Array, low: float, high: float) -> Outlines:
@@ -118,11 +129,12 @@ def outlines(corners: Array, low: float, high: float) -> Outlines:
     corners = corners[between].astype(np.float64)
     pieces = [_edges(corners, low, high), _section(corners, low), _section(corners, high)]
     start, end = (np.concatenate(ends) for ends in zip(*pieces, strict=True))
-    return Outlines(start=start, along=end - start, low=np.minimum(start, end), high=np.maximum(start, end))
+    box = [choose(axis(start), axis(end)) for axis in (np.real, np.imag) for choose in (np.minimum, np.maximum)]
+    return Outlines(start=start, along=end - start, box=np.array(box))
 
 
-def _edges(corners: Array, low: float, high: float) -> tuple[Array, Array]:
-    """Return the ends (k, 2), seen from above, of the triangles' edges, cut to heights from `low` to `high`."""
+def _edges(corners: Array, low: float, high: float) -> tuple[Plan, Plan]:
+    """Return the ends (k,), seen from above, of the triangles' edges, cut to heights from `low` to `high`."""
     start, end = corners.reshape(-1, 3), np.roll(corners, -1, 1).reshape(-1, 3)
     rise = end[:, 1] - start[:, 1]
     level = np.abs(rise) < _LEVEL
@@ -131,12 +143,12 @@ def _edges(corners: Array, low: float, high: float) -> tuple[Array, Array]:
     first, last = np.clip(ends[0], 0, None), np.clip(ends[1], None, 1)
     first[level], last[level] = 0, 1
     kept = np.where(level, (start[:, 1] > low) & (start[:, 1] < high), first < last)
-    start, along = start[kept][:, _PLAN], (end - start)[kept][:, _PLAN]
-    return start + first[kept, None] * along, start + last[kept, None] * along
+    begin, along = in_plan(start[kept]), in_plan((end - start)[kept])
+    return begin + first[kept] * along, begin + last[kept] * along
 
 
-def _section(corners: Array, height: float) -> tuple[Array, Array]:
-    """Return the ends (k, 2), seen from above, of the lines in which triangles meet a level plane."""
+def _section(corners: Array, height: float) -> tuple[Plan, Plan]:
+    """Return the ends (k,), seen from above, of the lines in which triangles meet a level plane."""
     above = corners[..., 1] > height
     crosses = above.any(1) & ~above.all(1)
     corners, alone = corners[crosses], _odd_one_out(above[crosses])
@@ -146,7 +158,7 @@ def _section(corners: Array, height: float) -> tuple[Array, Array]:
     for turn in (1, 2):
         other = corners[rows, (alone + turn) % 3]
         part = (height - tip[:, 1]) / (other[:, 1] - tip[:, 1])
-        ends.append((tip + part[:, None] * (other - tip))[:, _PLAN])
+        ends.append(in_plan(tip) + part * in_plan(other - tip))
     return ends[0], ends[1]
 
 

@@ -77,7 +77,10 @@ class PlacedCollider:
         """
         points = np.tile(position, (len(heights), 1))
         points[:, 1] = heights
-        if any(self.collider.winding_number(self._local(point)) > _INSIDE for point in points):
+        local = np.array([self._local(point) for point in points])
+        if not self.collider.touches(local.min(0), local.max(0)):
+            return False
+        if any(self.collider.winding_number(point) > _INSIDE for point in local):
             return True
         return bool(_pierced(self.near(points.min(0), points.max(0)), points[0], heights))
 

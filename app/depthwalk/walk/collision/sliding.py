@@ -10,18 +10,17 @@ from itertools import combinations
 
 import numpy as np
 
-from depthwalk.walk.collision.outlines import Outlines
+from depthwalk.walk.collision.outlines import Outlines, cosine
 
 _SLACK = 1e-9  # metres, by which lines may be crossed
 _MOST_LINES = 8  # that bound one motion, before it is shortened instead
 _TOUCHING = 1e-6  # metres: a nearer segment has no direction
 _PARALLEL = 1e-9  # sine of the angle between lines that meet nowhere
 
-Motion = tuple[float, float]
-Line = tuple[float, float, float]  # its normal x, z, and the motion along it that is allowed at least, metres, ≤ 0
+Line = tuple[complex, float]  # its unit normal, and the motion along it that is allowed at least, metres, ≤ 0
 
 
-def slide(outlines: Outlines, position: Motion, wanted: Motion, radius: float) -> Motion:
+def slide(outlines: Outlines, position: complex, wanted: complex, radius: float) -> complex:
     """Return the motion of a circle that is nearest to the wanted one and brings it into no segment.
 
     Parameters
@@ -29,7 +28,7 @@ def slide(outlines: Outlines, position: Motion, wanted: Motion, radius: float) -
     outlines
         The segments.
     position
-        The circle's centre, metres, world x and z.
+        The circle's centre, metres, world x + i z.
     wanted
         The motion to make, metres.
     radius
@@ -37,33 +36,32 @@ def slide(outlines: Outlines, position: Motion, wanted: Motion, radius: float) -
 
     Returns
     -------
-    Motion
-        The motion that is possible, metres.
+    complex
+        The motion that is possible, metres, x + i z.
     """
-    point, motion, lines = np.array(position), wanted, list[Line]()
-    rows, away, distance = outlines.near(point, radius + float(np.hypot(*wanted)))
+    rows, away, distance = outlines.near(position, radius + abs(wanted))
     clear = distance > _TOUCHING
     if not clear.any():
         return wanted
-    rows, distance, normals = rows[clear], distance[clear], away[clear] / distance[clear, None]
+    rows, distance, normals = rows[clear], distance[clear], away[clear] / distance[clear]
     free = min(radius, float(distance.min()))
     least = free - distance
+    motion, lines = wanted, list[Line]()
     while True:
-        beyond = normals @ motion - least
-        crossed = np.flatnonzero(beyond < -_SLACK)
-        if len(crossed):  # lines, but perhaps far from the segments
-            crossed = crossed[outlines.clearance(rows[crossed], point, np.array(motion)) < free - _SLACK]
+        along = cosine(normals, motion)
+        crossed = np.flatnonzero(along < least - _SLACK)
+        if len(crossed):  # lines, but perhaps far from their segments
+            crossed = crossed[outlines.clearance(rows[crossed], position, motion) < free - _SLACK]
         if not len(crossed):
             return motion
         if len(lines) == _MOST_LINES:
-            share = float(np.min(least[crossed] / (beyond + least)[crossed]))
-            return motion[0] * share, motion[1] * share
-        worst = crossed[beyond[crossed].argmin()]
-        lines.append((float(normals[worst, 0]), float(normals[worst, 1]), float(least[worst])))
+            return motion * float((least[crossed] / along[crossed]).min())
+        worst = crossed[(along - least)[crossed].argmin()]
+        lines.append((complex(normals[worst]), float(least[worst])))
         motion = nearest_motion(wanted, lines)
 
 
-def nearest_motion(wanted: Motion, lines: list[Line]) -> Motion:
+def nearest_motion(wanted: complex, lines: list[Line]) -> complex:
     """Return the motion nearest to a wanted one that stays in front of lines: on one of them, or where two meet.
 
     Parameters
@@ -75,26 +73,21 @@ def nearest_motion(wanted: Motion, lines: list[Line]) -> Motion:
 
     Returns
     -------
-    Motion
+    complex
         The motion, metres.
     """
-    best, least = (0.0, 0.0), np.inf
+    best = 0j
     for motion in _candidates(wanted, lines):
-        if all(x * motion[0] + z * motion[1] >= shift - _SLACK / 2 for x, z, shift in lines):
-            off = (motion[0] - wanted[0]) ** 2 + (motion[1] - wanted[1]) ** 2
-            if off < least:
-                best, least = motion, off
+        if all((normal.conjugate() * motion).real >= least - _SLACK / 2 for normal, least in lines):
+            best = min(best, motion, key=lambda found: abs(found - wanted))
     return best
 
 
-def _candidates(wanted: Motion, lines: list[Line]) -> list[Motion]:
+def _candidates(wanted: complex, lines: list[Line]) -> list[complex]:
     """Return the points of `lines` nearest to `wanted`, and those in which two of them meet."""
-    found = []
-    for x, z, shift in lines:
-        short = shift - x * wanted[0] - z * wanted[1]
-        found.append((wanted[0] + short * x, wanted[1] + short * z))
-    for (x, z, shift), (u, w, other) in combinations(lines, 2):
-        sine = x * w - z * u
-        if abs(sine) > _PARALLEL:
-            found.append(((shift * w - other * z) / sine, (x * other - u * shift) / sine))
+    found = [wanted + (least - (normal.conjugate() * wanted).real) * normal for normal, least in lines]
+    for (normal, least), (other, less) in combinations(lines, 2):
+        turn = (normal.conjugate() * other).imag
+        if abs(turn) > _PARALLEL:
+            found.append(1j * (less * normal - least * other) / turn)
     return found
