@@ -146,7 +146,7 @@ class Walk:
         """Create everything that shows the renderer's pictures, and listen to the window's events."""
         self._atlas_view = AtlasView(self.device)
         self._on_gpu.callback(self._atlas_view.release)
-        self.frames = self.state.shown = ShownFrames(self.renderer)
+        self.frames = self.state.shown = ShownFrames(self.renderer, self.state.reachable)
         self._on_gpu.callback(lambda: self.frames.release())
         self.state.obstacles = self.beside.obstacles(self.renderer)
         self._input = Input(self.window, self.state, self.actions(), lambda: self.frames.finish())
@@ -175,7 +175,7 @@ class Walk:
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
-        self.frames = self.state.shown = ShownFrames(renderer)
+        self.frames = self.state.shown = ShownFrames(renderer, self.state.reachable)
         self.state.show(scene, renderer, self._aspect)
         self._home_is_framed = scene.camera is None
         if model_turn.guess:

@@ -8,6 +8,7 @@ while they are shown. If nothing changes any more, nothing is drawn.
 
 import time
 from collections import deque
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from typing import Any
@@ -45,6 +46,8 @@ class ShownFrames:
     ----------
     renderer
         Draws the scene's frames.
+    reachable
+        Called with a camera at which the viewer may be soon; returns how far the viewer gets on the way there.
 
     Attributes
     ----------
@@ -54,8 +57,8 @@ class ShownFrames:
         Whether frames are drawn in slices, and reprojected in between.
     """
 
-    def __init__(self, renderer: Renderer) -> None:
-        self._renderer = renderer
+    def __init__(self, renderer: Renderer, reachable: Callable[[Camera], Camera] = lambda camera: camera) -> None:
+        self._renderer, self._reachable = renderer, reachable
         self._reprojection = Reprojection(renderer.device)
         self._around = LookAround(renderer, self._reprojection.surround)
         self._motion = Motion()
@@ -223,7 +226,7 @@ class ShownFrames:
         if self.is_drawing or not self.refines or self._reprojection.view is None:
             return False
         if self._moved:
-            return self._around.begin_for_walk([view, View(self._motion.ahead(self._frame.delay), view.size)])
+            return self._around.begin_for_walk([view, View(self._ahead(self._frame.delay), view.size)])
         return self._is_settled and self._around.begin_at_rest(view.position)
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
@@ -249,10 +252,10 @@ class ShownFrames:
             self._frame.drop()
         elif self._frame.is_drawing:
             self.finish()
-            view = View(self._motion.ahead(time.perf_counter() - start), view.size)
+            view = View(self._ahead(time.perf_counter() - start), view.size)
         if self._has_jumped or self._reprojection.unseen(view) > _MOST_UNSEEN:
             coming = time.perf_counter() - start + self.scene_seconds
-            view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
+            view = View(self._ahead(min(coming, _FARTHEST_AHEAD)), view.size)
             self._begin(view.camera, view, interactive=True)
             self.finish()
         self._has_jumped = False
@@ -264,6 +267,10 @@ class ShownFrames:
         self._around.drop()
         while self._frame.is_drawing:
             self._advance(np.inf)
+
+    def _ahead(self, seconds: float) -> Camera:
+        """Return where the viewer is expected to be in `seconds`."""
+        return self._reachable(self._motion.ahead(seconds))
 
     def _choose_way(self) -> None:
         """Decide whether frames are drawn in slices, unless one is in progress."""
@@ -313,7 +320,7 @@ class ShownFrames:
         """Begin a frame, or continue with the one in progress; return whether it is finished now."""
         if not self._frame.is_drawing:
             ahead = min(_SHOWN_FOR * self._frame.delay, _FARTHEST_AHEAD)
-            self._begin(self._motion.ahead(ahead), view, interactive=self._moved)
+            self._begin(self._ahead(ahead), view, interactive=self._moved)
         return self._advance(self._slice_seconds(view))
 
     def _begin(self, camera: Camera, view: View, interactive: bool) -> None:

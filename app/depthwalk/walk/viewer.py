@@ -197,8 +197,8 @@ class Viewer:
         if self.walker.walking and not held.keys().isdisjoint((Move.UP, Move.DOWN)):
             self.set_mode(Mode.FLY)
         before = self.walker.position
-        if self.walker.walking and self.obstacles is not None and self.scene.walk.collide:
-            self.obstacles.walk(self.walker, held, dt, fast=self.fast)
+        if (obstacles := self._obstacles) is not None:
+            obstacles.walk(self.walker, held, dt, fast=self.fast)
         else:
             self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
         if self.turned is not None:
@@ -213,6 +213,16 @@ class Viewer:
             if self.turntable:
                 step = orbit.TURNTABLE * min(dt, LONGEST_STEP)
                 self._turn_to(orbit.turn(self.turned, step / orbit.RADIANS_PER_PIXEL, 0.0))
+
+    @property
+    def _obstacles(self) -> Obstacles | None:
+        """Return what stops the viewer now; None while nothing does."""
+        return self.obstacles if self.walker.walking and self.scene.walk.collide else None
+
+    def reachable(self, camera: Camera) -> Camera:
+        """Return how far the viewer gets on the way to `camera`, where obstacles are in the way."""
+        obstacles, plays = self._obstacles, self.playback is not None and self.playback.playing
+        return camera if obstacles is None or plays else obstacles.reachable(self.walker, camera)
 
     def look(self, right: float, down: float) -> None:
         """Turn the camera by a mouse movement of `right` and `down` pixels, and stop the path.

@@ -180,12 +180,13 @@ def test_a_door_that_closes_stops() -> None:
     assert who.position.z == pytest.approx(-3 + RADIUS, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [3.0, 30.0, 1000.0])
 @pytest.mark.parametrize("rate", [1.0, 10.0, 60.0])
 def test_nobody_is_too_fast_for_a_thin_wall(speed: float, rate: float) -> None:
     wall = sheet([-9e3, 0, -9], [9e3, 0, -9], [9e3, 3, -9], [-9e3, 3, -9])
     who = walker(speed=speed, toward=10.0)
-    go(among(wall), who, 4.0, rate=rate, fast=True)
+    go(among(wall), who, 4.0 if speed < 100 else 1.0, rate=rate, fast=True)
     assert who.position.z == pytest.approx(-9 + RADIUS, abs=0.3) and who.position.z >= -9 + RADIUS - 1e-6
 
 
@@ -234,10 +235,11 @@ def test_nobody_falls_through_a_floor_that_is_not_known_yet() -> None:
     assert who.position.y == pytest.approx(1.7, abs=1e-3)
 
 
-TURNS = st.lists(st.tuples(st.floats(-180, 180), st.floats(0.05, 1.0), st.floats(0.5, 60.0)), min_size=1, max_size=25)
+TURNS = st.lists(st.tuples(st.floats(-180, 180), st.floats(0.05, 1.0), st.floats(0.5, 60.0)), min_size=1, max_size=12)
 
 
-@settings(deadline=None, max_examples=60)
+@pytest.mark.slow
+@settings(deadline=None, max_examples=25)
 @given(turns=TURNS, rate=st.sampled_from([5.0, 20.0, 60.0]))
 def test_nobody_leaves_a_closed_room(turns: list[tuple[float, float, float]], rate: float) -> None:
     furniture = [
@@ -267,3 +269,13 @@ def test_keys_are_measured_as_without_obstacles() -> None:
         free.advance({Move.RIGHT: 0.01}, 1 / 60)
         obstacles.walk(held, {Move.RIGHT: 0.01}, 1 / 60)
     assert held.position == free.position and held.velocity == free.velocity
+
+
+def test_a_guess_of_where_the_viewer_will_be_stops_at_walls() -> None:
+    obstacles, who = among(WALL), walker(z=-2.4)
+    obstacles.walk(who, {}, 1 / 60)
+    soon = who.camera.moved(glm.dvec3(0.1, 0.02, -0.6))
+    x, y, z = obstacles.reachable(who, soon).position
+    assert (x, y, z) == pytest.approx((0.1, 1.72, -3 + RADIUS), abs=1e-3)
+    free = who.camera.moved(glm.dvec3(0, 0, 0.6))
+    assert obstacles.reachable(who, free) == free

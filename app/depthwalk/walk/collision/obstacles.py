@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from pyglm import glm
 
+from depthwalk.scene.arrays import Camera
 from depthwalk.walk.collision.body import Body
 from depthwalk.walk.collision.footing import stand
 from depthwalk.walk.collision.placed_collider import Placed
@@ -55,6 +56,28 @@ class Obstacles:
         elif self._rested > _REST:
             self._look(walker, before, _STRIDE)
         self._left = glm.dvec3(walker.position)
+
+    def reachable(self, walker: Walker, camera: Camera) -> Camera:
+        """Return how far a walking viewer gets on the way to a camera, by the surfaces that are known around.
+
+        Parameters
+        ----------
+        walker
+            The viewer.
+        camera
+            Where the viewer would be soon if nothing were in the way.
+
+        Returns
+        -------
+        Camera
+            The camera, moved back where something is.
+        """
+        here, body = _in_plan(walker), Body(eye_height=walker.eye_height)
+        wanted = complex(camera.position[0], camera.position[2]) - here
+        if walker.position != self._left or abs(wanted) < _STILL:
+            return camera
+        short = slide(self._around.outlines(self._feet, body), here, wanted, body.radius) - wanted
+        return camera.moved(glm.dvec3(short.real, 0, short.imag)) if short else camera
 
     def _begin(self, walker: Walker) -> None:
         """Begin to walk where the viewer was placed."""
