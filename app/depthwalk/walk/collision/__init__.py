@@ -13,6 +13,6 @@ problem of the plane.
 5. `footing` finds the surface on which the viewer stands.
 6. `Obstacles` holds this together, from frame to frame.
 
-Nothing here needs a window or GL. A frame in which the viewer walks takes some 0.1 ms for it, and about every twentieth,
-which gathers triangles, 1 ms (4 ms beside dense ones); a viewer who stands or flies takes nothing.
+Nothing here needs a window or GL. A frame in which the viewer walks takes some 0.1 ms for it. About every
+twentieth gathers triangles, and takes 1 ms, or 4 ms beside dense ones. Who stands or flies takes nothing.
 """
