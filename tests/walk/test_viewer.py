@@ -9,11 +9,13 @@ from typing import cast
 import numpy as np
 import pytest
 
+from barriers import among, box
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import GroundParams, WalkParams
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
+from depthwalk.walk.collision.body import RADIUS
 from depthwalk.walk.controls import EYE_HEIGHT, Move
 from depthwalk.walk.orbit import Side
 from depthwalk.walk.state import State
@@ -320,3 +322,26 @@ def test_who_is_placed_in_the_air_flies() -> None:
     walk.arrive()
     walk.seek(2.0)
     assert mode_of(walk) is Mode.FLY and walk.camera.position == (10, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("walks", "collide", "stops"), [(True, True, True), (True, False, False), (False, True, False)]
+)
+def test_surfaces_stop_who_walks_where_the_scene_says_so(walks: bool, collide: bool, stops: bool) -> None:
+    walk = state()
+    walk.scene = cast(Scene, SimpleNamespace(environment=walk.scene.environment, walk=WalkParams(collide=collide)))
+    walk.obstacles = among(box([-5, 0, -0.2], [5, 3, 0]))
+    walk.walker.walking = walks
+    walk.held.press(Move.FORWARD)
+    for _ in range(180):
+        walk.advance(1 / 60)
+    assert (walk.camera.position[2] > RADIUS - 1e-3) == stops
+
+
+def test_a_path_leads_through_walls() -> None:
+    walk = state()
+    walk.obstacles = among(box([5, 0, -5], [5.2, 3, 5]))
+    walk.walker.walking = True
+    walk.toggle_path()
+    walk.advance(2.5)
+    assert walk.camera.position == (10, 0, 0)

@@ -181,15 +181,28 @@ class SceneLibrary(MeshLibrary):
         """
         for asset in assets:
             mesh = None if self.has_baked(asset) else self.mesh(asset)
-            objects = self._found_cooked(asset, options)
+            objects = self.stored(asset, options)
             most -= sum(cooked.bytes for cooked in objects) + (mesh.nbytes if mesh else 0)
             if most < 0:
                 self.forget_mesh(asset)
                 return
             self._in_memory[asset, options] = tuple(replace(cooked, load=HeldArrays(cooked.load)) for cooked in objects)
 
-    def _found_cooked(self, asset: int, options: CookOptions) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of the asset numbered `asset`; none if they have yet to be made."""
+    def stored(self, asset: int, options: CookOptions) -> tuple[CookedObject, ...]:
+        """Return the cooked depth images of an asset as its file or the cache has them, whatever was read in advance.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        options
+            How they were cooked.
+
+        Returns
+        -------
+        tuple[CookedObject, ...]
+            An object for each part; none if they have yet to be made, or are not stored.
+        """
         spec = self._assets[asset]
         if isinstance(spec, BakedAsset) and is_cooked_file(spec.baked):
             return read_cooked(spec.baked)

@@ -138,3 +138,4 @@ class WalkParams(FileParams):
         ge=MIN_SPEED,
         le=MAX_SPEED,
     )
+    collide: bool = param(True, "Stop at surfaces while walking, and go up and down steps; nothing stops who flies")

@@ -148,8 +148,9 @@ class Walk:
         """Create everything that shows the renderer's pictures, and listen to the window's events."""
         self._atlas_view = AtlasView(self.device)
         self._on_gpu.callback(self._atlas_view.release)
-        self.frames = self.state.shown = ShownFrames(self.renderer)
+        self.frames = self.state.shown = ShownFrames(self.renderer, self.state.reachable)
         self._on_gpu.callback(lambda: self.frames.release())
+        self.state.obstacles = self.background.obstacles(self.renderer)
         self.input = Input(self.window, self.state, key_actions(self), lambda: self.frames.finish())
         on_refresh(self.window, self.input.note_news)
 
@@ -176,12 +177,13 @@ class Walk:
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
-        self.frames = self.state.shown = ShownFrames(renderer)
+        self.frames = self.state.shown = ShownFrames(renderer, self.state.reachable)
         self.state.show(scene, renderer, self.aspect)
         if model_turn.guess:
             self.state.tell(model_turn.guess)
         self.renderer.release()
         self.background.replace(library)
+        self.state.obstacles = self.background.obstacles(renderer)
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
 

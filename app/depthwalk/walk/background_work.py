@@ -4,6 +4,10 @@ from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.assets.progress import Progress
 from depthwalk.render import kernels
+from depthwalk.render.renderer import Renderer
+from depthwalk.walk.collision.collider_store import ColliderStore
+from depthwalk.walk.collision.near_objects import NearObjects
+from depthwalk.walk.collision.obstacles import Obstacles
 
 
 class BackgroundWork:
@@ -25,6 +29,7 @@ class BackgroundWork:
     def __init__(self, library: SceneLibrary) -> None:
         self.library = library
         self.loads_kernels = False
+        self._colliders = ColliderStore(library)
 
     @property
     def _background(self) -> BackgroundLibrary | None:
@@ -49,6 +54,10 @@ class BackgroundWork:
             self.loads_kernels = True
             kernels.load_behind()
 
+    def obstacles(self, renderer: Renderer) -> Obstacles:
+        """Return what stops a viewer who walks through the scene that `renderer` draws."""
+        return Obstacles(NearObjects(renderer, self._colliders), renderer.world.ground_height)
+
     def stop_baking(self) -> str:
         """Stop the current baking, and return a message for the user."""
         if self._background is None or self._background.progress is None:
@@ -59,9 +68,10 @@ class BackgroundWork:
     def replace(self, library: SceneLibrary) -> None:
         """Replace the present library, whose work ends, by `library`."""
         self.close()
-        self.library = library
+        self.library, self._colliders = library, ColliderStore(library)
 
     def close(self) -> None:
-        """End the library's background work."""
+        """End the library's background work, and that of its colliders."""
+        self._colliders.close()
         if self._background is not None:
             self._background.close()

@@ -112,6 +112,7 @@ def _draw_view(state: State) -> None:
     changed, fov = imgui.slider_float("field of view", math.degrees(state.camera.fov), *_FOV_RANGE, "%.0f\u00b0")
     if changed:
         state.set_fov(math.radians(fov))
+    draw_group(state.scene.walk, only=("collide",))
 
 
 def _draw_path(state: State, playback: Playback) -> None:

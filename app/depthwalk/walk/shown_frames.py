@@ -7,6 +7,7 @@ while they are shown. If nothing changes any more, nothing is drawn.
 """
 
 import time
+from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
@@ -37,6 +38,8 @@ class ShownFrames:
     ----------
     renderer
         Draws the scene's frames.
+    reachable
+        Called with a camera at which the viewer may be soon; returns how far the viewer gets on the way there.
 
     Attributes
     ----------
@@ -44,8 +47,8 @@ class ShownFrames:
         Whether frames are drawn in slices, and reprojected in between.
     """
 
-    def __init__(self, renderer: Renderer) -> None:
-        self._renderer = renderer
+    def __init__(self, renderer: Renderer, reachable: Callable[[Camera], Camera] = lambda camera: camera) -> None:
+        self._renderer, self._reachable = renderer, reachable
         self._reprojection = Reprojection(renderer.device)
         self._scene_frames = SceneFrames(renderer, self._reprojection)
         self._around = LookAround(renderer, self._reprojection.surround)
@@ -203,7 +206,7 @@ class ShownFrames:
         if self.is_drawing or not self.refines or self._reprojection.view is None:
             return False
         if self._moved:
-            return self._around.begin_for_walk([view, View(self._motion.ahead(self._scene_frames.delay), view.size)])
+            return self._around.begin_for_walk([view, View(self._ahead(self._scene_frames.delay), view.size)])
         return self._is_settled and self._around.begin_at_rest(view.position)
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
@@ -226,10 +229,10 @@ class ShownFrames:
             self._scene_frames.drop()
         elif self._scene_frames.is_drawing:
             self.finish()
-            view = View(self._motion.ahead(time.perf_counter() - start), view.size)
+            view = View(self._ahead(time.perf_counter() - start), view.size)
         if self._has_jumped or self._reprojection.unseen(view) > _MOST_UNSEEN:
             coming = time.perf_counter() - start + self.scene_seconds
-            view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
+            view = View(self._ahead(min(coming, _FARTHEST_AHEAD)), view.size)
             self._begin(view.camera, view, moves=True)
             self.finish()
         self._has_jumped = False
@@ -241,6 +244,10 @@ class ShownFrames:
         self._around.drop()
         while self._scene_frames.is_drawing:
             self._advance(np.inf)
+
+    def _ahead(self, seconds: float) -> Camera:
+        """Return where the viewer is expected to be in `seconds`."""
+        return self._reachable(self._motion.ahead(seconds))
 
     def _choose_way(self) -> None:
         """Decide whether frames are drawn in slices, unless one is in progress."""
@@ -271,7 +278,7 @@ class ShownFrames:
         """Begin a frame, or continue with the one in progress; return whether it is finished now."""
         if not self._scene_frames.is_drawing:
             ahead = min(_SHOWN_FOR * self._scene_frames.delay, _FARTHEST_AHEAD)
-            self._begin(self._motion.ahead(ahead), view, moves=self._moved)
+            self._begin(self._ahead(ahead), view, moves=self._moved)
         return self._advance(self._slice_seconds(view))
 
     def _begin(self, camera: Camera, view: View, moves: bool) -> None:

@@ -19,6 +19,7 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import orbit
+from depthwalk.walk.collision.obstacles import Obstacles
 from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, LONGEST_STEP, HeldKeys, Move, Walker, natural_speed
 from depthwalk.walk.playback import Playback
 
@@ -96,6 +97,8 @@ class Viewer:
         Whether the camera keeps turning about its target.
     jumps
         How often the camera has jumped, as by the key Home: from the picture before, nothing follows for the next one.
+    obstacles
+        Stops a walking viewer at surfaces, where the scene asks for it; None: nothing does.
     """
 
     scene: Scene
@@ -109,6 +112,7 @@ class Viewer:
     fast: bool = False
     turntable: bool = False
     jumps: int = 0
+    obstacles: Obstacles | None = None
     _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
     _pace: float = 0.0  # the speed at the beginning of the walk, until the whole scene is shown
     _toast: str = ""
@@ -204,7 +208,10 @@ class Viewer:
         if self.walker.walking and not held.keys().isdisjoint((Move.UP, Move.DOWN)):
             self.set_mode(Mode.FLY)
         before = self.walker.position
-        self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
+        if (obstacles := self._obstacles) is not None:
+            obstacles.walk(self.walker, held, dt, fast=self.fast)
+        else:
+            self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
         if self.turned is not None:
             shift = self.walker.position - before
             self._turn_to(self.turned.moved(shift))
@@ -217,6 +224,16 @@ class Viewer:
             if self.turntable:
                 step = orbit.TURNTABLE * min(dt, LONGEST_STEP)
                 self._turn_to(orbit.turn(self.turned, step / orbit.RADIANS_PER_PIXEL, 0.0))
+
+    @property
+    def _obstacles(self) -> Obstacles | None:
+        """Return what stops the viewer now; None while nothing does."""
+        return self.obstacles if self.walker.walking and self.scene.walk.collide else None
+
+    def reachable(self, camera: Camera) -> Camera:
+        """Return how far the viewer gets on the way to `camera`, where obstacles are in the way."""
+        obstacles, plays = self._obstacles, self.playback is not None and self.playback.playing
+        return camera if obstacles is None or plays else obstacles.reachable(self.walker, camera)
 
     def look(self, right: float, down: float) -> None:
         """Turn the camera by a mouse movement of `right` and `down` pixels, and stop the path.

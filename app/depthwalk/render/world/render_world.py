@@ -141,6 +141,11 @@ class RenderWorld:
         """
         return len(self.objects()) >= len(self._scene.objects)
 
+    @property
+    def is_computed(self) -> bool:
+        """Return whether objects, bounds and cells are known, so that asking for them reads nothing."""
+        return self._objects is not None and self._bounds is not None and self._cells is not None
+
     def _forget(self) -> None:
         self._objects = self._table = self._bounds = self._cells = self._choice = None
         self._generation += 1
