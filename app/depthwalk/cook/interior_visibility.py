@@ -13,12 +13,11 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.parallel import Map
 from depthwalk.types import Array, Ints, Mask
 
-_RAYS = 4  # from each texel: with those of its neighbours, up to 2304 decide about a tile
-_FEWEST = 512  # rays needed to decide
+_RAYS = 16  # from each texel: with those of its neighbours, up to 9216 decide about a tile
+_FEWEST = 2048  # rays needed to decide
 _LEVEL = 1  # level of detail whose triangles the rays may hit
 _LEAST = 0.04  # cosine-weighted part of the directions above a surface from which it must be visible
-_BLOCK = 2  # texels, square, whose rays together tell whether a tile's hidden surface lies beside a visible one
-_OPEN = 0.25  # part of these rays that must escape
+_OPEN = 0.25  # part of a texel's rays: where as many escape, the tile's hidden surface lies beside a visible one
 
 
 def hardly_seen(baked: BakedObject, grids: LodGeometry, parallel: Map = map) -> Mask:
@@ -80,11 +79,8 @@ def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> ND
         9 * uniform_filter(counts, 3, mode="constant")
         for counts in (_sums(row // TILE, column // TILE, values, (rows, columns)) for values in (hits, _RAYS))
     )
-    side = TILE // _BLOCK
-    blocks = row // _BLOCK, column // _BLOCK
-    shape = rows * side, columns * side
-    lit = _sums(*blocks, hits, shape) >= _OPEN * _RAYS * _BLOCK**2
-    beside_lit = maximum_filter(lit.reshape(rows, side, columns, side).any((1, 3)), 3)
+    lit = hits >= _OPEN * _RAYS
+    beside_lit = maximum_filter(_sums(row[lit] // TILE, column[lit] // TILE, 1, (rows, columns)) > 0, 3)
     return np.asarray((cast >= _FEWEST) & (free < _LEAST * cast) & ~beside_lit)
 
 
