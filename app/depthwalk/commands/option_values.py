@@ -28,6 +28,8 @@ if TYPE_CHECKING:  # the scene package takes long to import, and few commands ne
 
 Point = tuple[float, float, float]
 
+_LIGHT_FILE = 1 << 20  # bytes: in any format, a mesh file of this size has some 35,000 triangles at most
+
 
 @dataclass(frozen=True)
 class CameraOptions:
@@ -208,14 +210,33 @@ def still_representation(
     Baking such a mesh takes as long as drawing its polygons a hundred times, and one picture does not repay that. Its
     depth images are baked and drawn if --representation asks for them, or --set changes them or the object.
     """
-    from depthwalk.ingest.formats import MESH_SUFFIXES
     from depthwalk.scene.arrays import Representation
 
-    asked = any(setting.startswith(("assets.model.dpci", "objects")) for setting in settings or ())
-    is_mesh = scene.suffix.lower() in MESH_SUFFIXES
-    if name is RepresentationName.SCENE and is_mesh and not asked:
+    if name is RepresentationName.SCENE and _is_plain_mesh(scene, settings):
         return Representation.MESH
     return representation(name)
+
+
+def open_in_window(path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None) -> "Scene":
+    """Load a scene as `open_scene` does, but with polygons for a light mesh without a scene.
+
+    Two cores draw its triangles in a few milliseconds and would bake its depth images for up to a minute. They are
+    baked if the user asks for them, in the window or by --representation, or if --set changes them or the object.
+    """
+    from depthwalk.scene.arrays import Representation
+
+    scene = open_scene(path, asset_roots, settings)
+    if _is_plain_mesh(path, settings) and path.stat().st_size <= _LIGHT_FILE:
+        scene.objects.representation[:] = Representation.MESH
+    return scene
+
+
+def _is_plain_mesh(file: Path, settings: Sequence[str] | None) -> bool:
+    """Return whether a file is a mesh, and no --set option changes its depth images or the object that shows it."""
+    from depthwalk.ingest.formats import MESH_SUFFIXES
+
+    asked = any(setting.startswith(("assets.model.dpci", "objects")) for setting in settings or ())
+    return file.suffix.lower() in MESH_SUFFIXES and not asked
 
 
 def _auto_or_up_to(most: int, option: str, text: str | None) -> int | Literal["auto"] | None:

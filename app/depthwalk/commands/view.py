@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from depthwalk.commands.exit_codes import FAILURE
-from depthwalk.commands.option_values import open_scene, parse_camera, parse_resolution, representation
+from depthwalk.commands.option_values import open_in_window, parse_camera, parse_resolution, representation
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -62,7 +62,7 @@ def main(
     first = scene or shipped_file("garden.yaml")
 
     def read(file: Path) -> "Scene":
-        return open_scene(file, asset_root, settings if file == first else None)
+        return open_in_window(file, asset_root, settings if file == first else None)
 
     with ExitStack() as closed_at_end:
         with without_garbage_collection():
