@@ -282,9 +282,14 @@ class Renderer:
         return replace(view, near=near, far=far)
 
     def _objects_part(self, view: View, in_sight: InSight) -> Part | None:
-        """Return the part of the picture that holds all surfaces; None where there are too many, or a ground."""
-        only_rows = not in_sight.batches and not len(in_sight.far_cells) and len(in_sight.rows) <= MOST_OBJECTS
-        if not only_rows or self.scene.environment.ground is not None:
+        """Return the part of the picture that holds all surfaces.
+
+        None where there are too many, or a ground, and where `PixelPrograms` draws the whole picture anyway.
+        """
+        environment = self.scene.environment
+        if not self.device.software or environment.sky is not None or environment.ground is not None:
+            return None
+        if in_sight.batches or len(in_sight.far_cells) or len(in_sight.rows) > MOST_OBJECTS:
             return None
         with self.timers.measure_cpu("plan"):
             return objects_part(view, self.world.cylinders(in_sight.rows))

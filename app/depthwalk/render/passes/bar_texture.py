@@ -6,52 +6,23 @@ bars together are a surface without gaps. Where each bar ends is found once, so 
 
 import moderngl
 
-from depthwalk.gpu.device import Scope
-from depthwalk.gpu.instances import InstanceStream
-from depthwalk.gpu.program import Program, Variants
-from depthwalk.gpu.state import LESS
-from depthwalk.params import Params
-from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.height_field_grid_pass import HeightFieldGridPass
+from depthwalk.render.resources.height_field import HeightFields
 from depthwalk.scene.arrays import Representation
 
 
-class BarTexturePass(Pass[Params]):
+class BarTexturePass(HeightFieldGridPass):
     """Draw the height fields of objects with `representation: bar-texture`."""
 
     name = "bar_texture"
-    draws_objects = True
     representation = Representation.BAR_TEXTURE
-    writes = ("visibility", "depth")
+    sampler = "bars"
+    one_sided = False
 
-    def setup(self, gl: Scope) -> None:
-        """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
-        shaders = "bar_texture/bar_texture.vert", "bar_texture/bar_texture.frag"
-        self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
-        self._instances = InstanceStream(gl, PLACED_RECORD)
-        self._arrays: dict[tuple[int, tuple[str, ...]], moderngl.VertexArray] = {}
+    def texture(self, fields: HeightFields, number: int) -> moderngl.Texture:
+        """Return the depths of both ends of its bars."""
+        return fields.bars(number).ends
 
-    def draw(self, frame: Frame, params: Params) -> None:
-        """Draw into `visibility` and `depth` what `frame` shows in this representation; `params` is empty."""
-        drawn = frame.plan.height_fields[Representation.BAR_TEXTURE]
-        first_id = frame.plan.first_id_of(Representation.BAR_TEXTURE)
-        self._instances.upload(drawn.records)
-        program, into = self._programs[frame.targets.defines], frame.targets.visibility
-        with self.gl.state(into=into, depth_test=LESS, wireframe=frame.common.wireframe):
-            for batch in drawn.batches:
-                fields = frame.assets.height_fields
-                bars = fields.bars(batch.asset)
-                bars.ends.use(0)
-                uniforms = fields.field(batch.asset).uniforms
-                program.set(bars=0, first=first_id + batch.first, **uniforms)
-                key = batch.asset, frame.targets.defines
-                if key not in self._arrays:
-                    self._arrays[key] = self.gl.vertex_array(program.gl, [], index_buffer=bars.triangles)
-                array = self._arrays[key]
-                self._instances.bind(array, batch.first)
-                array.render(moderngl.TRIANGLES, instances=batch.count)
-
-    def forget_assets(self) -> None:
-        """Drop the vertex arrays over buffers of assets."""
-        self.gl.free(*self._arrays.values())
-        self._arrays.clear()
+    def indices(self, fields: HeightFields, number: int) -> moderngl.Buffer:
+        """Return the triangles of its bars, two to each."""
+        return fields.bars(number).triangles

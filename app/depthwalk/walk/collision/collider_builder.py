@@ -6,6 +6,7 @@ from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.geometry.indexed_triangles import distinct_triangles, drop_unused, normals_and_areas
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.render.lod.selection import error_level
 from depthwalk.types import Array, Ints
 from depthwalk.walk.collision.collider import Collider, collider
 from depthwalk.walk.collision.foliage import thin_leaves
@@ -31,7 +32,7 @@ def level_of(error: Array, scale: float) -> int:
     int
         The number of the level; 0 if none is accurate enough.
     """
-    return max(int(np.searchsorted(error * scale, _ERROR, "right")) - 1, 0)
+    return int(error_level(error[None] * scale, np.array([_ERROR]))[0])
 
 
 def from_images(geometry: LodGeometry, scale: float) -> Collider:

@@ -50,40 +50,40 @@ def thin_leaves(points: Array, triangles: Rows, scale: float = 1.0) -> Mask:
         return none
     middle = np.floor((corners.mean(1) - low) / voxel).astype(np.int64)
     small = lengths(corners - np.roll(corners, 1, 1)).max(1) <= _LEAF / scale
-    rough = small & _is_rough(points, triangles, middle // _NEIGHBOURHOOD, _LEAF / scale)
+    number, kept = row_ids(np.ascontiguousarray(points))
+    distinct, welded = points[kept], number[triangles]
+    rough = small & _is_rough(distinct, welded, middle // _NEIGHBOURHOOD, _LEAF / scale)
     if not rough.any():
         return none
     covering = _near_core(_occupied(corners, low, voxel, size))
     thin = rough & ~covering[tuple(np.minimum(middle, size - 1).T)]
-    return _with_remnants(points, triangles, thin, _LEAF / scale) if thin.any() else none
+    return _with_remnants(distinct, welded, thin, _LEAF / scale) if thin.any() else none
 
 
-def _is_rough(points: Array, triangles: Rows, cell: Rows, leaf: float) -> Mask:
+def _is_rough(points: Array, welded: Ints, cell: Rows, leaf: float) -> Mask:
     """Return whether the normals of neighbouring triangles differ much, on average in the `cell` (t, 3) of each.
+
+    points: (n, 3), all different; welded: (t, 3), rows of these.
 
     Neighbours are triangles that share vertices and, of loose pieces of up to `leaf` metres, all nearby.
     """
-    number, kept = row_ids(np.ascontiguousarray(points))
-    welded = number[triangles]
-    normal, area = normals_and_areas(points[kept], welded)
-    total = np.bincount(welded.ravel(), np.repeat(2 * area, 3), len(kept))
-    agreement = lengths(vertex_directions(points[kept], welded)) / np.maximum(total, 1e-30)
+    normal, area = normals_and_areas(points, welded)
+    total = np.bincount(welded.ravel(), np.repeat(2 * area, 3), len(points))
+    agreement = lengths(vertex_directions(points, welded)) / np.maximum(total, 1e-30)
     group, _ = row_ids(cell)
     share = np.bincount(group, area * agreement[welded].mean(1)) / np.maximum(np.bincount(group, area), 1e-30)
     around, _ = row_ids(cell // 2)
     together = np.stack([np.bincount(around, area * axis) for axis in normal.T], -1).astype(np.float64)
     is_chaos = lengths(together) < _SMOOTH * np.bincount(around, area)
-    return np.asarray((share[group] < _SMOOTH) | (is_chaos[around] & _loose_pieces(points[kept], welded, leaf)[0]))
+    return np.asarray((share[group] < _SMOOTH) | (is_chaos[around] & _loose_pieces(points, welded, leaf)[0]))
 
 
-def _with_remnants(points: Array, triangles: Rows, thin: Mask, leaf: float) -> Mask:
-    """Return which triangles (t, 3) are `thin` (t,), or of a piece of up to `leaf` metres that these leave."""
-    number, kept = row_ids(np.ascontiguousarray(points))
-    welded = number[triangles]
-    torn = np.zeros(len(kept), bool)
+def _with_remnants(points: Array, welded: Ints, thin: Mask, leaf: float) -> Mask:
+    """Return which triangles `welded` (t, 3) are `thin` (t,), or of a piece of up to `leaf` metres that these leave."""
+    torn = np.zeros(len(points), bool)
     torn[welded[thin]] = True
     rest = np.flatnonzero(~thin)
-    loose, piece = _loose_pieces(points[kept], welded[rest], leaf)
+    loose, piece = _loose_pieces(points, welded[rest], leaf)
     torn_pieces = np.zeros(piece.max(initial=0) + 1, bool)
     torn_pieces[piece[torn[welded[rest]].any(1)]] = True
     whole = thin.copy()
