@@ -2,9 +2,11 @@
 
 from typing import Any
 
+import moderngl
 import numpy as np
 
 from depthwalk.gpu.device import Scope
+from depthwalk.gpu.instances import RecordTexture
 from depthwalk.render.frame import Frame
 from depthwalk.render.lamp_inputs import LampInputs
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
@@ -19,7 +21,7 @@ class LightPass(PixelPass[LightParams]):
 
     name = "light"
     per_sample = True
-    reads = ("surface", "depth", "shadow", "sun_maps", "lamp_maps")
+    reads = ("surface", "depth", "shadow", "sun_maps", "lamp_maps", "ambient_visibility")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
@@ -41,12 +43,17 @@ class LightPass(PixelPass[LightParams]):
             defines += ("FORWARD",)
         if frame.targets.sun_maps is not None:
             defines += ("SHADOWS",)
+        textures: dict[str, moderngl.Texture | RecordTexture] = {}
+        if (ambient := frame.targets.ambient_visibility) is not None:
+            defines += ("AMBIENT_OCCLUSION",)
+            textures |= ambient.textures
+            values |= ambient.uniforms
         even_sky = _even_background(frame) and not frame.common.forward
         if lamps is None:
-            return PixelInputs(defines=defines, uniforms=values, even_sky=even_sky)
+            return PixelInputs(defines=defines, textures=textures, uniforms=values, even_sky=even_sky)
         return PixelInputs(
             defines=(*defines, *lamps.defines),
-            textures=lamps.textures,
+            textures={**textures, **lamps.textures},
             uniforms={**values, **lamps.uniforms},
             strip_pixels=_STRIP_PIXELS,
             even_sky=even_sky,
