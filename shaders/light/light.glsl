@@ -5,6 +5,7 @@
 #include "common/phong.glsl"
 #include "common/pixel.glsl"
 #include "light/background.glsl"
+#from depthwalk.render.target_table import MOST_LIGHT
 #ifdef LAMPS
 #include "light/lamps.glsl"
 #endif
@@ -12,7 +13,7 @@
 void draw_light(inout Pixel pixel) {
     vec3 view = normalize(pixel.ray);
 #ifdef SKY
-    pixel.lit = background_at(view, to_sun);
+    pixel.lit = min(background_at(view, to_sun), MOST_LIGHT);
 #else
 #ifdef FORWARD
     if (is_lit(pixel.surface)) discard;
@@ -28,6 +29,6 @@ void draw_light(inout Pixel pixel) {
     float away = distance_of(pixel.depth);
     colour += of_lamps(pixel.ray * away, away, albedo, specular, shininess, normal, view);
 #endif
-    pixel.lit = vec4(colour, 1.0);
+    pixel.lit = vec4(min(colour, MOST_LIGHT), 1.0);
 #endif
 }
