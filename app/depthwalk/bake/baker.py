@@ -38,7 +38,8 @@ from depthwalk.parallel import Map, batches, thread_map
 from depthwalk.types import Mask
 
 Progress = Callable[[str], None]
-_LEAST_SHARE = 0.3  # of the samples in 5 × 5 texels, which a box face must see better than others to keep the middle
+_LEAST_SHARE = 0.3  # of the 5 × 5 texels around a texel, which a box face must sample better than others to keep it …
+_LONE_SHARE = 0.9  # … or of the samples in them
 _BATCH = 1 << 15  # samples at a time
 _VOXEL = 4  # texels, edge of the voxels over which the samples' sky visibility is averaged
 _OVERLAP = 3  # texels by which a box face extends beyond the area that it samples better than the others
@@ -228,7 +229,8 @@ def _spread(worth: Mask, found: Mask) -> Mask:
     from scipy.ndimage import maximum_filter, uniform_filter
 
     share, samples = (uniform_filter(mask.astype(np.float32), (1, 5, 5)) for mask in (worth, found))
-    worth = worth & (share > _LEAST_SHARE * samples)  # also of thin bars, with empty texels on either side
+    lone = share > _LONE_SHARE * samples  # of thin bars, with empty texels on either side
+    worth = worth & ((share > _LEAST_SHARE) | lone)
     return np.asarray(maximum_filter(worth, (1, 2 * _OVERLAP + 1, 2 * _OVERLAP + 1)))
 
 
