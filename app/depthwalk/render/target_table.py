@@ -50,6 +50,7 @@ R16UI = TextureFormat("R16UI", 1, "u2")
 R8 = TextureFormat("R8", 1, "f1")
 RG32F = TextureFormat("RG32F", 2, "f4")
 DEPTH24 = TextureFormat("DEPTH24", 0, "")
+MOST_LIGHT = 65504.0  # that RGBA16F holds; beyond is infinity, which becomes no number as soon as it is blended
 NORMAL_BITS = 12  # of each octahedral coordinate in `surface`, see shaders/common/gbuffer.glsl
 _ALL_FORMATS = TextureFormat("RG32UI, RGBA16F, DEPTH24", 0, "")
 
