@@ -79,6 +79,14 @@ class Device:
         """Ask the driver whether the context was lost; call it once per picture. Raises ContextLostError."""
         check_reset(self._status)
 
+    def finish(self) -> None:
+        """Wait until everything that was submitted is drawn.
+
+        The context is made current for the wait, since glFinish returns at once without one.
+        """
+        with self.context:
+            self.context.finish()
+
     @property
     def notices_loss(self) -> bool:
         """Return whether the driver reports when the context is lost."""
