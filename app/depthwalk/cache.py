@@ -32,6 +32,8 @@ T = TypeVar("T")
 Origin = TypeVar("Origin")
 Arrays = dict[str, NDArray[Any]]
 
+SMALLEST = 9  # of the levels at which zlib compresses: files a hundredth smaller than at `_USUAL`, in twice the time
+_USUAL = 6
 _DAMAGE = (InputError, ValueError, TypeError, LookupError, ArithmeticError)
 
 
@@ -178,7 +180,7 @@ class ArrayCache(Cache, Generic[T, Origin]):
 
         Raises OSError if it cannot be written.
         """
-        return self.keep(key, lambda path: write_arrays(path, self.arrays(value), self.compressed))
+        return self.keep(key, lambda path: write_arrays(path, self.arrays(value), _USUAL if self.compressed else 0))
 
 
 class DamagedFileError(OSError):
@@ -255,7 +257,7 @@ def cached_files(suffix: str) -> list[CachedFile]:
     return sorted(found, key=lambda file: (file.used, file.path))
 
 
-def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
+def write_arrays(path: Path, arrays: Mapping[str, Any], compression: int = 0) -> None:
     """Write arrays to a `.npz` file atomically.
 
     Parameters
@@ -264,16 +266,20 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False
         The file to write or replace.
     arrays
         The arrays, of any shape and dtype, by the names under which `read_arrays` finds them.
-    compressed
-        Whether to deflate them, which takes longer and makes the file smaller.
+    compression
+        The level at which zlib deflates them, 1 to `SMALLEST`; 0 stores them as they are, which is quickest.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        (np.savez_compressed if compressed else np.savez)(file, **arrays)
+    method = zipfile.ZIP_DEFLATED if compression else zipfile.ZIP_STORED
+    level = compression or None
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", method, compresslevel=level) as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(values), allow_pickle=False)
 
 
 def read_arrays(

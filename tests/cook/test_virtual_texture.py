@@ -1,26 +1,30 @@
 """Lookups in virtual textures against lookups in whole images."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import moderngl
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
+from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.bake.planar import bake_planar
 from depthwalk.cook import colour_pca
 from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import FACE_SHIFT, LodGeometry
+from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.texel_encoding import image_texels
-from depthwalk.cook.used_texels import SUB_TILE
+from depthwalk.cook.used_texels import SUB_TILE, tile_counts, used_sub_tiles
 from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture, build_virtual_texture
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
 from depthwalk.ingest.image import PlanarImage
+from depthwalk.parallel import Map
 from depthwalk.render.resources.asset_store import AssetStore
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Mask, Rows
 from shapes import ShapeLibrary, bake, box, joined, sphere
 
 ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
@@ -227,6 +231,25 @@ def test_what_is_drawn_is_found_in_its_own_segment(
     for number in range(len(baked.images)):
         _, segment = in_pages(pages, number, at[numbers == number], lod, (width, height))
         assert (segment == min(int(lod / LEVELS), pages.last_mip_tier)).all()
+
+
+def test_levels_that_look_up_the_finest_segment_find_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many there are: errors may grow slowly from level to level."""
+    monkeypatch.setattr("depthwalk.cook.interior_visibility.hardly_seen", _none_hidden)
+    baked = statue(160)
+    grids = build_simplified_lods(baked)
+    levels = len(grids.error)
+    assert levels > 6
+    grids = replace(grids, error=square_texel(baked) * np.linspace(0.1, 1.9, levels))  # of a pixel of 4 texels
+    table = build_virtual_texture(baked, grids).table
+    (used,) = used_sub_tiles(baked, grids, [levels])
+    rows, columns = tile_counts(baked.images[0].depth.shape)
+    stored = table[:, :rows, :columns, :, None] >> np.arange(2) & 1  # ending in row, column of the sub-tile
+    assert (stored.swapaxes(2, 3).reshape(used.shape)[used] == 1).all()
+
+
+def _none_hidden(baked: BakedObject, grids: LodGeometry, parallel: Map = map) -> Mask:
+    return np.zeros((len(baked.images), *tile_counts(baked.images[0].depth.shape)), bool)
 
 
 @pytest.mark.slow

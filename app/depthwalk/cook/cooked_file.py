@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, Cylinder, Face, checked_triangles
-from depthwalk.cache import Cache, read_arrays, write_arrays
+from depthwalk.cache import SMALLEST, Cache, read_arrays, write_arrays
 from depthwalk.cook.array_packing import pack_picture, pack_words, unpack_picture, unpack_words
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, bare_image
 from depthwalk.cook.cooked_check import check_geometry, check_texture
@@ -111,7 +111,7 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...], left_o
     version = _PAIRED_LAYOUT if paired else _LAYOUT
     origin = {"key": key, "version": version, "cooked_by": COOK_VERSION, "packed": True, "left_out": left_out}
     columns = {name: _packed(name, values) for name, values in _arrays(objects).items()}
-    write_arrays(path, {"made_of": json.dumps(origin)} | columns, True)
+    write_arrays(path, {"made_of": json.dumps(origin)} | columns, SMALLEST)
 
 
 def cooked_key(path: Path) -> str | None:

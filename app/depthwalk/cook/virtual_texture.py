@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import HAS_COORDINATES, BakedObject, DepthImage, Face
 from depthwalk.cook.colour_pca import few_components
 from depthwalk.cook.coordinate_fill import filled_coordinates
@@ -24,7 +25,7 @@ from depthwalk.cook.mask_packing import pack_masks
 from depthwalk.cook.texel_encoding import image_texels
 from depthwalk.cook.used_texels import SUB_TILE, tile_counts, used_sub_tiles
 from depthwalk.parallel import Map
-from depthwalk.types import Ints, Mask
+from depthwalk.types import Array, Ints, Mask
 
 MAX_MIP_TIERS = 7  # of an image 4⁷ texels wide
 LEVELS = 2  # of detail from one mip tier to the next; a texel of the last is a sub-tile
@@ -32,6 +33,7 @@ LEVELS = 2  # of detail from one mip tier to the next; a texel of the last is a 
 # texture lookups. Normals are smoother than facets: of 0.02, 0.08, 0.15 and 0.25, this one gives pictures most like
 # those of the mesh.
 FLATTEST = 0.08
+_LOD_ERROR = 0.5  # pixels, the default of `render.lod.error`: how far off the levels are that a pixel is drawn by
 _MAX_CHART = 24  # sub-tiles: wider pieces are cut into charts, which pack better
 _NOWHERE = np.iinfo(np.int16).min  # shift of a sub-tile that is not stored
 
@@ -260,9 +262,7 @@ def _charts(baked: BakedObject, grids: LodGeometry, shapes: list[tuple[int, int]
     from depthwalk.cook.interior_visibility import hardly_seen  # here: drawing already cooked objects casts no rays
 
     charts: list[_Chart] = []
-    # A pixel that covers 2^k texels is drawn by levels up to the k-th after the first, and looks up level k − 1 of the
-    # texture. The last before the next mip tier is drawn where this tier has almost faded into the next.
-    levels = [(mip_tier + 1) * LEVELS + 1 for mip_tier in range(len(shapes))]
+    levels = _looking_up(grids.error / square_texel(baked), len(shapes))
     for mip_tier, sub_tiles in enumerate(used_sub_tiles(baked, grids, levels, parallel)):
         # With texture coordinates, colours of coarser tiers are much coarser still.
         if mip_tier == 0 and len(shapes) > 1 and baked.texture is None:
@@ -274,6 +274,20 @@ def _charts(baked: BakedObject, grids: LodGeometry, shapes: list[tuple[int, int]
             for image, part in enumerate(sub_tiles[:, row : row + _MAX_CHART, column : column + _MAX_CHART]):
                 charts += _cut_out(image, mip_tier, (row, column), part)
     return charts
+
+
+def _looking_up(error: Array, mip_tiers: int) -> list[int]:
+    """Return how many of the finest levels look up each mip tier or a finer one.
+
+    A pixel that covers 2^k texels looks up level k − 1 of the texture, and is drawn by the coarsest level that is off
+    by at most `_LOD_ERROR`. Levels that are drawn where a tier has faded by half into the next are left out. At least
+    one level counts for each level of the texture.
+
+    error: (levels,), of the levels, texels, ascending; mip_tiers: how many there are.
+    """
+    tiers = np.arange(mip_tiers)
+    drawn = np.searchsorted(error, _LOD_ERROR * 2.0 ** (tiers * LEVELS + LEVELS))
+    return [int(count) for count in np.minimum(np.maximum(drawn, (tiers + 1) * LEVELS + 1), len(error))]
 
 
 def _covered_quarter(sub_tiles: Mask, shape: tuple[int, int]) -> Mask:
