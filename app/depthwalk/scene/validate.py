@@ -15,11 +15,11 @@ from pydantic_core import ErrorDetails
 from depthwalk.errors import InputError, suggest
 from depthwalk.params import plain_message, shown
 from depthwalk.scene.document import Document, Loc, label, parse_document
+from depthwalk.scene.fields import KIND
 from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
 
 log = logging.getLogger(__name__)
 
-KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 MAX_MESSAGES = 20
 
 Model = TypeVar("Model", bound=BaseModel)
