@@ -167,7 +167,7 @@ class Scope(TextureMaker):
         Parameters
         ----------
         vertex, fragment
-            The text of its two shaders; `gpu.program` has resolved `#include` and `#from`.
+            The text of its two shaders; `gpu.shader_source` has resolved `#include` and `#from`.
 
         Raises
         ------
