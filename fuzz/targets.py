@@ -231,14 +231,20 @@ TARGETS = (
         name="cooked",
         seeds=seeds.cooked,
         read=read_cooked_file,
-        modules=("depthwalk.cook.cooked_file", "depthwalk.cook.array_packing", "depthwalk.cache"),
+        modules=("depthwalk.cook.cooked_file", "depthwalk.cook.array_packing", "depthwalk.array_file"),
         changes={".npz": (change_npz, change_npz)},
     ),
     Target(
         name="cache",
         seeds=lambda: seeds.caches() + [{"kept.exr": files["model.dpci.exr"]} for files in seeds.baked()],
         read=read_cached,
-        modules=("depthwalk.cache", "depthwalk.bake.level_file", "depthwalk.cook.cluster_file", "depthwalk.bake.cache"),
+        modules=(
+            "depthwalk.cache",
+            "depthwalk.array_file",
+            "depthwalk.bake.level_file",
+            "depthwalk.cook.cluster_file",
+            "depthwalk.bake.cache",
+        ),
         changes={".npz": (change_npz, change_npz), ".exr": (change_exr,)},
     ),
 )
