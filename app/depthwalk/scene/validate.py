@@ -222,12 +222,12 @@ def _complaints(error: ValidationError, model: type[BaseModel], source: Source) 
     # For a file of another version, report only the version: every other complaint would be noise.
     details = [detail for detail in details if detail["loc"] == ("version",)] or details
     # Locating a mistake and its likely spelling takes time: of a thousand, only those that are reported get this.
-    told: dict[str, None] = {}
+    messages: dict[str, None] = {}
     for number, detail in enumerate(details, 1):
-        told[str(_complaint(detail, model, source))] = None
-        if len(told) == MAX_MESSAGES and number < len(details):
-            return InputError(*told, f"... and {len(details) - number} more")
-    return InputError(*told)
+        messages[str(_complaint(detail, model, source))] = None
+        if len(messages) == MAX_MESSAGES and number < len(details):
+            return InputError(*messages, f"... and {len(details) - number} more")
+    return InputError(*messages)
 
 
 def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> InputError:

@@ -152,7 +152,7 @@ class Walk:
         self._on_gpu.callback(lambda: self.frames.release())
         self.state.obstacles = self.background.obstacles(self.renderer)
         self.input = Input(self.window, self.state, key_actions(self), lambda: self.frames.finish())
-        on_refresh(self.window, self.input.note_news)
+        on_refresh(self.window, self.input.note_event)
 
     def _open(self, file: Path) -> None:
         """Load a camera path, or show a scene or mesh; change nothing if the file cannot be used."""
@@ -247,7 +247,7 @@ class Walk:
         self.state.advance(dt)
         self.state.record(dt)
         self.state.pull_focus(dt)
-        self._take_news()
+        self._report_background()
         if min(*self.window.size, *self.window.buffer_size) > 0:
             rests = self._shows_all(dt)
             self.state.times.note(dt, shows=not rests)
@@ -279,10 +279,10 @@ class Walk:
             state.atlas,
             self.background.progress,
         )
-        widgets_rest = self._widget_rounds.are_over(content, self.input.take_news())
+        widgets_rest = self._widget_rounds.are_over(content, self.input.had_events())
         return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
 
-    def _take_news(self) -> None:
+    def _report_background(self) -> None:
         """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
         sources = self.renderer.assets.meshes.reader.failures, self.background.failures
         if complaints := [complaint for failures in sources for complaint in failures]:
