@@ -1,6 +1,7 @@
-"""Draw the shadow maps of sun and lamps: depth seen along their light.
+"""Draw the shadow maps of sun and lamps: depth seen along their light (Williams 1978).
 
-Maps are kept from frame to frame; a map is drawn again only if it would change.
+`frame.shadows` lists the maps with their casters. Depth samples are warped in 3-D straight into a map, without an
+impostor, and polygons are projected. Maps are kept from frame to frame; a map is drawn again only if it would change.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
