@@ -152,7 +152,7 @@ def change_exr(data: bytes, rng: random.Random) -> bytes:
     import OpenEXR
 
     from depthwalk.bake.file import channel_checksum
-    from depthwalk.bake.header import ATTRIBUTE
+    from depthwalk.bake.file_layout import ATTRIBUTE
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "x.exr"

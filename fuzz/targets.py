@@ -27,13 +27,7 @@ from depthwalk.scene.scene import MeshAsset
 from fuzz import dictionary, properties, seeds
 from fuzz.bytes_changes import change_text
 from fuzz.case import Change, Target
-from fuzz.container_changes import (
-    change_exr,
-    change_glb,
-    change_npy,
-    change_npz,
-    change_png,
-)
+from fuzz.container_changes import change_exr, change_glb, change_npy, change_npz, change_png
 from fuzz.tree_changes import change_json, change_yaml
 
 INGEST = ("depthwalk.ingest",)
@@ -229,7 +223,7 @@ TARGETS = (
         name="baked",
         seeds=seeds.baked,
         read=lambda path: properties.check_model(read_baked(path)),
-        modules=("depthwalk.bake.file", "depthwalk.bake.header"),
+        modules=("depthwalk.bake.file", "depthwalk.bake.file_layout", "depthwalk.bake.header"),
         words=dictionary.BAKED,
         changes={".exr": (change_exr, change_exr)},
     ),
@@ -237,14 +231,20 @@ TARGETS = (
         name="cooked",
         seeds=seeds.cooked,
         read=read_cooked_file,
-        modules=("depthwalk.cook.cooked_file", "depthwalk.cook.array_packing", "depthwalk.cache"),
+        modules=("depthwalk.cook.cooked_file", "depthwalk.cook.array_packing", "depthwalk.array_file"),
         changes={".npz": (change_npz, change_npz)},
     ),
     Target(
         name="cache",
         seeds=lambda: seeds.caches() + [{"kept.exr": files["model.dpci.exr"]} for files in seeds.baked()],
         read=read_cached,
-        modules=("depthwalk.cache", "depthwalk.bake.level_file", "depthwalk.cook.cluster_file", "depthwalk.bake.cache"),
+        modules=(
+            "depthwalk.cache",
+            "depthwalk.array_file",
+            "depthwalk.bake.level_file",
+            "depthwalk.cook.cluster_file",
+            "depthwalk.bake.cache",
+        ),
         changes={".npz": (change_npz, change_npz), ".exr": (change_exr,)},
     ),
 )

@@ -1,6 +1,5 @@
 """Cached files that are damaged are named, passed over and made again, whenever that is seen."""
 
-import io
 import logging
 import os
 import shutil
@@ -12,12 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import shapes
-from depthwalk import cache
+from depthwalk.array_file import read_arrays, write_arrays
 from depthwalk.assets.bake_job import Baked, Job, Kept
 from depthwalk.assets.batch_bake import Outcome, bake_all
 from depthwalk.assets.library import SceneLibrary
@@ -25,7 +22,7 @@ from depthwalk.bake.cache import BAKED
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.level_file import LEVELS
 from depthwalk.bake.params import ModelParams
-from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
+from depthwalk.cache import DamagedFileError
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked, read_cooked
 from depthwalk.errors import InputError
@@ -36,8 +33,6 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from shapes import bake, sphere
 
-ARRAYS = {"a": np.arange(12, dtype=np.float32).reshape(3, 4), "b.c": np.array("text"), "empty": np.zeros((0, 3))}
-
 
 @pytest.fixture(autouse=True)
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -45,9 +40,9 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-def flip(path: Path, at: int, bit: int = 1) -> None:
+def flip(path: Path, at: int) -> None:
     data = bytearray(path.read_bytes())
-    data[at] ^= bit
+    data[at] ^= 1
     path.write_bytes(data)
 
 
@@ -56,34 +51,6 @@ def flip_within(path: Path, needle: bytes) -> None:
     data = path.read_bytes()
     assert data.count(needle) == 1
     flip(path, data.index(needle) + len(needle) // 2)
-
-
-@pytest.fixture(scope="module")
-def arrays_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("arrays") / "a.npz"
-    write_arrays(path, ARRAYS)
-    return path
-
-
-@given(st.floats(0, 1, exclude_max=True), st.integers(0, 7))
-def test_a_flipped_bit_is_seen_or_harmless(arrays_file: Path, place: float, bit: int) -> None:
-    damaged = arrays_file.with_name("damaged.npz")
-    shutil.copyfile(arrays_file, damaged)
-    flip(damaged, int(place * damaged.stat().st_size), 1 << bit)
-    try:
-        found = read_arrays(damaged, ARRAYS)
-    except ValueError:
-        return
-    for name, value in ARRAYS.items():
-        np.testing.assert_array_equal(found[name], value)
-
-
-@given(st.floats(0, 1, exclude_max=True))
-def test_a_file_cut_short_is_seen(arrays_file: Path, place: float) -> None:
-    short = arrays_file.with_name("short.npz")
-    short.write_bytes(arrays_file.read_bytes()[: int(place * arrays_file.stat().st_size)])
-    with pytest.raises(ValueError):
-        read_arrays(short)
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +92,7 @@ def test_a_walk_goes_on_over_damaged_files(
     flip_within(cooked, before[1].normals.tobytes())
     flip(BAKED.file(library.key(0)), -1000)
     if again:
-        keep = cache.write_arrays
+        keep = write_arrays
 
         def keep_damaged(path: Path, arrays: Arrays) -> None:
             keep(path, arrays)
@@ -239,17 +206,6 @@ def test_what_killed_writers_left_is_swept(home: Path) -> None:
         os.utime(folder / name, (when, when))
     LEVELS.keep("ab", lambda path: path.write_bytes(b"whole"))
     assert {path.name for path in folder.iterdir()} == {*names, "ab.levels.npz"} - {f".{dead}-a.npz"}
-
-
-def test_an_array_larger_than_its_bytes_is_damage(tmp_path: Path) -> None:
-    """A header that lies would make NumPy ask for a terabyte; its CRC-32 is right where somebody crafted it."""
-    stream = io.BytesIO()
-    header = {"descr": "<f4", "fortran_order": False, "shape": (1 << 20, 1 << 18)}
-    np.lib.format.write_array_header_1_0(stream, header)
-    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
-        archive.writestr("a.npy", stream.getvalue() + bytes(64))
-    with pytest.raises(ValueError, match=r"^an array of shape \(1048576, 262144\) in 192 bytes$"):
-        read_arrays(tmp_path / "a.npz")
 
 
 def test_arrays_that_memory_does_not_hold_are_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

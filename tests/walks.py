@@ -15,11 +15,13 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.loading import LoadingScreen
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.state import State
+from depthwalk.walk.viewer import Mode
 from depthwalk.walk.window import Window
 
 HOME = Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0)
@@ -44,6 +46,16 @@ class FakeRenderer:
     ) -> Camera:
         x, y, z = 9 * np.array(away) / np.linalg.norm(away)
         return Camera((x, 1 + y, z), (0, 1, 0), fov)
+
+
+def look(camera: Camera) -> Array:
+    """The unit vector (3,) along which `camera` looks."""
+    return np.subtract(camera.target, camera.position) / math.dist(camera.target, camera.position)
+
+
+def mode_of(walk: State) -> Mode:
+    """The mode now: what an earlier `assert` saw of `walk.mode` is not held to last."""
+    return walk.mode
 
 
 def state(path: bool = True, **environment: Any) -> State:

@@ -67,7 +67,7 @@ def watched_step(walk):
         hud=state.hud,
         captured=bool(window.mouse_exclusivity),
         fast=state.fast,
-        message=state._toast,
+        message=state._toast.message,
         position=state.camera.position,
         look=tuple(state.camera.look),
         recorded=state.recorder.seconds if state.recorder else 0,

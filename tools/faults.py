@@ -58,9 +58,9 @@ def begin(name: str, folder: Path) -> int:
         os.chdir(folder)
         os.environ |= {"XDG_CACHE_HOME": str(folder / "cache"), "TMPDIR": str(folder / "tmp")}
         tempfile.tempdir = None
-        said = os.open("said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-        os.dup2(said, 1)
-        os.dup2(said, 2)
+        output = os.open("output", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(output, 1)
+        os.dup2(output, 2)
         code = _run(name)
     finally:
         os._exit(code)
@@ -126,7 +126,7 @@ class Trial:
         self.seconds = time.perf_counter() - start
         self.whole, self.wrong = written(folder, name), list[str]()
         if code or not self.whole:
-            raise RuntimeError(f"{name}: {(folder / 'said').read_text()}")
+            raise RuntimeError(f"{name}: {(folder / 'output').read_text()}")
 
     def kill(self, delay: float) -> None:
         """Run the command, kill it after `delay` seconds with all its children, and run it again to the end."""
@@ -138,15 +138,15 @@ class Trial:
         finish(process)
         self.check(f"killed after {delay:.3f} s")
         if code := finish(begin(self.name, self.folder)):
-            self.wrong.append(f"the run after one killed after {delay:.3f} s: {code}: {self.said}")
+            self.wrong.append(f"the run after one killed after {delay:.3f} s: {code}: {self.output}")
         self.check("run again")
         if left := left_behind(self.folder):
             self.wrong.append(f"left behind: {left}")
 
     @property
-    def said(self) -> str:
+    def output(self) -> str:
         """What the last run printed."""
-        return (self.folder / "said").read_text(errors="replace")
+        return (self.folder / "output").read_text(errors="replace")
 
     def check(self, when: str) -> None:
         """Record results that differ from those of an undisturbed run."""
@@ -179,9 +179,9 @@ def full_disk(name: str, folder: Path) -> tuple[int, list[str]]:
                 wrong.append(f"{free} pages: {path.name} is torn")
         is_done = name != "save" and all((out / name).read_bytes() == data for name, data in trial.whole.items())
         if code == 0 and not is_done and not (name == "save" and len(list(out.iterdir())) > 1):
-            wrong.append(f"{free} pages: exit code 0, but not written: {trial.said}")
-        if code and "out" not in trial.said:
-            wrong.append(f"{free} pages: the error names no file: {trial.said}")
+            wrong.append(f"{free} pages: exit code 0, but not written: {trial.output}")
+        if code and "out" not in trial.output:
+            wrong.append(f"{free} pages: the error names no file: {trial.output}")
         wrong += [f"{free} pages: left behind {path}" for path in out.glob(".*")]
     return tried, wrong
 

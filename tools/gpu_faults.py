@@ -123,7 +123,7 @@ class Walk:
     def at_rest(self) -> NDArray[np.uint8]:
         """The picture (H, W, 3) that the window shows when nothing changes any more."""
         for number in range(_ROUNDS):
-            self._walk.state._toast = ""
+            self._walk.state.tell("")
             if number > 2 and self._walk.frames.is_current:
                 break
             self._round()

@@ -102,7 +102,7 @@ def measure(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> Measured:
 def _gpu(found: Measured, steps: Sequence[str] = ("cull", "upload", "plan", "occlusion")) -> dict[str, float]:
     """Return the median milliseconds of each pass, the longest first, without the `steps` of the CPU."""
     passes = {name: statistics.median(spent) for name, spent in found.passes.items() if name not in steps}
-    return dict(sorted(passes.items(), key=lambda each: -each[1]))
+    return dict(sorted(passes.items(), key=lambda item: -item[1]))
 
 
 def _row(name: str, found: Measured) -> str:
@@ -182,11 +182,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             compared[walk.name] = _compared(walk.name, found.picture, args.compare)
     print("\n| walk | passes, ms |\n|---|---|")
     for name, spent in passes.items():
-        print(f"| {name} | {', '.join(f'{each} {time_:.2f}' for each, time_ in spent.items() if time_ >= 0.005)} |")
+        print(f"| {name} | {', '.join(f'{pass_} {time_:.2f}' for pass_, time_ in spent.items() if time_ >= 0.005)} |")
     if compared:
         print("\n| walk | against the picture of another machine |\n|---|---|")
-        for name, said in compared.items():
-            print(f"| {name} | {said} |")
+        for name, difference in compared.items():
+            print(f"| {name} | {difference} |")
 
 
 if __name__ == "__main__":

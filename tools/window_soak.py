@@ -122,7 +122,7 @@ class Soak:
             self._step()
 
     def _go(self, camera: Camera) -> None:
-        self._walk.state.turned = None
+        self._walk.state.orbit = None
         self._walk.state.walker.place(camera)
 
     def _resize(self, size: tuple[int, int]) -> None:
@@ -131,7 +131,7 @@ class Soak:
 
     def _come_to_rest(self) -> None:
         for number in range(_MOST_ROUNDS):
-            self._walk.state._toast = ""
+            self._walk.state.tell("")
             if number > 2 and self._walk.frames.is_current and self._walk.background.progress is None:
                 return
             self._step()

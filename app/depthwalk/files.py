@@ -134,10 +134,10 @@ def remove_unfinished(folder: Path, run: str) -> None:
 
     Unlike `remove_leftovers`, this does not wait for a day or check processes: the run may have used other machines.
     """
-    ours = re.compile(rf"\.(?:bake-)?\d{{1,9}}-[0-9a-f]{{6}}-{re.escape(run)}-.+")
+    pattern = re.compile(rf"\.(?:bake-)?\d{{1,9}}-[0-9a-f]{{6}}-{re.escape(run)}-.+")
     with suppress(OSError):
         for path in folder.iterdir():
-            if ours.fullmatch(path.name):
+            if pattern.fullmatch(path.name):
                 with suppress(OSError):
                     shutil.rmtree(path) if path.is_dir() else path.unlink()
 
@@ -206,18 +206,18 @@ def remove_leftovers(folder: Path) -> None:
     """
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
-            if entry.name[:1] == "." and (ours := _OURS.fullmatch(entry.name)):
+            if entry.name[:1] == "." and (match := _OURS.fullmatch(entry.name)):
                 with suppress(OSError):  # another process removes as well
-                    if _is_left_over(entry, ours):
+                    if _is_left_over(entry, match):
                         is_folder = entry.is_dir(follow_symlinks=False)
                         shutil.rmtree(entry.path) if is_folder else os.unlink(entry.path)
 
 
-def _is_left_over(entry: "os.DirEntry[str]", ours: "re.Match[str]") -> bool:
-    """Return whether a file or folder, whose name `ours` has matched, will never be finished. Raises OSError."""
-    if _is_running(int(ours["process"])):
+def _is_left_over(entry: "os.DirEntry[str]", match: "re.Match[str]") -> bool:
+    """Return whether a file or folder, whose name gave `match`, will never be finished. Raises OSError."""
+    if _is_running(int(match["process"])):
         return False
-    is_here = ours["machine"] == _machine() and os.name != "nt"
+    is_here = match["machine"] == _machine() and os.name != "nt"
     return is_here or time.time() - entry.stat(follow_symlinks=False).st_mtime > _STALE
 
 

@@ -71,7 +71,7 @@ class VideoEncoder:
             stderr=subprocess.PIPE,
             **_own_group(),
         )
-        self._said: deque[bytes] = deque(maxlen=10)  # the last lines, in memory, since a file would not fit a full disk
+        self._last_lines: deque[bytes] = deque(maxlen=10)  # in memory, since a file would not fit a full disk
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
@@ -93,13 +93,13 @@ class VideoEncoder:
             self._process.stdin.close()
         status = self._process.wait()
         self._listener.join(_PATIENCE)
-        said = [line.decode("utf-8", "replace").strip() for line in self._said if line.strip()]
+        lines = [line.decode("utf-8", "replace").strip() for line in self._last_lines if line.strip()]
         if not status:
-            for line in said:
+            for line in lines:
                 log.info("video encoder: %s", line)
             return ""
         how = f"was ended by signal {-status}" if status < 0 else f"failed with status {status}"
-        return f"the video encoder {how}" + (f": {said[-1][:200]}" if said else "")
+        return f"the video encoder {how}" + (f": {lines[-1][:200]}" if lines else "")
 
     def end(self) -> None:
         """Stop the encoder if it still runs, and close the pipe to it. May be called more than once."""
@@ -114,7 +114,7 @@ class VideoEncoder:
         """Collect the encoder's output in a thread: a full pipe would block it."""
         assert self._process.stderr is not None
         with self._process.stderr as lines:
-            self._said.extend(lines)
+            self._last_lines.extend(lines)
 
 
 @contextmanager

@@ -1,4 +1,5 @@
-// Computes the light that a surface reflects to the viewer, linear. Twin: reference/light.py.
+// Computes the light that a surface reflects to the viewer, linear:
+// albedo · max(n · l, 0) + specular · max(r · l, 0)^shininess (Phong 1975). Twin: reference/light.py.
 #from depthwalk.render.lighting.irradiance import POLYNOMIALS, UPRIGHT_POLYNOMIALS
 uniform vec3 to_sun;        // world
 uniform vec3 sun;           // linear, on a white surface that faces it
@@ -9,7 +10,7 @@ uniform vec3 ambient[UPRIGHT_POLYNOMIALS];
 uniform vec3 ambient[POLYNOMIALS];
 #endif
 
-// Returns what a surface reflects of light of strength 1 (Phong 1975). view: from the viewer; all vectors are of unit length
+// Returns what a surface reflects of light of strength 1. view: from the viewer; all vectors are of unit length
 // and in the same frame.
 vec3 phong(vec3 albedo, float specular, float shininess, vec3 normal, vec3 view, vec3 to_light) {
     float lambert = max(dot(normal, to_light), 0.0);

@@ -1,5 +1,5 @@
-// Computes fog between the viewer and lit surfaces, in world space, and blends it by its transmittance (Beer and Lambert).
-// Twin: reference/fog.py.
+// Computes fog between the viewer and lit surfaces, in world space, and blends it by its transmittance e^(−density · metres)
+// (Beer and Lambert). Twin: reference/fog.py.
 // FOG_COLOUR: it has its own colour; else that of the sky at the horizon. TRANSPARENT: no fog where nothing was drawn.
 #include "common/pixel.glsl"
 #ifdef FOG_COLOUR

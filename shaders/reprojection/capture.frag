@@ -1,4 +1,5 @@
-// Writes a finished picture into a map of all directions. Twin: reference/surround.py.
+// Writes colour and distance of a finished picture into a map of all directions, octahedral (surround.glsl). Twin:
+// reference/surround.py.
 #from depthwalk.render.reprojection.surround import SURROUND_SIZE
 #include "reprojection/surround.glsl"
 uniform sampler2D picture;          // sRGB

@@ -1,4 +1,5 @@
-// Computes the part of the sun's light that reaches a pixel's surface, in world space.
+// Computes the part of the sun's light that reaches a pixel's surface, 0 to 1, in world space, from the shadow maps
+// (sun_maps.glsl).
 #include "common/gbuffer.glsl"
 #include "common/pixel.glsl"
 #include "common/sun_maps.glsl"

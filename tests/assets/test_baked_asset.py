@@ -12,15 +12,16 @@ import pytest
 from depthwalk.api.mesh import bake_mesh
 from depthwalk.api.renderer import Renderer
 from depthwalk.api.scene import load_scene as load_public
+from depthwalk.array_file import read_arrays, write_arrays
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.cache import forget, read_arrays, write_arrays
+from depthwalk.cache import forget
 from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.asset_schema import DpciParams
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import BakedAsset, MeshAsset
-from depthwalk.scene.schema import DpciParams
 
 FILES = ("ball.dpci.npz", "ball.dpci.exr")
 

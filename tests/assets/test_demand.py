@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from depthwalk.assets.demand import Stock, asked_for, cook_options, nearest_first
+from depthwalk.assets.demand import AssetCapabilities, cook_options, nearest_first, requested_representations
 from depthwalk.cook.cook import CookOptions
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.render_settings import RenderSettings
@@ -49,10 +49,16 @@ def test_assets_come_by_their_nearest_object_each_once() -> None:
 
 
 def test_a_representation_is_forced_on_what_has_it() -> None:
-    placed, stock = objects([0, 1], [0, 1]), cast(Stock, MeshesAlone())
-    assert asked_for(placed, stock, Representation.MESH).tolist() == [Representation.DPCI, Representation.MESH]
-    assert asked_for(placed, stock, Representation.RELIEF).tolist() == [Representation.RELIEF, Representation.DPCI]
-    assert (asked_for(placed, stock, None) == placed.representation).all()
+    placed, assets = objects([0, 1], [0, 1]), cast(AssetCapabilities, MeshesAlone())
+    assert requested_representations(placed, assets, Representation.MESH).tolist() == [
+        Representation.DPCI,
+        Representation.MESH,
+    ]
+    assert requested_representations(placed, assets, Representation.RELIEF).tolist() == [
+        Representation.RELIEF,
+        Representation.DPCI,
+    ]
+    assert (requested_representations(placed, assets, None) == placed.representation).all()
 
 
 @pytest.mark.parametrize(

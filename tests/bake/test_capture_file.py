@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from depthwalk.array_file import write_arrays
 from depthwalk.bake.capture import capture_views
 from depthwalk.bake.capture_file import CAPTURES
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
-from depthwalk.cache import write_arrays
 from shapes import box
 
 PARAMS = CaptureParams(directions="sphere", count=3, resolution=8)

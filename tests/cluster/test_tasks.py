@@ -46,7 +46,7 @@ class Here(Cluster):
     def is_connected(self) -> bool:
         return self.mute_at < 0 or self.returned > 0
 
-    def reconnect(self, heed: Callable[[], None]) -> None:
+    def reconnect(self, check_interrupt: Callable[[], None]) -> None:
         self.returned += 1
 
 

@@ -106,7 +106,7 @@ def test_a_worker_gets_names_that_mean_the_same_to_it(
     monkeypatch.chdir(scenes[0].parent)
     asked: list[Path] = []
 
-    def run_tasks(cluster: object, tasks: Any, progress: object, heed: object) -> Any:
+    def run_tasks(cluster: object, tasks: Any, progress: object, check_interrupt: object) -> Any:
         for number, task in enumerate(tasks):
             asked.append(task.arguments[0].file.path)
             yield number, task.function(*task.arguments)

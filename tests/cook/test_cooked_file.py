@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from depthwalk.cache import read_arrays, write_arrays
+from depthwalk.array_file import SMALLEST, read_arrays, write_arrays
 from depthwalk.cook import colour_pca
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import cooked_key, find_cooked, keep_cooked, read_cooked, write_cooked
@@ -88,7 +88,7 @@ def test_a_damaged_file_is_none(made: tuple[CookedObject, ...], folder: Path) ->
 def test_documents_nested_deeply_are_refused(tmp_path: Path, document: str) -> None:
     """Deeper in a stack of calls, fewer levels suffice for what the first document does."""
     path = tmp_path / "a.dpci.npz"
-    write_arrays(path, {"made_of": document}, True)
+    write_arrays(path, {"made_of": document}, SMALLEST)
     assert cooked_key(path) is None
     with pytest.raises(InputError) as caught:
         read_cooked(path)

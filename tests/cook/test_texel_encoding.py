@@ -9,7 +9,7 @@ import pytest
 from depthwalk.bake.images import Face
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD, depth_code, encode_normals, image_texels
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.program import Source
+from depthwalk.gpu.shader_source import ShaderSource
 from depthwalk.types import Array
 from shapes import bake, sphere
 
@@ -55,7 +55,7 @@ def test_depths_are_told_apart_by_their_remainders(gl_device: Device) -> None:
     depth[:1000] = stored[:1000] + rng.uniform(-3, 3, 1000)
     asked = np.column_stack([depth_code(stored) / 255, depth]).astype(np.float32)
     scope = gl_device.scope("test")
-    text = Source("common/depth_images.glsl", "").text + OFF
+    text = ShaderSource("common/depth_images.glsl", "").text + OFF
     program = gl_device.context.program(vertex_shader=text, varyings=("off",))
     scope.framebuffer([scope.texture((4, 4), 4)]).use()
     array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f", "both")])
@@ -87,7 +87,7 @@ def looked_up(gl_device: Device, function: str, codes: tuple[int, ...], asked: f
     stored[..., 3] = np.repeat(codes, side)
     table = np.array([[layer * side, 0] for layer in range(layers)], np.int16).reshape(layers, 1, 1, 2) + np.int16(3)
     scope = gl_device.scope("test")
-    text = Source("common/depth_images.glsl", "").text + function.replace("IMAGE", str(side))
+    text = ShaderSource("common/depth_images.glsl", "").text + function.replace("IMAGE", str(side))
     program = gl_device.context.program(vertex_shader=text, varyings=("found",))
     scope.framebuffer([scope.texture((4, 4), 4)]).use()
     scope.texture((layers * side, side), 4, data=stored.tobytes()).use(0)

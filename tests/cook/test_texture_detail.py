@@ -12,7 +12,7 @@ from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.texture_detail import Detail, at_detail, can_leave_out, detail_for
 from depthwalk.cook.virtual_texture import VirtualTexture, build_virtual_texture
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.program import Source
+from depthwalk.gpu.shader_source import ShaderSource
 from depthwalk.render.resources.surface_texture import upload_texture
 from shapes import bake, box, joined, sphere
 
@@ -97,7 +97,7 @@ def looked_up(
     scope = device.scope("test")
     uploaded = upload_texture(scope, texture, detail)
     preamble = "".join(f"#define {name} 1\n" for name in uploaded.defines)
-    text = Source("common/virtual_texture.glsl", preamble).text + LOOK_UP
+    text = ShaderSource("common/virtual_texture.glsl", preamble).text + LOOK_UP
     program = device.context.program(vertex_shader=text, varyings=("normal", "colour"))
     units = {"page_normals": 0, "page_colours": 1, "page_tints": 2, "page_table": 3}
     for unit, picture in enumerate((uploaded.normals, uploaded.colours, uploaded.tints)):

@@ -20,7 +20,7 @@ from depthwalk.cook.texel_encoding import image_texels
 from depthwalk.cook.used_texels import SUB_TILE, tile_counts, used_sub_tiles
 from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture, build_virtual_texture
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.program import Source
+from depthwalk.gpu.shader_source import ShaderSource
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.parallel import Map
 from depthwalk.render.resources.asset_store import AssetStore
@@ -303,7 +303,7 @@ def match_shader(gl_device: Device, baked: BakedObject, pages: VirtualTexture) -
     store.parts.options = CookOptions(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.parts.numbers(0)[0])
     preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
-    text = Source("common/virtual_texture.glsl", preamble).text + LOOK_UP
+    text = ShaderSource("common/virtual_texture.glsl", preamble).text + LOOK_UP
     program = gl_device.context.program(vertex_shader=text, varyings=("normal", "colour", "magnified", "misplaced"))
     texture = drawn.texture
     assert texture is not None

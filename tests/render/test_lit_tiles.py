@@ -8,7 +8,7 @@ import pytest
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.program import Source
+from depthwalk.gpu.shader_source import ShaderSource
 from depthwalk.reference.light import Surfaces
 from depthwalk.reference.tile_light import filtered_light, forward_light
 from depthwalk.render.headless import HeadlessRenderer
@@ -64,7 +64,9 @@ def test_vertices_carry_what_finds_their_point_again(gl_device: Device) -> None:
     samples[:, 3] = 0  # no flags
     scope = gl_device.scope("test")
     varyings = ("surface_point", "seen_from", "rotation")
-    program = gl_device.context.program(vertex_shader=Source("warp/warp.vert", "#define LIT\n").text, varyings=varyings)
+    program = gl_device.context.program(
+        vertex_shader=ShaderSource("warp/warp.vert", "#define LIT\n").text, varyings=varyings
+    )
     program["box_low"], program["box_size"] = (-1, -1, -1), (2, 2, 2)
     vertices, instances = scope.buffer(samples), scope.buffer(records)
     layout = "4f 4f 4f 3f 36x 16x 4f/i"

@@ -14,7 +14,8 @@ from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 from depthwalk.geometry.support_function import box_support_values
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GpuError
-from depthwalk.gpu.program import Program, Source
+from depthwalk.gpu.program import Program
+from depthwalk.gpu.shader_source import ShaderSource
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference.light import Surfaces, phong
 from depthwalk.reference.warp import warp
@@ -55,7 +56,9 @@ def test_pass_one_matches_its_twin(gl_device: Device) -> None:
     low, size = np.array([-0.8, -0.5, -0.8]), np.array([1.6, 2.0, 1.6])
 
     scope = gl_device.scope("test")
-    program = gl_device.context.program(vertex_shader=Source("warp/warp.vert", "").text, varyings=("gl_Position",))
+    program = gl_device.context.program(
+        vertex_shader=ShaderSource("warp/warp.vert", "").text, varyings=("gl_Position",)
+    )
     program["box_low"], program["box_size"] = tuple(low), tuple(size)
     vertices, instances = scope.buffer(samples), scope.buffer(records)
     layout = "4f 4f 4f 3f 3f 3f 3f 32x/i"
@@ -226,7 +229,7 @@ def test_compiler_messages_name_file_and_line(
     (folder / "a.vert").write_text('#include "broken/b.glsl"\nvoid main() { gl_Position = vec4(f()); }\n')
     (folder / "b.glsl").write_text("float f() {\n    return nothing;\n}\n")
     (folder / "c.frag").write_text("void main() {}\n")
-    monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
+    monkeypatch.setattr("depthwalk.gpu.shader_source.shader_root", lambda: tmp_path)
     scope = gl_device.scope("test")
     with pytest.raises(GpuError, match=r"shaders/broken/b\.glsl:2"):
         _ = Program(scope, "broken/a.vert", "broken/c.frag").gl
@@ -262,8 +265,8 @@ def test_constants_of_python_reach_the_shaders(
         "#from depthwalk.colour import LUMINANCE\n"
         "#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
     )
-    monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
-    lines = Source("some/a.glsl").text.splitlines()
+    monkeypatch.setattr("depthwalk.gpu.shader_source.shader_root", lambda: tmp_path)
+    lines = ShaderSource("some/a.glsl").text.splitlines()
     for expected in (
         f"#define BORDER {BORDER}",
         f"#define MOST_EASE {EASE}",
@@ -290,9 +293,9 @@ def test_a_constant_that_python_has_not_is_an_error(tmp_path: Path, monkeypatch:
     folder = tmp_path / "some"
     folder.mkdir()
     (folder / "a.glsl").write_text(f"// A comment.\n{line}\n")
-    monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
+    monkeypatch.setattr("depthwalk.gpu.shader_source.shader_root", lambda: tmp_path)
     with pytest.raises(GpuError, match=r"shaders/some/a\.glsl:2: "):
-        Source("some/a.glsl")
+        ShaderSource("some/a.glsl")
 
 
 def test_every_shader_says_what_it_does() -> None:
@@ -305,7 +308,7 @@ def test_every_shader_says_what_it_does() -> None:
 def test_nothing_is_written_that_some_compilers_refuse() -> None:
     """Mesa allows extensions after code, too; Khronos' compiler takes any `.length` for a method of arrays."""
     for path in shader_root().rglob("*.*"):
-        text = re.sub(r"//.*", "", Source(path.relative_to(shader_root()).as_posix()).text)
+        text = re.sub(r"//.*", "", ShaderSource(path.relative_to(shader_root()).as_posix()).text)
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         code = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
         assert not any(line.startswith("#extension") for line in lines[code:]), path
@@ -313,10 +316,10 @@ def test_nothing_is_written_that_some_compilers_refuse() -> None:
 
 
 def test_constants_that_shaders_name_exist_and_are_used() -> None:
-    """`Source` raises GpuError for one that does not exist."""
+    """`ShaderSource` raises GpuError for one that does not exist."""
     line = re.compile(r"^#from (\S+) import ([^/\n]+)", re.MULTILINE)
     for path in shader_root().rglob("*.*"):
-        Source(path.relative_to(shader_root()).as_posix())
+        ShaderSource(path.relative_to(shader_root()).as_posix())
         text = path.read_text(encoding="utf-8")
         for _, items in line.findall(text):
             for item in items.split(","):

@@ -17,7 +17,8 @@ from depthwalk.render.shadows.cascades import fit_cascades
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
-from depthwalk.render.world.render_world import FrameResidency, RenderWorld
+from depthwalk.render.world.frame_residency import FrameResidency
+from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.scene.environment import Environment, LampParams

@@ -98,7 +98,7 @@ def slow_walk() -> Any:
         walker=SimpleNamespace(position=(-123.45, 12.34, 123.45), yaw=-3.0, pitch=-1.0, speed=3.0),
         playback=SimpleNamespace(playing=True, time=123.4),
         recorder=None,
-        turned=None,
+        orbit=None,
         mode=Mode.FLY,
     )
 

@@ -66,7 +66,7 @@ def test_a_key_that_is_held_changes_no_widget(window: Any) -> None:
         window.unicode_char_entered_func("w")
         assert not window.input.is_editing
         window.frame()
-    assert window.input.take_news()
+    assert window.input.had_events()
     window.state.held.press.assert_called_once()
     window.state.held.release.assert_called_once()
 

@@ -13,6 +13,7 @@ from depthwalk.scene.camera import clip_from_view, view_from_world
 from depthwalk.types import Array
 from depthwalk.walk import orbit
 from depthwalk.walk.controls import MAX_PITCH
+from walks import look
 
 coordinate = st.floats(-1000, 1000)
 drag = st.floats(-2000, 2000)
@@ -32,10 +33,6 @@ def on_screen(camera: Camera, point: tuple[float, float, float]) -> Array:
     """Where a square picture shows `point`, −1 to 1, up and to the right."""
     x, y, _, w = clip_from_view(camera.fov, 1.0, 1e-3, 1e6) * view_from_world(camera) * glm.dvec4(*point, 1)
     return np.array([x, y]) / w
-
-
-def look(camera: Camera) -> Array:
-    return np.subtract(camera.target, camera.position) / math.dist(camera.target, camera.position)
 
 
 @given(cameras(), drag, drag)

@@ -14,24 +14,18 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import GroundParams, WalkParams
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Array
 from depthwalk.walk.collision.body import RADIUS
 from depthwalk.walk.controls import EYE_HEIGHT, Move
 from depthwalk.walk.orbit import Side
 from depthwalk.walk.state import State
 from depthwalk.walk.viewer import Mode
-from walks import HOME, show_at, state
+from walks import HOME, look, mode_of, state
 
 
 def is_playing(walk: State) -> bool:
     """Whether the path plays that `walk` has."""
     assert walk.playback is not None
     return walk.playback.playing
-
-
-def mode_of(walk: State) -> Mode:
-    """The mode now: what an earlier `assert` saw of `walk.mode` is not held to last."""
-    return walk.mode
 
 
 def test_a_path_leads_the_camera_until_a_key_takes_over() -> None:
@@ -99,36 +93,6 @@ def test_walking_stands_on_the_scenes_ground() -> None:
     assert walk.camera.position[1] == pytest.approx(3.0 + EYE_HEIGHT)
 
 
-def look(camera: Camera) -> Array:
-    difference = np.subtract(camera.target, camera.position)
-    return difference / np.linalg.norm(difference)
-
-
-def test_orbit_begins_with_the_same_view_about_what_is_in_the_middle() -> None:
-    walk = state(path=False)
-    show_at(walk, (0.0, 1.0, 2.0))
-    walk.toggle_orbit()
-    assert mode_of(walk) is Mode.ORBIT
-    assert walk.camera.position == HOME.position and walk.camera.target == pytest.approx((0, 1, 2))
-    walk.look(100, 30)
-    assert math.dist(walk.camera.position, (0, 1, 2)) == pytest.approx(3) and walk.camera.position[0] < -1
-    assert walk.camera.target == pytest.approx((0, 1, 2))
-    before = walk.camera
-    walk.toggle_orbit()
-    assert mode_of(walk) is Mode.FLY
-    assert walk.camera.position == before.position and look(walk.camera) == pytest.approx(look(before))
-
-
-def test_orbit_before_the_sky_is_about_all_objects_or_as_far() -> None:
-    walk = state(path=False)
-    walk.toggle_orbit()
-    assert walk.camera.target == pytest.approx((0, 1, 0))
-    away = state(path=False)
-    away.walker.place(Camera((0, 1, 5), (0, 1, 9), 1.0))
-    away.toggle_orbit()
-    assert away.camera.target == pytest.approx((0, 1, 7))
-
-
 def test_all_is_seen_from_a_side_and_then_from_the_other() -> None:
     walk = state(path=False)
     for side, towards in ((Side.RIGHT, (-1, 0, 0)), (Side.ABOVE, (0, -1, 0)), (Side.FRONT, (0, 0, -1))):
@@ -140,38 +104,6 @@ def test_all_is_seen_from_a_side_and_then_from_the_other() -> None:
         walk.frame_all(1.5, side)
         assert look(walk.camera) == pytest.approx(towards, abs=0.02)
     assert mode_of(walk) is Mode.FLY
-
-
-def test_the_turntable_turns_once_in_twelve_seconds_until_somebody_moves() -> None:
-    walk = state(path=False)
-    walk.toggle_turntable()
-    assert mode_of(walk) is Mode.ORBIT
-    places = []
-    for _ in range(120):
-        walk.advance(0.1)
-        places.append(walk.camera.position)
-    assert walk.camera.target == pytest.approx((0, 1, 0)) and {round(math.dist(p, (0, 1, 0)), 6) for p in places} == {5}
-    assert places[59] == pytest.approx((0, 1, -5)) and places[119] == pytest.approx(HOME.position, abs=1e-9)
-    for stop in (walk.toggle_turntable, lambda: walk.look(1, 0), lambda: walk.held.press(Move.LEFT), walk.go_home):
-        walk.turntable = True
-        stop()
-        walk.advance(0.1)
-        assert not walk.turntable
-    walk.toggle_turntable()
-    walk.toggle_orbit()
-    assert mode_of(walk) is Mode.FLY and not walk.turntable
-
-
-def test_a_long_message_is_shown_longer(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = [0.0]
-    monkeypatch.setattr("depthwalk.walk.viewer.time.monotonic", lambda: now[0])
-    walk = state()
-    for message, seconds in (("Flying", 4), ("a mistake " * 15, 10)):
-        walk.tell(message)
-        now[0] += seconds - 0.1
-        assert walk.toast == message
-        now[0] += 0.2
-        assert not walk.toast
 
 
 def test_why_objects_are_missing_is_told_below_the_message() -> None:
@@ -193,30 +125,6 @@ def test_why_objects_are_missing_is_told_below_the_message() -> None:
         walk.tell("")
 
 
-def test_keys_take_the_target_along() -> None:
-    walk = state(path=False)
-    walk.toggle_orbit()
-    walk.held.press(Move.RIGHT)
-    for _ in range(20):
-        walk.advance(0.05)
-        walk.look(0, 1)  # does not brake
-    moved = walk.camera.target[0]
-    assert walk.walker.speed * 0.8 < moved < walk.walker.speed
-    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(5)
-    assert walk.walker.camera.position == walk.camera.position
-
-
-def test_the_wheel_nears_in_orbit_and_speeds_up_else() -> None:
-    walk = state(path=False)
-    speed = walk.walker.speed
-    walk.wheel(1)
-    assert walk.walker.speed > speed and walk.camera.position == HOME.position
-    walk.toggle_orbit()
-    walk.wheel(1)
-    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(4.5)
-    assert walk.walker.speed < 1.3 * speed
-
-
 @pytest.mark.parametrize("orbit", [False, True])
 def test_the_field_of_view_changes_where_one_stands_and_home_restores_it(orbit: bool) -> None:
     walk = state(path=False)
@@ -233,21 +141,6 @@ def test_the_field_of_view_changes_where_one_stands_and_home_restores_it(orbit: 
     assert walk.camera.fov == HOME.fov
 
 
-def test_turning_to_a_target_takes_a_moment() -> None:
-    walk = state(path=False)
-    show_at(walk, (2.0, 1.0, 1.0))
-    walk.turn_about(0.7, 0.5)
-    walk.advance(0.02)
-    assert 0.1 < walk.camera.target[0] < 1.9 and walk.camera.position == HOME.position
-    for _ in range(60):
-        walk.advance(0.02)
-    assert walk.camera.target == (2, 1, 1) and walk.camera.position == HOME.position and mode_of(walk) is Mode.ORBIT
-    show_at(walk, None)
-    walk.turn_about(0.1, 0.1)
-    walk.advance(0.02)
-    assert walk.camera.target == (2, 1, 1) and "No surface" in walk.toast
-
-
 @pytest.mark.parametrize("orbit", [False, True])
 def test_framing_all_keeps_the_direction(orbit: bool) -> None:
     walk = state()
@@ -260,24 +153,6 @@ def test_framing_all_keeps_the_direction(orbit: bool) -> None:
     walk.frame_all(1.5)
     assert look(walk.camera) == pytest.approx(before) and not is_playing(walk)
     assert np.add(walk.camera.position, 9 * before) == pytest.approx([0, 1, 0])
-
-
-def test_a_path_that_plays_in_orbit_leaves_the_target_as_far() -> None:
-    walk = state()
-    walk.toggle_orbit()
-    walk.toggle_path()
-    walk.advance(0.5)
-    walk.look(10, 0)
-    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(5)
-
-
-def test_home_is_home_in_orbit_too() -> None:
-    walk = state(path=False)
-    walk.toggle_orbit()
-    walk.look(300, 40)
-    walk.pan(0.3, 0.2)
-    walk.go_home()
-    assert walk.camera == HOME
 
 
 def test_a_mesh_alone_is_turned_about_and_a_scene_walked_through() -> None:

@@ -139,8 +139,7 @@ class PlainEngine:
 
     def finish(self) -> None:
         """Wait until the frame is drawn."""
-        with self.device.context:
-            self.device.context.finish()
+        self.device.finish()
 
     def pixels(self) -> Picture:
         """Return the picture drawn last, (H, W, 4) uint8, top row first."""

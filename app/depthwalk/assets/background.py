@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from depthwalk.assets.bake_pool import BakePool
-from depthwalk.assets.demand import asked_for, cook_options, nearest_first
+from depthwalk.assets.demand import cook_options, nearest_first, requested_representations
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.assets.progress import Batch, Progress
 from depthwalk.cook.cook import CookedObject, CookOptions, HeldArrays, Prefetcher
@@ -93,7 +93,7 @@ class BackgroundLibrary(SceneLibrary):
             The representation of all objects whose asset has it; None: each object's own.
         """
         camera, options = scene.camera, cook_options(scene.render)
-        of_mesh = np.isin(asked_for(scene.objects, self, forced), OF_MESH)
+        of_mesh = np.isin(requested_representations(scene.objects, self, forced), OF_MESH)
         imaged = set(scene.objects.asset[~of_mesh].tolist())
         for asset in nearest_first(scene.objects, None if camera is None else np.array(camera.position)):
             if asset in imaged:

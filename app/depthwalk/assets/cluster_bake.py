@@ -10,7 +10,7 @@ from depthwalk.cluster.tasks import Progress, Task, run_tasks
 from depthwalk.files import remove_leftovers
 
 
-def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Callable[[], None]) -> Outcomes:
+def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, check_interrupt: Callable[[], None]) -> Outcomes:
     """Do jobs on a cluster whose workers see the same files under the same names; yield each outcome as the job ends.
 
     Parameters
@@ -19,7 +19,7 @@ def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Cal
         The cluster that bakes the meshes.
     jobs
         The jobs; all their files must differ.
-    progress, heed
+    progress, check_interrupt
         As in `run_tasks`.
 
     Yields
@@ -40,7 +40,7 @@ def bake_on(cluster: Cluster, jobs: Sequence[Job], progress: Progress, heed: Cal
         for job in jobs
     ]
     cluster.folders |= folders
-    yield from run_tasks(cluster, tasks, progress, heed)  # type: ignore[misc]  # the results of `bake_whole`
+    yield from run_tasks(cluster, tasks, progress, check_interrupt)  # type: ignore[misc]  # the results of `bake_whole`
 
 
 def _job_key(job: Job) -> str:

@@ -11,7 +11,7 @@ from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array
 
 
-class Stock(Protocol):
+class AssetCapabilities(Protocol):
     """Describe an object that knows what each asset has, by its number."""
 
     def __len__(self) -> int:
@@ -31,14 +31,16 @@ class Stock(Protocol):
         ...
 
 
-def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> NDArray[np.uint8]:
+def requested_representations(
+    objects: Objects, assets: AssetCapabilities, forced: Representation | None
+) -> NDArray[np.uint8]:
     """Return how each object is to be drawn.
 
     Parameters
     ----------
     objects
         The scene's n objects.
-    stock
+    assets
         Knows what each asset has.
     forced
         The representation of all objects whose asset has it; None: each object's own.
@@ -50,11 +52,11 @@ def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> 
     """
     representation = objects.representation.copy()
     if forced is not None:
-        has = stock.has_mesh if forced in OF_MESH else stock.has_baked
-        has = stock.has_height_field if forced in HEIGHT_FIELDS else has
-        able = np.array([has(asset) for asset in range(len(stock))], bool)
+        has = assets.has_mesh if forced in OF_MESH else assets.has_baked
+        has = assets.has_height_field if forced in HEIGHT_FIELDS else has
+        able = np.array([has(asset) for asset in range(len(assets))], bool)
         if forced is Representation.AUTO:  # needs both to choose from
-            able &= np.array([stock.has_mesh(asset) for asset in range(len(stock))], bool)
+            able &= np.array([assets.has_mesh(asset) for asset in range(len(assets))], bool)
         representation[able[objects.asset]] = forced
     return representation
 

@@ -6,7 +6,7 @@ import logging
 from pathlib import Path
 
 from depthwalk.bake.file import SUFFIX, read_baked, read_header, write_baked
-from depthwalk.bake.header import FORMAT_VERSION
+from depthwalk.bake.file_layout import FORMAT_VERSION
 from depthwalk.bake.model import BakedModel
 from depthwalk.cache import Cache
 from depthwalk.errors import InputError

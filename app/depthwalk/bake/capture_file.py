@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from depthwalk.array_file import Arrays, check_array
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
-from depthwalk.cache import ArrayCache, Arrays, check_array
+from depthwalk.cache import ArrayCache
 
 _ARRAYS = ("centre", "half_size", "colour", "surface")
 _NUMBERS = ("radius", "specular", "shininess")

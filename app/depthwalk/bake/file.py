@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.file_parts import Channels, object_from, object_parts
-from depthwalk.bake.header import (
+from depthwalk.bake.file_layout import (
     ATTRIBUTE,
     FORMAT_VERSION,
     GEOMETRY,
@@ -32,12 +31,10 @@ from depthwalk.bake.header import (
     PLACEMENT,
     TEXTURED_VERSION,
     channel_type,
-    check_entries,
-    complaints,
-    first_line,
-    inspect_header,
     split_name,
 )
+from depthwalk.bake.file_parts import Channels, object_from, object_parts
+from depthwalk.bake.header import check_entries, complaints, first_line, inspect_header
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError

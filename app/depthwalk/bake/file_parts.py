@@ -9,17 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.file_layout import CHANNELS, COORDINATES, LISTS, TEXTURE, TEXTURE_CHANNELS, is_list, is_texture
 from depthwalk.bake.grid import grid_cells
-from depthwalk.bake.header import (
-    CHANNELS,
-    COORDINATES,
-    LISTS,
-    TEXTURE,
-    TEXTURE_CHANNELS,
-    Header,
-    is_list,
-    is_texture,
-)
+from depthwalk.bake.header import Header
 from depthwalk.bake.images import BakedObject, BoundaryStrip, DepthImage, Face
 from depthwalk.colour import linear_from_srgb8, srgb8_from_linear
 

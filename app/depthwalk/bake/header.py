@@ -11,28 +11,28 @@ from typing import Any
 import numpy as np
 
 from depthwalk import limits
+from depthwalk.bake.file_layout import (
+    ATTRIBUTE,
+    FORMAT_VERSION,
+    GEOMETRY,
+    HAS_INTERIOR,
+    LEFT_OUT,
+    LISTS,
+    MESH_TRIANGLES,
+    PLACEMENT,
+    TEXTURED_VERSION,
+    channel_names,
+    channel_type,
+    is_list,
+    is_part,
+    is_texture,
+    split_name,
+)
 from depthwalk.bake.grid import MAX_STEPS
-from depthwalk.bake.images import Cylinder, Face, checked_triangles
+from depthwalk.bake.images import Cylinder, checked_triangles
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError, missing_file
 
-FORMAT_VERSION = 10
-TEXTURED_VERSION = 11  # of files in which an object has a texture and its images have texture coordinates
-ATTRIBUTE = "depthwalk."
-GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
-PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
-LEFT_OUT = "left_out"  # optional attribute
-MESH_TRIANGLES = "mesh_triangles"  # optional
-HAS_INTERIOR = "has_interior"  # optional
-LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
-TEXTURE = "texture"  # name of the part that holds the texture
-COORDINATES = "uv"  # channel of texture coordinates
-TEXTURE_CHANNELS = ("R", "G", "B")
-CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
-_LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": ("a", "b", "c", "used")}
-_FACES = "|".join(face.name.lower() for face in Face)
-_NAME = re.compile(rf"(?:(border|triangles)\.)?({_FACES})\.([0-7])", re.ASCII)
-_OBJECT = re.compile(r"(?:part([1-9][0-9]?)\.)?(.*)", re.ASCII | re.DOTALL)
 _MOST_DEFLATED = 1032  # largest compression ratio of deflate, which bounds the pixels that a file can hold
 
 
@@ -156,16 +156,6 @@ def complaints(path: Path, defect: str) -> Iterator[None]:
         raise InputError(f"{path}: {defect}: {first_line(error)}") from error
 
 
-def split_name(name: str) -> tuple[int, str]:
-    """Split the `name` of a part into the number of its object, from 0, and the rest.
-
-    The name `part2.side.0` gives (1, `side.0`).
-    """
-    match = _OBJECT.fullmatch(name)
-    assert match is not None  # it matches anything
-    return (int(match[1]) - 1 if match[1] else 0), match[2]
-
-
 def _headers(parts: list[dict[str, Any]]) -> tuple[Header, ...]:
     """Return the header of each object; raises ValueError if its parts differ or an object is missing."""
     found: dict[int, Header] = {}
@@ -228,8 +218,7 @@ def _size(part: dict[str, Any], steps: int, textured: bool) -> tuple[int, int]:
     import OpenEXR
 
     name = part["name"]
-    match = _NAME.fullmatch(split_name(name)[1])
-    if not is_texture(name) and (match is None or (match[1] and int(match[3]) >= steps)):
+    if not is_part(name, steps):
         raise ValueError(f"unknown part {name!r:.40}")
     channels = sorted((channel.name, channel.xSampling, channel.ySampling) for channel in part["channels"])
     if channels != sorted((channel, 1, 1) for channel in channel_names(name, steps, textured)):
@@ -264,7 +253,7 @@ def _check_sizes(
 ) -> None:
     """Raise InputError if decoding would take more memory than any valid file needs, or than this one can fill.
 
-    With a limit on the side, `_NAME` limits all images of an object together: its faces with eight layers each.
+    With a limit on the side, `is_part` limits all images of an object together: its faces with eight layers each.
     """
     side = max(max(size) for name, size in sizes.items() if not is_list(name))
     if side > limits.MAX_DPCI_RESOLUTION:
@@ -304,48 +293,6 @@ def check_entries(path: Path, entries: int) -> None:
             f"{path}: boundary strips of {entries} entries; at most {limits.MAX_BOUNDARY_STRIP_ENTRIES} are allowed: "
             "bake at a lower resolution or with fewer layers"
         )
-
-
-def is_list(name: str) -> bool:
-    """Return whether the part `name` holds vertices or triangles of a boundary strip instead of an image."""
-    return split_name(name)[1].startswith(LISTS)
-
-
-def is_texture(name: str) -> bool:
-    """Return whether the part `name` holds the texture of an object."""
-    return split_name(name)[1] == TEXTURE
-
-
-def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, ...]:
-    """Return the names of the channels of a part of a file.
-
-    Parameters
-    ----------
-    name
-        The name of the part.
-    steps
-        Number of grids of its object's images.
-    textured
-        Whether its object has a texture.
-
-    Returns
-    -------
-    tuple
-        The names, in no particular order.
-    """
-    if is_texture(name):
-        return TEXTURE_CHANNELS
-    if is_list(name):
-        return _LIST_CHANNELS[split_name(name)[1].split(".")[0]]
-    cells = (f"cells.{pair}" for pair in range((steps + 1) // 2))
-    return (*CHANNELS, *cells, *((COORDINATES,) if textured else ()))
-
-
-def channel_type(channel: str) -> type[np.generic]:
-    """Return the NumPy type of the pixels of the channel `channel`, the same in all parts that have it."""
-    if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c", COORDINATES):
-        return np.uint32
-    return np.float32 if channel == "Z" else np.float16
 
 
 def first_line(error: Exception) -> str:

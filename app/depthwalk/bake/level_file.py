@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from depthwalk.cache import ArrayCache, Arrays, check_array
+from depthwalk.array_file import Arrays, check_array
+from depthwalk.cache import ArrayCache
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 
 # For each vertex attribute: number of components and their type.

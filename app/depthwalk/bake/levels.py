@@ -51,7 +51,7 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
         return (MeshLevel(mesh, 0.0),)
     welded, first = row_ids(mesh.positions)
     points, faces = mesh.positions[first].astype(np.float64), welded[mesh.faces].astype(np.int32)
-    probes, wardrobe = sample_surface(mesh, _PROBES)[0], _Wardrobe(mesh)
+    probes, appearance = sample_surface(mesh, _PROBES)[0], _SurfaceAppearance(mesh)
     levels = [MeshLevel(mesh, 0.0)]
     for ratio in RATIOS:
         wanted = max(len(mesh.faces) // ratio, FEWEST)
@@ -60,7 +60,7 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
                 points, faces = fast_simplification.simplify(points, faces, target_count=wanted, agg=haste)
         if not 0 < len(faces) < _WORTH * len(levels[-1].mesh.faces):
             break
-        level, turned = wardrobe.dressed(points, faces)
+        level, turned = appearance.transferred_to(points, faces)
         area = face_normals(points[faces])[1].sum()
         shading = _TURNED * turned * float(np.sqrt(2 * area / len(faces)))
         levels.append(MeshLevel(level, max(_distance(probes, points[faces]), shading, levels[-1].error)))
@@ -83,7 +83,7 @@ def _distance(points: Array, corners: Array) -> float:
     return float(np.hypot(above, np.maximum(beside - radius, 0)).max())
 
 
-class _Wardrobe:
+class _SurfaceAppearance:
     """Store the appearance of a mesh's surface, to transfer it to other surfaces near it.
 
     A chart is a connected piece of the surface; seams of textures and creases end one, or run within it.
@@ -106,7 +106,7 @@ class _Wardrobe:
         self._samples = sample_looks(mesh, self._chart, self._apart)
         self._material = np.repeat([part.material for part in mesh.parts], [part.face_count for part in mesh.parts])
 
-    def dressed(self, points: Array, faces: NDArray[np.integer]) -> tuple[Mesh, float]:
+    def transferred_to(self, points: Array, faces: NDArray[np.integer]) -> tuple[Mesh, float]:
         """Return points (v, 3) and faces (f, 3) as a mesh, and the residual of its normals, see `fitted_looks`.
 
         All corners of a face take their appearance from one chart.

@@ -51,7 +51,7 @@ def bake_planar(image: PlanarImage, key: str, cut: bool = True) -> BakedObject:
     depth = np.ascontiguousarray(image.depth[::-1])  # the cap's rows run along z, downward from the picture's top
     solid = np.isfinite(depth)
     cylinder = _slab(width, height, float(depth[solid].max(initial=0.0)))
-    normal = np.where(solid[..., None], _lying(image.normal[::-1]), 0)
+    normal = np.where(solid[..., None], _into_cap_frame(image.normal[::-1]), 0)
     colour = linear_from_srgb8(image.colour[::-1])
     specular = np.full_like(colour[..., :1], _MATERIAL.specular)
     albedo = np.where(solid[..., None], np.concatenate([colour, specular], -1), 0)
@@ -102,13 +102,13 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
     side = max(width, height) + 2 * pixel  # square, like the baker's caps
     slack = 1e-4 * max(side, deep)
     centre = np.array([low[0] + width / 2, low[1] + height / 2, high[2] + slack], np.float32)
-    lying = replace(mesh, positions=_lying(mesh.positions - centre), normals=_lying(mesh.normals))
+    turned = replace(mesh, positions=_into_cap_frame(mesh.positions - centre), normals=_into_cap_frame(mesh.normals))
     cylinder = _slab(side, side, deep + 2 * slack)
     texels = int(np.clip(np.ceil(side / pixel), MIN_DPCI_RESOLUTION, _MAX_RANGE_TEXELS))
     steps = usable_steps((texels, texels))
-    caster = RayCaster(lying)
+    caster = RayCaster(turned)
     grid = FaceGrid(cylinder=cylinder, face=Face.TOP, height=texels, width=texels)
-    seen = cast_face(lying, caster, grid, BakeParams(resolution=texels, layers=_RANGE_LAYERS))
+    seen = cast_face(turned, caster, grid, BakeParams(resolution=texels, layers=_RANGE_LAYERS))
     images = connect_face(caster, grid, seen, steps)
     borders = trace_boundary_strips(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
     return _upright(cylinder, height, tuple(images), tuple(borders), steps, key)
@@ -207,7 +207,7 @@ def _triangles(values: NDArray[np.floating], allowed: NDArray[np.floating]) -> t
     return along[:-1] & up[:, :-1], along[1:] & up[:, 1:]
 
 
-def _lying(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
+def _into_cap_frame(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
     """Rotate vectors (…, 3) of an upright picture into the cap's frame: x stays, up is −z, toward the viewer is +y."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([x, z, -y], -1)

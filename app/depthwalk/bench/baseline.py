@@ -146,8 +146,8 @@ def change_lines(file: Path, before: Report, now: Report, found: list[Change]) -
         if old != new:
             lines.append(f"  warning: measured with another {name}: {old}, now {new}")
     for change in found:
-        told = {"same": "the same, within the noise"}.get(change.verdict, change.verdict)
-        lines.append(f"  {change.representation}: {told}: frames take {change.ratio} as long as before")
+        verdict = {"same": "the same, within the noise"}.get(change.verdict, change.verdict)
+        lines.append(f"  {change.representation}: {verdict}: frames take {change.ratio} as long as before")
         if change.verdict != "same":
             moved = (f"{name} {old:.2f} → {new:.2f} ms" for name, (old, new) in change.passes_ms.items())
             lines.append(f"    {', '.join(moved)}")

@@ -196,22 +196,22 @@ def measure(
     list[Run]
         The times, and what was drawn, of each renderer.
     """
-    watched = [_Watch(name, headless) for name, headless in drawn.items()]
-    for watch in watched:
+    timed = [_TimedRenderer(name, headless) for name, headless in drawn.items()]
+    for renderer in timed:
         for _ in range(warmup):
-            watch.draw(cameras[0])
-        watch.begin()
+            renderer.draw(cameras[0])
+        renderer.begin()
     for number, camera in enumerate(cameras):
-        first = number % len(watched)  # rotate the order, so that none always follows the same one
-        for watch in watched[first:] + watched[:first]:
-            watch.note(camera, number in pictured)
+        first = number % len(timed)  # rotate the order, so that none always follows the same one
+        for renderer in timed[first:] + timed[:first]:
+            renderer.note(camera, number in pictured)
             advance()
-    for watch in watched:
-        watch.await_times(cameras[-1])
-    return [watch.run() for watch in watched]
+    for renderer in timed:
+        renderer.await_times(cameras[-1])
+    return [renderer.run() for renderer in timed]
 
 
-class _Watch:
+class _TimedRenderer:
     """Draw the frames of one renderer, and record their times."""
 
     def __init__(self, name: str, headless: HeadlessRenderer) -> None:

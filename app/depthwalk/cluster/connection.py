@@ -126,12 +126,12 @@ class Cluster:
             self._workers, self._threads = len(threads), sum(threads.values())
         self._asked = time.monotonic()
 
-    def reconnect(self, heed: Callable[[], None]) -> None:
+    def reconnect(self, check_interrupt: Callable[[], None]) -> None:
         """Wait for a lost scheduler, and connect to it again.
 
         Parameters
         ----------
-        heed
+        check_interrupt
             Called while waiting; it may raise to end it.
 
         Raises
@@ -152,7 +152,7 @@ class Cluster:
                     raise ClusterError(f"{self.name}: the scheduler was lost and has not come back") from error
             until = time.monotonic() + pause
             while time.monotonic() < until:
-                heed()
+                check_interrupt()
                 time.sleep(0.1)
             pause = min(2 * pause, 15.0)
         self._workers, self._asked = 0, -_WORKERS_SECONDS
@@ -290,7 +290,7 @@ def _security() -> "Security":
 def _silence() -> None:
     """Show Dask's own messages only with --verbose: a lost worker does not concern the user, since others continue."""
     level = logging.INFO if log.isEnabledFor(logging.DEBUG) else logging.CRITICAL
-    ours = ("distributed", "tornado", "asyncio")
+    names = ("distributed", "tornado", "asyncio")
     # Dask has set levels of some loggers below these, which hide that of the one above.
-    for name in [*ours, *(name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ours)]:
+    for name in [*names, *(name for name in logging.root.manager.loggerDict if name.partition(".")[0] in names)]:
         logging.getLogger(name).setLevel(level)

@@ -78,18 +78,18 @@ class _Queue:
     def __bool__(self) -> bool:
         return bool(self.waiting or self.later or self.running)
 
-    def put_off(self, number: int) -> None:
+    def retry_later(self, number: int) -> None:
         """Schedule another attempt after a pause, which differs between tasks lest they return all at once."""
         pause = FIRST_PAUSE * 2 ** (self.attempts[number] - 1) * random.uniform(0.75, 1.25)
         heapq.heappush(self.later, (time.monotonic() + pause, number))
 
-    def bring_forward(self) -> None:
+    def enqueue_due(self) -> None:
         while self.later and self.later[0][0] <= time.monotonic():
             self.waiting.append(heapq.heappop(self.later)[1])
 
 
 def run_tasks(
-    cluster: Cluster, tasks: Sequence[Task], progress: Progress, heed: Callable[[], None]
+    cluster: Cluster, tasks: Sequence[Task], progress: Progress, check_interrupt: Callable[[], None]
 ) -> Generator[tuple[int, object], None, None]:
     """Do tasks on a cluster, and yield the outcome of each as it ends.
 
@@ -105,7 +105,7 @@ def run_tasks(
         The tasks.
     progress
         Counts the states of the tasks.
-    heed
+    check_interrupt
         Called ten times per second; it may raise to end everything.
 
     Yields
@@ -121,8 +121,8 @@ def run_tasks(
     """
     queue = _Queue(deque(range(len(tasks))), [0] * len(tasks), secrets.token_hex(4))
     while queue:
-        queue.bring_forward()
-        is_lost = not _hand_over(cluster, tasks, queue)
+        queue.enqueue_due()
+        is_lost = not _submit_waiting(cluster, tasks, queue)
         ended = wait(queue.running, _POLL_SECONDS, FIRST_COMPLETED)[0] if queue.running else set()
         if not ended:
             is_lost |= bool(queue.running) and not cluster.is_connected()  # some futures are never notified
@@ -133,28 +133,28 @@ def run_tasks(
                 continue
             number = queue.running.pop(future)
             outcome = _outcome(future, queue.attempts[number] + 1)
-            if isinstance(outcome, _Again):
+            if isinstance(outcome, _Retry):
                 queue.attempts[number] += 1
                 progress.again += 1
                 log.info("%s: %s; to be tried again", tasks[number].key, outcome.why)
-                queue.put_off(number)
+                queue.retry_later(number)
             else:
                 yield number, outcome
         if is_lost:
             progress.lost += len(queue.running)
             queue.waiting.extendleft(queue.running.values())
             queue.running.clear()
-            cluster.reconnect(heed)
+            cluster.reconnect(check_interrupt)
         progress.workers, progress.running = cluster.workers(), len(queue.running)
-        heed()
+        check_interrupt()
 
 
 @dataclass(frozen=True)
-class _Again:
+class _Retry:
     why: str
 
 
-def _hand_over(cluster: Cluster, tasks: Sequence[Task], queue: _Queue) -> bool:
+def _submit_waiting(cluster: Cluster, tasks: Sequence[Task], queue: _Queue) -> bool:
     """Submit tasks until the workers have enough; return whether there is a connection."""
     room = cluster.room()
     while queue.waiting and len(queue.running) < room:
@@ -179,4 +179,4 @@ def _outcome(future: "Future[object]", attempt: int) -> object:
     if isinstance(error, InputError):
         return error
     why = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
-    return _Again(why) if attempt < MAX_ATTEMPTS else TaskError(f"failed {attempt} times, last: {why}")
+    return _Retry(why) if attempt < MAX_ATTEMPTS else TaskError(f"failed {attempt} times, last: {why}")

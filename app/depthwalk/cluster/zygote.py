@@ -33,7 +33,7 @@ def serve() -> None:
     _inbox, _outbox = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
     _inbox.setblocking(False)
     _outbox.setblocking(False)  # a worker does not wait for a zygote that does not read
-    os.register_at_fork(before=_do_what_was_asked, after_in_child=_become_worker)
+    os.register_at_fork(before=_make_requested, after_in_child=_become_worker)
 
 
 def ask(key: Hashable, make: Callable[..., object]) -> None:
@@ -66,7 +66,7 @@ def inherited(key: Hashable) -> Any:
     return value
 
 
-def _do_what_was_asked() -> None:
+def _make_requested() -> None:
     """Make what workers have asked for last; called in the zygote, and in its workers, before they fork."""
     global _key, _value
     if _inbox is None:

@@ -108,7 +108,7 @@ def main(
 
     names = parse_representations(representations)
     files = report_files(scenes, ReportFiles(json=json, html=html, table=table, baseline=baseline))
-    befores = [read_report(each.baseline) if each.baseline else None for each in files]
+    befores = [read_report(paths.baseline) if paths.baseline else None for paths in files]
     walk = load_path(path) if path else None
     plans = [
         Plan(
@@ -126,12 +126,12 @@ def main(
     ]
     inputs = [input_files(plan.file.open(), path) for plan in plans]
     read = [file for own in inputs for file in own]
-    read += [each.baseline for each in files if each.baseline and each.baseline != each.json]
-    check_report_files([file for each in files for file in (each.json, each.html, each.table)], read, "measured")
-    for plan, each, before in zip(plans, files, befores, strict=True):
-        if each.baseline and before:
+    read += [paths.baseline for paths in files if paths.baseline and paths.baseline != paths.json]
+    check_report_files([file for paths in files for file in (paths.json, paths.html, paths.table)], read, "measured")
+    for plan, paths, before in zip(plans, files, befores, strict=True):
+        if paths.baseline and before:
             check_comparable(
-                each.baseline,
+                paths.baseline,
                 before,
                 scene=plan.file.path,
                 path=path,
@@ -141,8 +141,8 @@ def main(
             )
     with run_benches(plans, inputs, where) as reports:
         is_slower = [
-            write_reports(report, each, before, tolerance / 100)
-            for report, each, before in zip(reports, files, befores, strict=True)
+            write_reports(report, paths, before, tolerance / 100)
+            for report, paths, before in zip(reports, files, befores, strict=True)
         ]
     if any(is_slower):
         raise typer.Exit(FAILURE)

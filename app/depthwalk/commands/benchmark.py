@@ -127,7 +127,7 @@ def run_benches(
     def here() -> Iterator[Callable[[int], Report]]:
         yield lambda number: run_bench(plans[number])
 
-    things = Measurements(
+    measurements = Measurements(
         what="scenes",
         names=[str(plan.file.path) for plan in plans],
         tasks=[
@@ -139,7 +139,7 @@ def run_benches(
         kind=Report,
         journal=Journal("bench", *map(_identity, plans)),
     )
-    with measured(things, cluster) as reports:
+    with measured(measurements, cluster) as reports:
         yield reports
 
 

@@ -78,7 +78,7 @@ class RenderJob:
 
 
 def draw_on(
-    cluster: Cluster, job: RenderJob, frames: Sequence[int], progress: Progress, heed: Callable[[], None]
+    cluster: Cluster, job: RenderJob, frames: Sequence[int], progress: Progress, check_interrupt: Callable[[], None]
 ) -> Iterator[tuple[Sequence[int], TaskError | None]]:
     """Draw frames on a cluster, and yield the frame numbers of each chunk as it ends.
 
@@ -93,7 +93,7 @@ def draw_on(
         What to draw.
     frames
         The numbers of the frames.
-    progress, heed
+    progress, check_interrupt
         As in `run_tasks`.
 
     Yields
@@ -111,7 +111,7 @@ def draw_on(
     size = max(1, min(_CHUNK, len(frames) // (4 * max(cluster.workers(), 1))))
     chunks = [frames[first : first + size] for first in range(0, len(frames), size)]
     tasks = [Task(key=f"render-{_name(job, chunk)}", function=draw_chunk, arguments=(job, chunk)) for chunk in chunks]
-    for number, outcome in run_tasks(cluster, tasks, progress, heed):
+    for number, outcome in run_tasks(cluster, tasks, progress, check_interrupt):
         if isinstance(outcome, InputError):
             raise outcome
         yield chunks[number], outcome if isinstance(outcome, TaskError) else None

@@ -1,4 +1,4 @@
-"""Measure many things one after the other, or on a cluster, and continue an interrupted run of the same command."""
+"""Measure many files one after the other, or on a cluster, and continue an interrupted run of the same command."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -28,9 +28,9 @@ class Measurements(Generic[T]):
     Attributes
     ----------
     what
-        What the things are, such as "meshes".
+        What is measured, such as "meshes".
     names
-        Names of the things in messages.
+        Names of what is measured, for messages.
     tasks
         How a worker measures each. The keys must change with the files that are read.
     here
@@ -53,12 +53,12 @@ class Measurements(Generic[T]):
 
 
 @contextmanager
-def measured(things: Measurements[T], cluster: ClusterAddress | None) -> Iterator[list[T]]:
+def measured(job: Measurements[T], cluster: ClusterAddress | None) -> Iterator[list[T]]:
     """Measure what an interrupted earlier run has not measured; store the results until a report is written.
 
     Parameters
     ----------
-    things
+    job
         What to measure.
     cluster
         Cluster on which to measure, one thing at a time per worker; None for this process, one after the other.
@@ -66,7 +66,7 @@ def measured(things: Measurements[T], cluster: ClusterAddress | None) -> Iterato
     Yields
     ------
     list
-        The results, in the order of the things. When the block ends without an error, the journal is removed.
+        The results, in the order of the tasks. When the block ends without an error, the journal is removed.
 
     Raises
     ------
@@ -75,49 +75,49 @@ def measured(things: Measurements[T], cluster: ClusterAddress | None) -> Iterato
     TaskError, ClusterError
         If it cannot be measured on the cluster for another reason, or the cluster is lost for good.
     """
-    results: TypeAdapter[tuple[T]] = TypeAdapter(tuple[things.kind], config=_JSON)  # type: ignore[name-defined]
-    found = _known(things, results)
-    rest = [number for number in range(len(things.tasks)) if number not in found]
+    results: TypeAdapter[tuple[T]] = TypeAdapter(tuple[job.kind], config=_JSON)  # type: ignore[name-defined]
+    found = _known(job, results)
+    rest = [number for number in range(len(job.tasks)) if number not in found]
     if found:
-        log.warning("%d of %d %s: results reused from an interrupted run", len(found), len(things.tasks), things.what)
+        log.warning("%d of %d %s: results reused from an interrupted run", len(found), len(job.tasks), job.what)
     if rest:
-        for number, result in _here(things, rest) if cluster is None else _on_cluster(things, rest, cluster):
+        for number, result in _here(job, rest) if cluster is None else _on_cluster(job, rest, cluster):
             found[number] = result
-            things.journal.add(things.tasks[number].key, results.dump_json((result,)))
-    yield [found[number] for number in range(len(things.tasks))]
-    things.journal.remove()
+            job.journal.add(job.tasks[number].key, results.dump_json((result,)))
+    yield [found[number] for number in range(len(job.tasks))]
+    job.journal.remove()
 
 
-def _known(things: Measurements[T], results: "TypeAdapter[tuple[T]]") -> dict[int, T]:
+def _known(job: Measurements[T], results: "TypeAdapter[tuple[T]]") -> dict[int, T]:
     """Return the results of an earlier run, by the number of the thing."""
-    entries, found = things.journal.read(), {}
-    for number, task in enumerate(things.tasks):
+    entries, found = job.journal.read(), {}
+    for number, task in enumerate(job.tasks):
         if task.key in entries:
             try:
                 (found[number],) = results.validate_json(entries[task.key])
             except ValidationError as error:  # its checksum is right, so another version wrote it
                 log.warning(
                     "%s: %s: the stored result cannot be used, measuring again: %s",
-                    things.journal.path,
-                    things.names[number],
+                    job.journal.path,
+                    job.names[number],
                     error.errors()[0]["msg"],
                 )
     return found
 
 
-def _here(things: Measurements[T], numbers: Sequence[int]) -> Iterator[tuple[int, T]]:
-    with things.here() as measure:
+def _here(job: Measurements[T], numbers: Sequence[int]) -> Iterator[tuple[int, T]]:
+    with job.here() as measure:
         for number in numbers:
             yield number, measure(number)
 
 
-def _on_cluster(things: Measurements[T], numbers: Sequence[int], address: ClusterAddress) -> Iterator[tuple[int, T]]:
-    tasks = [things.tasks[number] for number in numbers]
-    with open_cluster(address) as cluster, cluster_progress(things.what, len(tasks), cluster) as display:
+def _on_cluster(job: Measurements[T], numbers: Sequence[int], address: ClusterAddress) -> Iterator[tuple[int, T]]:
+    tasks = [job.tasks[number] for number in numbers]
+    with open_cluster(address) as cluster, cluster_progress(job.what, len(tasks), cluster) as display:
         for index, outcome in run_tasks(cluster, tasks, display.progress, display.show):
             if isinstance(outcome, TaskError):
-                raise TaskError(f"{things.names[numbers[index]]}: {outcome}")
+                raise TaskError(f"{job.names[numbers[index]]}: {outcome}")
             if isinstance(outcome, InputError):
                 raise outcome
             display.done(1)
-            yield numbers[index], things.named(numbers[index], outcome)
+            yield numbers[index], job.named(numbers[index], outcome)

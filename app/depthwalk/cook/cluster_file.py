@@ -4,7 +4,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from depthwalk.cache import ArrayCache, Arrays, check_array
+from depthwalk.array_file import Arrays, check_array
+from depthwalk.cache import ArrayCache
 from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.ingest.mesh import Mesh
 

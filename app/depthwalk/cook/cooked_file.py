@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.array_file import SMALLEST, read_arrays, write_arrays
 from depthwalk.bake.images import BakedObject, Cylinder, Face, checked_triangles
-from depthwalk.cache import SMALLEST, Cache, read_arrays, write_arrays
+from depthwalk.cache import Cache
 from depthwalk.cook.array_packing import pack_picture, pack_words, unpack_picture, unpack_words
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, bare_image
 from depthwalk.cook.cooked_check import check_geometry, check_texture

@@ -79,6 +79,14 @@ class Device:
         """Ask the driver whether the context was lost; call it once per picture. Raises ContextLostError."""
         check_reset(self._status)
 
+    def finish(self) -> None:
+        """Wait until everything that was submitted is drawn.
+
+        The context is made current for the wait, since glFinish returns at once without one.
+        """
+        with self.context:
+            self.context.finish()
+
     @property
     def notices_loss(self) -> bool:
         """Return whether the driver reports when the context is lost."""
@@ -159,7 +167,7 @@ class Scope(TextureMaker):
         Parameters
         ----------
         vertex, fragment
-            The text of its two shaders; `gpu.program` has resolved `#include` and `#from`.
+            The text of its two shaders; `gpu.shader_source` has resolved `#include` and `#from`.
 
         Raises
         ------

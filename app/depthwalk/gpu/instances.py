@@ -68,7 +68,7 @@ class InstanceStream:
 class RecordTexture:
     """Hold records that shaders fetch by number, in a texture of floats, four to a texel.
 
-    There are `RECORDS_PER_ROW` to a row. Shaders get the first texel of each field by `#from` (see `gpu.program`).
+    There are `RECORDS_PER_ROW` to a row. Shaders get the first texel of each field by `#from`, see `gpu.shader_source`.
     """
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:

@@ -1,41 +1,16 @@
-"""Compile GLSL programs from files, with includes, constants from Python, located error messages and checked uniforms.
+"""Compile GLSL programs when they are first used, set their uniforms by name, and draw with them."""
 
-Two kinds of lines are resolved before the compiler sees a shader:
-
-`#include "common/x.glsl"` is replaced by that file, which is looked up below `shaders/` and included at most once.
-
-`#from depthwalk.cook.used_texels import SUB_TILE` is replaced by `#define` lines. A constant that Python and GLSL
-share, such as a bit width or the layout of a record, is declared once, in Python, and shaders import it where they need
-it, so that the two cannot differ. Several names are separated by commas, and `NAME as OTHER` renames one. What is
-defined depends on the value:
-
-- an integer or a float: the number;
-- an array (3,) or (3, 3): a `vec3` or `mat3`;
-- an integer enumeration: one name per member, such as `FACE_TOP` for `Face.TOP`;
-- the dtype of records in a texture of four floats per texel: the number of texels of a record, and the first texel of
-  each field, such as `LAMP_RECORD_TEXELS` and `LAMP_RECORD_PLACE` for the field `place` of `LAMP_RECORD`.
-
-The module is imported by its name, which runs it. Shaders below `shaders/` may therefore only name modules of
-`depthwalk`. A shader that a user's own code hands over as a `Path` may name any module, as that code itself may. Every
-mistake, from a misspelt line to a constant that does not exist, is a GpuError that begins with the shader's file and
-line.
-"""
-
-import re
 from collections.abc import Callable, Iterable, Mapping
-from enum import IntEnum
 from functools import cached_property
-from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 import moderngl
-import numpy as np
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.failures import GpuError
-from depthwalk.resources import shader_root
+from depthwalk.gpu.shader_source import ShaderSource
 
 T = TypeVar("T")
 
@@ -44,17 +19,6 @@ _NEVER_SET = object()
 Packed = list[tuple[str, Callable[[bytes], None], bytes]]
 """Uniforms of a program: the name of each, the function that writes it, and the bytes of its value."""
 
-_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
-_ITEM = r"\w+(?:\s+as\s+\w+)?"
-_FROM = re.compile(r"^\s*#from\b(?P<rest>.*)$")
-_FROM_REST = re.compile(rf"\s+(?P<module>\w+(?:\.\w+)*)\s+import\s+(?P<names>{_ITEM}(?:\s*,\s*{_ITEM})*)\s*(?://.*)?")
-_UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
-_OWN_PACKAGE = "depthwalk"
-_TEXEL_BYTES = 16  # of four floats
-# More lines than a file has: line 7 of file 3 is reported as line 300007, as Mesa may lose the number of the file.
-_LINES = 100_000
-_LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
-
 # Extensions that shaders use where the compiler has them; each is then also #defined, by its name in capitals.
 _PREAMBLE = "".join(
     f"#ifdef GL_ARB_{feature}\n#extension GL_ARB_{feature} : enable\n#define {feature.upper()} 1\n#endif\n"
@@ -62,149 +26,6 @@ _PREAMBLE = "".join(
 )
 # After the defines: what common/per_sample.glsl needs. Compilers may refuse it there, where other code may come before.
 _PER_SAMPLE = "#ifdef MULTISAMPLED\n#extension GL_ARB_gpu_shader5 : require\n#endif\n"
-
-
-class Source:
-    """Hold the text of one shader stage, with its includes and constants resolved as the module describes.
-
-    Attributes
-    ----------
-    text
-        The text for the compiler.
-    files
-        The files that it was assembled from, by their number in the compiler's messages.
-    """
-
-    def __init__(
-        self, name: str | Path, preamble: str = "", includes: Iterable[str | Path] = (), root: Path | None = None
-    ) -> None:
-        """Read a shader.
-
-        Parameters
-        ----------
-        name
-            A file below `shaders/`, or the Path of a file elsewhere, which may also include files from its own folder.
-        preamble
-            Lines of GLSL to put before the first line of the shader.
-        includes
-            Files to include between the two, in this order.
-        root
-            The folder to use as `shaders/`; None: `shader_root`.
-
-        Raises
-        ------
-        GpuError
-            For a file, module or constant that does not exist, and for a `#from` line that cannot be understood.
-        """
-        self.files: list[str | Path] = []
-        self._root = root or shader_root()
-        texts = [self._expand(file) for file in (*includes, name) if file not in self.files]
-        self.text = f"#version 330 core\n{preamble}{''.join(texts)}"
-
-    def _expand(self, name: str | Path) -> str:
-        """Return the text of a file with its `#include` and `#from` lines resolved, and add it to `files`."""
-        path = self._root / name if isinstance(name, str) else name
-        try:
-            lines = path.read_text(encoding="utf-8").splitlines()
-        except FileNotFoundError:
-            raise GpuError(f"{_shown(name)}: no such shader") from None
-        number = len(self.files)
-        self.files.append(name)
-        out = [_line(number, 1)]
-        for index, line in enumerate(lines, start=1):
-            if "#" not in line:  # nearly all of the ten thousand lines that are read before the first picture
-                out.append(line)
-            elif (constants := _FROM.match(line)) is not None:
-                try:
-                    out += [*_constant_defines(constants["rest"], isinstance(name, str)), _line(number, index + 1)]
-                except (ImportError, AttributeError, TypeError, SyntaxError) as error:
-                    raise GpuError(f"{_shown(name)}:{index}: {error}") from None
-            elif (include := _INCLUDE.match(line)) is None:
-                out.append(line)
-            elif (included := _included(name, include[1])) not in self.files:
-                out += [self._expand(included), _line(number, index + 1)]
-            else:
-                out.append("")
-        return "\n".join(out) + "\n"
-
-    def locate(self, message: str) -> str:
-        """Return the compiler's `message` with `shaders/file:line` in place of file numbers."""
-
-        def name(match: re.Match[str]) -> str:
-            number, line = divmod(int(match[2]), _LINES)
-            return f"{_shown(self.files[number])}:{line}" if number < len(self.files) else match[0]
-
-        return _LOCATION.sub(name, message)
-
-
-def _line(number: int, line: int) -> str:
-    """Return the `#line` directive for `line`, from 1, of the file with the `number`."""
-    return f"#line {number * _LINES + line} {number}"
-
-
-def _constant_defines(line: str, own_shader: bool) -> list[str]:
-    """Return the `#define` lines that replace a `#from` line.
-
-    Parameters
-    ----------
-    line
-        The rest of the line after `#from`.
-    own_shader
-        Whether it is in a shader below `shaders/`, which may only name modules of depthwalk.
-
-    Raises
-    ------
-    SyntaxError
-        Where the line cannot be understood.
-    ImportError
-        Where there is no such module, or this shader may not name it.
-    AttributeError, TypeError
-        Where the module has no such constant, or one that GLSL cannot express.
-    """
-    match = _FROM_REST.fullmatch(line)
-    if match is None:
-        raise SyntaxError("expected '#from MODULE import NAME', with 'as OTHER' and further names at will")
-    if own_shader and match["module"].partition(".")[0] != _OWN_PACKAGE:
-        raise ImportError(
-            f"module {match['module']!r} is not of {_OWN_PACKAGE}, whose shaders take constants of its own"
-        )
-    module, lines = import_module(match["module"]), []
-    for item in match["names"].split(","):
-        name, _, other = (part.strip() for part in item.partition(" as "))
-        value = getattr(module, name)
-        if isinstance(value, np.dtype):
-            prefix = other or name
-            lines.append(f"#define {prefix}_TEXELS {value.itemsize // _TEXEL_BYTES}")
-            fields = (value.fields or {}).items()
-            lines += [f"#define {prefix}_{field.upper()} {info[1] // _TEXEL_BYTES}" for field, info in fields]
-        elif isinstance(value, type) and issubclass(value, IntEnum):
-            lines += [f"#define {(other or name).upper()}_{member.name} {_glsl(member.value)}" for member in value]
-        else:
-            lines.append(f"#define {other or name} {_glsl(value)}")
-    return lines
-
-
-def _glsl(value: object) -> str:
-    """Return an integer, a float, a vector (3,) or a matrix (3, 3) as GLSL; raises TypeError for anything else."""
-    if isinstance(value, int) and not isinstance(value, bool):
-        return str(int(value))
-    if isinstance(value, float):
-        return repr(float(value))
-    if isinstance(value, np.ndarray) and value.shape in ((3,), (3, 3)):
-        numbers = ", ".join(map(repr, value.T.ravel().tolist()))  # GLSL has matrices column by column
-        return f"{'vec' if value.ndim == 1 else 'mat'}3({numbers})"
-    raise TypeError(f"{value!r} is neither a number nor three or three by three of them")
-
-
-def _shown(name: str | Path) -> str:
-    """Return the name of a file for messages."""
-    return f"shaders/{name}" if isinstance(name, str) else str(name)
-
-
-def _included(by: str | Path, name: str) -> str | Path:
-    """Return the file that `by` includes as `name`: beside `by`, if that is a Path and has it, else in `shaders/`."""
-    beside = by.parent / name if isinstance(by, Path) else None
-    return beside if beside is not None and beside.is_file() else name
 
 
 class Program:
@@ -230,7 +51,7 @@ class Program:
         scope
             The owner of the program and of its vertex array, when they are created.
         vertex, fragment
-            The shaders of its two stages, as `Source` takes them.
+            The shaders of its two stages, as `ShaderSource` takes them.
         defines
             Names to #define in both shaders, for #ifdef; as 1 or, given as NAME=VALUE, as VALUE.
         blocks
@@ -273,11 +94,12 @@ class Program:
         return program
 
     @cached_property
-    def _stages(self) -> tuple[Source, Source]:
+    def _stages(self) -> tuple[ShaderSource, ShaderSource]:
         """Return the texts of both stages."""
         vertex, fragment = self._files
         root = self._scope.device.shaders
-        return Source(vertex, self._preamble, (), root), Source(fragment, self._preamble, self._includes, root)
+        source = ShaderSource(fragment, self._preamble, self._includes, root)
+        return ShaderSource(vertex, self._preamble, (), root), source
 
     @cached_property
     def _uniforms(self) -> dict[str, Any]:
@@ -286,9 +108,10 @@ class Program:
         return {name: member for name, member in members.items() if isinstance(member, moderngl.Uniform)}
 
     @cached_property
-    def _declared(self) -> set[str]:
+    def _declared(self) -> frozenset[str]:
         """Return the names of all uniforms that the sources declare."""
-        return {name for stage in self._stages for name in _UNIFORM.findall(stage.text)}
+        vertex, fragment = self._stages
+        return vertex.uniforms | fragment.uniforms
 
     def set(self, **values: Any) -> None:
         """Set uniforms by name.

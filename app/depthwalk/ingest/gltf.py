@@ -71,7 +71,10 @@ def has_cut_outs(header: dict[str, Any]) -> bool:
 
 def has_translucency(header: dict[str, Any]) -> bool:
     """Return whether any material in the JSON header of a glTF file may be translucent."""
-    return any(each.get("alphaMode") == "BLEND" or _TRANSMISSION in _extensions(each) for each in _materials(header))
+    return any(
+        material.get("alphaMode") == "BLEND" or _TRANSMISSION in _extensions(material)
+        for material in _materials(header)
+    )
 
 
 def is_all_translucent(header: dict[str, Any]) -> bool:
@@ -81,12 +84,14 @@ def is_all_translucent(header: dict[str, Any]) -> bool:
     """
     try:
         used = {primitive.get("material") for mesh in header.get("meshes", []) for primitive in mesh["primitives"]}
-        return bool(used) and all(number is not None and _hides_little(header["materials"][number]) for number in used)
+        return bool(used) and all(
+            number is not None and _is_wholly_translucent(header["materials"][number]) for number in used
+        )
     except (AttributeError, TypeError, LookupError):  # reported when the mesh is read
         return False
 
 
-def _hides_little(material: dict[str, Any]) -> bool:
+def _is_wholly_translucent(material: dict[str, Any]) -> bool:
     """Return whether the numbers of a material make all of it translucent."""
     mode = material.get("alphaMode", "OPAQUE")
     if mode == "MASK":
@@ -104,7 +109,7 @@ def has_glow(header: dict[str, Any]) -> bool:
 def _materials(header: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the materials of a JSON header; skip non-objects, which are reported on reading the mesh."""
     listed = header.get("materials", [])
-    return [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
+    return [material for material in listed if isinstance(material, dict)] if isinstance(listed, list) else []
 
 
 def _extensions(material: dict[str, Any]) -> dict[str, Any]:

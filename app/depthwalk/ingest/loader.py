@@ -106,10 +106,10 @@ def _drawable(soup: Soup, path: Path) -> tuple[Material, ...]:
     counts = np.bincount(soup.material, minlength=len(soup.materials))
     materials = soup.materials
     too_many = f"more than {MAX_TRANSLUCENT_TRIANGLES}"
-    through = sum(int(count) for count, each in zip(counts, materials, strict=True) if each.opacity is not None)
+    through = sum(int(count) for count, material in zip(counts, materials, strict=True) if material.opacity is not None)
     if through > MAX_TRANSLUCENT_TRIANGLES:
         log.warning("%s: %d triangles are see-through, %s; they are drawn opaque", path, through, too_many)
-        materials = tuple(replace(each, opacity=None) for each in materials)
+        materials = tuple(replace(material, opacity=None) for material in materials)
     return materials
 
 

@@ -55,7 +55,7 @@ def convert_material(material: object, name: str, textures: TextureDecoder | Non
     textures = textures or TextureDecoder()
     if isinstance(material, PBRMaterial):
         return _from_pbr(material, name, textures)
-    if isinstance(material, SimpleMaterial) and not _is_stand_in(material) and (material.name or material.image):
+    if isinstance(material, SimpleMaterial) and not _is_placeholder(material) and (material.name or material.image):
         image: Any = material.image
         path = None if image is None else image.info.get("file_path", "embedded texture")
         texture = None if image is None else textures.decode(image, f"{name}: {path}")
@@ -115,7 +115,7 @@ def phong_from_mtl(
     )
 
 
-def _is_stand_in(material: "SimpleMaterial") -> bool:
+def _is_placeholder(material: "SimpleMaterial") -> bool:
     """Return whether it is trimesh's own grey picture.
 
     trimesh gives it to meshes with texture coordinates but without a material; it comes from no file.

@@ -97,7 +97,7 @@ def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
     materials = read_materials(libraries, sources).values()
     names = [texture_name(name) for material in materials for name in (material.image, material.glow) if name]
-    through = [_lets_through(material) for material in materials]
+    through = [_is_translucent(material) for material in materials]
     return MeshHead(
         files=(path, *libraries, *find_all(names, folders, sources, path)),
         is_textured=any(material.image for material in materials),
@@ -108,7 +108,7 @@ def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     )
 
 
-def _lets_through(material: MtlMaterial) -> bool:
+def _is_translucent(material: MtlMaterial) -> bool:
     """Return whether a material of a library is not opaque."""
     return bool(np.any(np.less(material.terms.get("d", 1), 1)) or np.any(np.greater(material.terms.get("tr", 0), 0)))
 

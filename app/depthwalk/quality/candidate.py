@@ -33,7 +33,7 @@ MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 
 @dataclass(frozen=True)
-class Deeper:
+class DeeperLayers:
     """Compare how much of a surface the present number of layers holds with what enough layers would hold.
 
     Attributes
@@ -74,7 +74,7 @@ class Candidate:
     parts: int
     texel: float
     left_out: float = 0.0
-    deeper: Deeper | None = None
+    deeper: DeeperLayers | None = None
 
 
 def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
@@ -177,7 +177,7 @@ def count_parts(mesh: Mesh) -> int:
     return int((share >= LEAST_PART).sum())
 
 
-def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None:
+def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> DeeperLayers | None:
     """Return the gain from more layers for one object with counted layers; None for several parts, which differ."""
     if params.layers == "auto" or params.by_six_views or len(model.parts) > 1:
         return None
@@ -185,7 +185,7 @@ def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None
     placement = Placement(position=np.asarray(part.position), rotation=Rotation.from_quat(part.rotation))
     depths = probed_depth(mesh, placement, params)
     now, then = depths[params.layers - 1], deep_enough(depths)
-    return Deeper(now, then) if now.footprint - then.footprint >= MUCH_DEEPER else None
+    return DeeperLayers(now, then) if now.footprint - then.footprint >= MUCH_DEEPER else None
 
 
 def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:

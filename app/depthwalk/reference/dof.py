@@ -82,7 +82,7 @@ def gather(
         (quarter, TileClass.QUARTER_EVEN, TileClass.QUARTER),
         (half, TileClass.HALF_EVEN, TileClass.HALF),
     ]
-    all_even = where(*(each for each in TileClass if each & ALL_EVEN))
+    all_even = where(*(tile_class for tile_class in TileClass if tile_class & ALL_EVEN))
     for picture, even, traced in shown:
         seen, large = _gathered(picture, all_even, spread, samples)
         seen = passed_on(seen)
@@ -176,7 +176,7 @@ def _direction(ray: int) -> list[float]:
 
 def _interpolated(lit: Array, at: Array) -> Array:
     """Return `lit` (h, w, 4) between its pixels, at y and x of `at` (2, n), as (n, 4)."""
-    return np.stack([map_coordinates(each, at, order=1, mode="nearest") for each in np.moveaxis(lit, 2, 0)], -1)
+    return np.stack([map_coordinates(channel, at, order=1, mode="nearest") for channel in np.moveaxis(lit, 2, 0)], -1)
 
 
 def _magnified(

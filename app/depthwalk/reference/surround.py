@@ -71,8 +71,8 @@ def places_around(surfaces: Array, viewer: Array, rays: Array) -> tuple[NDArray[
         point = offset + surface[:, 3:] * direction_from_square(2 * place - 1, False)
         along = np.maximum((point * rays).sum(1), 1e-2)
         following = 0.5 + 0.5 * square_from_direction(along[:, None] * rays - offset, False)
-        there = surface_at(following)
-        goes_on = goes_on & (there[:, 3] > 0)
+        hit = surface_at(following)
+        goes_on = goes_on & (hit[:, 3] > 0)
         place = np.where(goes_on[:, None], following, place)
-        surface = np.where(goes_on[:, None], there, surface)
+        surface = np.where(goes_on[:, None], hit, surface)
     return place, known

@@ -132,8 +132,7 @@ class HeadlessRenderer:
 
     def finish(self) -> None:
         """Wait until all frames are drawn: `draw` only submits one. Whoever times frames calls it after each."""
-        with self.device.context:  # without a current context, glFinish would return at once
-            self.device.context.finish()
+        self.device.finish()
 
     def pixels(self) -> NDArray[np.uint8]:
         """Return the frame drawn last, (H, W, 4) uint8, sRGB and alpha, top row first.

@@ -22,7 +22,8 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
-from depthwalk.render.world.render_world import FrameResidency, RenderWorld
+from depthwalk.render.world.frame_residency import FrameResidency
+from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.render.world.spatial_cells import in_sight, nearest, nearest_first
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Mask, Rows

@@ -214,7 +214,9 @@ class PixelPrograms:
         """
         passes, inputs = passes_with_inputs(group)
         readers = _readers(group)
-        textures = _textures(group, readers) | {name: each for own in inputs for name, each in own.textures.items()}
+        textures = _textures(group, readers)
+        for own in inputs:
+            textures |= own.textures
         uniforms = {name: unit for unit, name in enumerate(textures)}
         uniforms |= joined_uniforms(inputs)
         defines = (
@@ -226,13 +228,13 @@ class PixelPrograms:
         programs = {half: self._program(passes, (*defines, *half)) for half in halves}
         for program in programs.values():
             program.set(**uniforms)
-        if _SKY_TESTED in halves and all(each.even_sky for each in inputs):
+        if _SKY_TESTED in halves and all(own.even_sky for own in inputs):
             del halves[_SKY_TESTED]
             colour = self._sky_colour(programs[_SKY_TESTED], uniforms, textures.values(), only_texture(into).dtype)
             with self._gl.state(into=into, depth_write=False):
                 into.clear(color=colour)
         left, bottom, width, height = self._part(group[0].frame, into.size, halves)
-        strips = -(-width * height // min(each.strip_pixels for each in inputs))
+        strips = -(-width * height // min(own.strip_pixels for own in inputs))
         for strip in range(strips):
             if strip:
                 yield
@@ -291,7 +293,7 @@ class PixelPrograms:
 
     def _program(self, passes: Sequence[PixelPass[Any]], defines: tuple[str, ...]) -> Program:
         """Return the program of a group of passes."""
-        shaders = tuple(each.shader for each in passes)
+        shaders = tuple(pass_.shader for pass_ in passes)
         key = (*shaders, defines)
         if key not in self._programs:
             own = (*defines, *call_defines(passes))
@@ -319,25 +321,25 @@ class PixelPrograms:
 def passes_with_inputs(group: Sequence[DrawnPass]) -> tuple[list[PixelPass[Any]], list[PixelInputs]]:
     """Return the passes of `group`, each an instance of `PixelPass`, and what the functions of each need."""
     passes: list[PixelPass[Any]] = []
-    for each in group:
-        assert isinstance(each.pass_, PixelPass)  # as `neighbours` groups them
-        passes.append(each.pass_)
-    return passes, [pass_.inputs(each.frame, each.params) for pass_, each in zip(passes, group, strict=True)]
+    for drawn in group:
+        assert isinstance(drawn.pass_, PixelPass)  # as `neighbours` groups them
+        passes.append(drawn.pass_)
+    return passes, [pass_.inputs(drawn.frame, drawn.params) for pass_, drawn in zip(passes, group, strict=True)]
 
 
 def joined_defines(inputs: Iterable[PixelInputs]) -> tuple[str, ...]:
     """Return the defines of passes that share a program, each once."""
-    return tuple(dict.fromkeys(chain.from_iterable(each.defines for each in inputs)))
+    return tuple(dict.fromkeys(chain.from_iterable(own.defines for own in inputs)))
 
 
 def joined_uniforms(inputs: Iterable[PixelInputs]) -> dict[str, Any]:
     """Return the uniforms of passes that share a program."""
-    return {name: value for each in inputs for name, value in each.uniforms.items()}
+    return {name: value for own in inputs for name, value in own.uniforms.items()}
 
 
 def call_defines(passes: Sequence[PixelPass[Any]]) -> tuple[str, str]:
     """Return the define that calls the functions of `passes` in turn, and that of what the last of them writes."""
-    calls = " ".join(f"draw_{each.name}(pixel);" for each in passes)
+    calls = " ".join(f"draw_{pass_.name}(pixel);" for pass_ in passes)
     return f"DRAW_PASSES={calls}", f"RESULT={RESULTS[passes[-1].writes[0]]}"
 
 
@@ -345,11 +347,11 @@ def _readers(group: Sequence[DrawnPass]) -> dict[str, DrawnPass]:
     """Return the targets that a group reads from textures, in the order of `TARGETS`, each with the first to do so."""
     readers: dict[str, DrawnPass] = {}
     written: set[str] = set()
-    for each in group:
-        for name in each.pass_.reads:
+    for drawn in group:
+        for name in drawn.pass_.reads:
             if name in _FIELDS and name not in written:
-                readers.setdefault(name, each)
-        written.update(each.pass_.writes)
+                readers.setdefault(name, drawn)
+        written.update(drawn.pass_.writes)
     return {name: readers[name] for name in TARGETS if name in readers}
 
 

@@ -37,7 +37,8 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view.bounds import depth_range, ground_range
 from depthwalk.render.view.framing import IN_FRONT, camera_on
 from depthwalk.render.view.view import View, view_distance
-from depthwalk.render.world.render_world import FrameResidency, RenderWorld
+from depthwalk.render.world.frame_residency import FrameResidency
+from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 

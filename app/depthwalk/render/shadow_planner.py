@@ -16,7 +16,8 @@ from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
-from depthwalk.render.world.render_world import FrameResidency, RenderWorld
+from depthwalk.render.world.frame_residency import FrameResidency
+from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.effect_settings import ShadowParams
 from depthwalk.types import Array, Mask, Rows
 

@@ -1,16 +1,20 @@
-"""Define the value types that scene and path files share: numbers in sane ranges, vectors, colours."""
+"""Define the value types that scene and path files share: numbers in sane ranges, vectors, colours.
+
+A union of several classes is decided by the key that only one of them has (`one_of_keys`).
+"""
 
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Strict, WithJsonSchema
 
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.params import Params, shown
 
 MIN_SCALE, MAX_SCALE = 1e-4, 1e4
+KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 
 
 class FileParams(Params):
@@ -31,6 +35,27 @@ def numbers(*names: str) -> BeforeValidator:
         return value
 
     return BeforeValidator(check)
+
+
+def one_of_keys(*keys: str, first: str = "") -> Discriminator:
+    """Return the discriminator that selects a union's branch by the one key that only this branch has.
+
+    The tag of a branch is `KIND` followed by its key.
+
+    Parameters
+    ----------
+    *keys
+        The keys that decide.
+    first
+        The key that may be given together with others, and then takes precedence.
+    """
+
+    def present(value: Any) -> str | None:
+        found = [key for key in keys if isinstance(value, dict) and key in value]
+        return KIND + (first if first in found else found[0]) if len(found) == 1 or first in found else None
+
+    message = f"needs exactly one of {', '.join(map(repr, keys))}"
+    return Discriminator(present, custom_error_type="no_kind", custom_error_message=message)
 
 
 def _colour(value: Any) -> Any:

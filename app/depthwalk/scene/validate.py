@@ -15,11 +15,11 @@ from pydantic_core import ErrorDetails
 from depthwalk.errors import InputError, suggest
 from depthwalk.params import plain_message, shown
 from depthwalk.scene.document import Document, Loc, label, parse_document
+from depthwalk.scene.fields import KIND
 from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
 
 log = logging.getLogger(__name__)
 
-KIND = "\x1f"  # first character of a union branch's tag, which occurs only in pydantic's locations: no key may hold it
 MAX_MESSAGES = 20
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -222,12 +222,12 @@ def _complaints(error: ValidationError, model: type[BaseModel], source: Source) 
     # For a file of another version, report only the version: every other complaint would be noise.
     details = [detail for detail in details if detail["loc"] == ("version",)] or details
     # Locating a mistake and its likely spelling takes time: of a thousand, only those that are reported get this.
-    told: dict[str, None] = {}
+    messages: dict[str, None] = {}
     for number, detail in enumerate(details, 1):
-        told[str(_complaint(detail, model, source))] = None
-        if len(told) == MAX_MESSAGES and number < len(details):
-            return InputError(*told, f"... and {len(details) - number} more")
-    return InputError(*told)
+        messages[str(_complaint(detail, model, source))] = None
+        if len(messages) == MAX_MESSAGES and number < len(details):
+            return InputError(*messages, f"... and {len(details) - number} more")
+    return InputError(*messages)
 
 
 def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> InputError:

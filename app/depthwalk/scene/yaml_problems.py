@@ -290,6 +290,6 @@ def _shortened(problem: str) -> str:
         "node content": "a value",
         "mapping values are not allowed in this context": "':' is not allowed here",
     }
-    for libyamls, ours in plain.items():
-        problem = problem.replace(libyamls, ours)
+    for libyamls, plainer in plain.items():
+        problem = problem.replace(libyamls, plainer)
     return problem

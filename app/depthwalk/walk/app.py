@@ -20,6 +20,7 @@ from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
+from depthwalk.walk.framing import home_in
 from depthwalk.walk.input import Input
 from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.loading import LoadingScreen, StoppedError
@@ -31,7 +32,6 @@ from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
-from depthwalk.walk.viewer import home_in
 from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
@@ -131,7 +131,7 @@ class Walk:
         self.state.arrive()
         self.loading.end()
         tour = "P plays the tour, " if playback else ""
-        moves = "W A S D move, right drag looks around" if self.state.turned is None else "Drag turns, the wheel zooms"
+        moves = "W A S D move, right drag looks around" if self.state.orbit is None else "Drag turns, the wheel zooms"
         self.state.tell(self.model_turn.guess or f"{moves}; {tour}H shows all keys")
 
     def _begin(self) -> None:
@@ -148,11 +148,11 @@ class Walk:
         """Create everything that shows the renderer's pictures, and listen to the window's events."""
         self._atlas_view = AtlasView(self.device)
         self._on_gpu.callback(self._atlas_view.release)
-        self.frames = self.state.shown = ShownFrames(self.renderer, self.state.reachable)
+        self.frames = self.state.shown_surfaces = ShownFrames(self.renderer, self.state.reachable)
         self._on_gpu.callback(lambda: self.frames.release())
         self.state.obstacles = self.background.obstacles(self.renderer)
         self.input = Input(self.window, self.state, key_actions(self), lambda: self.frames.finish())
-        on_refresh(self.window, self.input.note_news)
+        on_refresh(self.window, self.input.note_event)
 
     def _open(self, file: Path) -> None:
         """Load a camera path, or show a scene or mesh; change nothing if the file cannot be used."""
@@ -177,7 +177,7 @@ class Walk:
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
-        self.frames = self.state.shown = ShownFrames(renderer, self.state.reachable)
+        self.frames = self.state.shown_surfaces = ShownFrames(renderer, self.state.reachable)
         self.state.show(scene, renderer, self.aspect)
         if model_turn.guess:
             self.state.tell(model_turn.guess)
@@ -247,7 +247,7 @@ class Walk:
         self.state.advance(dt)
         self.state.record(dt)
         self.state.pull_focus(dt)
-        self._take_news()
+        self._report_background()
         if min(*self.window.size, *self.window.buffer_size) > 0:
             rests = self._shows_all(dt)
             self.state.times.note(dt, shows=not rests)
@@ -279,17 +279,17 @@ class Walk:
             state.atlas,
             self.background.progress,
         )
-        widgets_rest = self._widget_rounds.are_over(content, self.input.take_news())
+        widgets_rest = self._widget_rounds.are_over(content, self.input.had_events())
         return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
 
-    def _take_news(self) -> None:
+    def _report_background(self) -> None:
         """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""
         sources = self.renderer.assets.meshes.reader.failures, self.background.failures
         if complaints := [complaint for failures in sources for complaint in failures]:
             self.state.tell("\n".join(dict.fromkeys(complaints)))
         for failures in sources:
             failures.clear()
-        self.state.take_pace()
+        self.state.adjust_speed()
 
     @property
     def aspect(self) -> float:

@@ -34,8 +34,8 @@ def viewer_rows(state: State) -> list[tuple[str, str]]:
 
 
 def _mode(state: State) -> str:
-    if state.turned is not None:
-        away = distance(state.turned)
+    if state.orbit is not None:
+        away = distance(state.orbit.camera)
         return f"orbit, {away:,.0f} m" if away >= _FAR else f"orbit, {away:.3g} m"
     return f"{state.mode.name.lower()}, {state.walker.speed:.3g} m/s"
 

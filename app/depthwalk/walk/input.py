@@ -64,7 +64,7 @@ class Input:
         before_change: Callable[[], None] = lambda: None,
     ) -> None:
         self._before_change = before_change
-        self._news = True  # whether anything happened that a widget may show
+        self._had_event = True  # whether anything happened that a widget may show
         self._edits = False  # whether widgets have received a press, or a key that they wait for, since they were drawn
         self._window, self._state = window, state
         self._io = imgui.get_io()
@@ -125,14 +125,14 @@ class Input:
             imgui.internal.clear_active_id()
         self._busy = imgui.is_any_item_active() or _is_list_open()
 
-    def note_news(self) -> None:
+    def note_event(self) -> None:
         """Record that something happened that may change what the window shows."""
-        self._news = True
+        self._had_event = True
 
-    def take_news(self) -> bool:
+    def had_events(self) -> bool:
         """Return whether anything happened since the last call that may change what the window shows."""
-        news, self._news = self._news, False
-        return news
+        had_event, self._had_event = self._had_event, False
+        return had_event
 
     @property
     def is_editing(self) -> bool:
@@ -144,7 +144,7 @@ class Input:
         return self._busy or any(inside)
 
     def _on_key(self, key: Any, action: Any, modifiers: Any) -> None:
-        self._news = True
+        self._had_event = True
         self._edits |= self._io.want_capture_keyboard  # otherwise a held key, which repeats, would end every slice
         pressed = action == self._window.keys.ACTION_PRESS
         repeated = not pressed and action != self._window.keys.ACTION_RELEASE
@@ -169,12 +169,12 @@ class Input:
                 self._actions[key]()
 
     def _on_character(self, character: str) -> None:
-        self._news = True
+        self._had_event = True
         self._edits |= self._io.want_capture_keyboard
         self._io.add_input_character(ord(character))
 
     def _on_mouse(self, x: float, y: float, dx: float, dy: float) -> None:
-        self._news = True
+        self._had_event = True
         # Computed here, since the differences from moderngl-window jump when the mouse is released.
         if self._last is not None and (self.captured or self._drag):
             right, down = x - self._last[0], y - self._last[1]
@@ -188,7 +188,7 @@ class Input:
             self._io.add_mouse_pos_event(x, y)
 
     def _on_press(self, x: float, y: float, button: int) -> None:
-        self._news = True
+        self._had_event = True
         if self.captured:
             return
         # The position of the last motion: on X11, GLFW gives the present one, several events later at 3 fps.
@@ -220,14 +220,14 @@ class Input:
         return True
 
     def _on_release(self, x: float, y: float, button: int) -> None:
-        self._news = True
+        self._had_event = True
         self._edits |= self._busy
         self._io.add_mouse_button_event(button - 1, False)
         if self._drag and self._drag[0] == button:
             self._drag = None
 
     def _on_wheel(self, right: float, up: float) -> None:
-        self._news = True
+        self._had_event = True
         if not self.captured and self._over_widgets(*(self._last or (0.0, 0.0))):
             self._edits = True
             self._io.add_mouse_wheel_event(right, up)

@@ -121,4 +121,4 @@ class LookAround:
         assert targets is not None and fitted is not None  # the last step has set them
         again = waits and self._renderer.assets.is_waiting and self._redrawn < _MOST_REDRAWN
         self._redrawn += again
-        self._surround.take_canvas(targets, fitted, counts=not again)
+        self._surround.keep_canvas(targets, fitted, counts=not again)

@@ -20,6 +20,7 @@ DISTANCE_RANGE = 1e-4, 1e6  # metres
 TURNTABLE = math.radians(30.0)  # per second
 _AIMING = 0.08  # s in which the remaining turn falls to 1/e
 _ARRIVED = 1e-3  # of the distance
+_SAME_SIDE = math.cos(math.radians(1.0))
 
 
 class Side(Enum):
@@ -42,6 +43,10 @@ class Side(Enum):
         """Return the side across from this one."""
         sides = list(Side)
         return sides[(sides.index(self) + len(sides) // 2) % len(sides)]
+
+    def unless_seen_along(self, look: glm.dvec3) -> "Side":
+        """Return this side, or the opposite one if `look`, world, of any length, already looks from this side."""
+        return self.opposite if glm.dot(glm.normalize(look), self.look) > _SAME_SIDE else self
 
 
 def turn(camera: Camera, right: float, down: float) -> Camera:

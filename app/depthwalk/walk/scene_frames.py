@@ -93,7 +93,7 @@ class SceneFrames:
         self._note(max(time.perf_counter() - start, of_passes))
 
     def draw_first(self, view: View, screen: moderngl.Framebuffer) -> None:
-        """Draw a frame at once, in a way that `take_first` can have it reprojected if it took long.
+        """Draw a frame at once, in a way that `reproject_first` can have it reprojected if it took long.
 
         Then the window need not wait for the second frame. The frame has no margin, which would delay it.
         """
@@ -102,7 +102,7 @@ class SceneFrames:
         self._reprojection.show_canvas(screen)
         self._is_untaken = self.seconds > _SLOW
 
-    def take_first(self) -> None:
+    def reproject_first(self) -> None:
         """From now on, reproject the frame of `draw_first` if it took long; call this when it is on the screen."""
         if self._is_untaken:
             self._is_untaken = False

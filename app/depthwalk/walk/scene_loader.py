@@ -16,8 +16,8 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.clock import WalkClock
+from depthwalk.walk.framing import home_in
 from depthwalk.walk.loading import LoadingScreen, StoppedError
-from depthwalk.walk.viewer import home_in
 from depthwalk.walk.window import Window
 
 _PATIENCE = 0.7  # seconds that a scene whose camera is known may take before its first frame

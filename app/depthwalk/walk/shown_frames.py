@@ -188,7 +188,7 @@ class ShownFrames:
         Call this once per iteration of the frame loop, after the picture is on the screen: the next one then follows
         the newest input.
         """
-        self._scene_frames.take_first()
+        self._scene_frames.reproject_first()
         if not self.in_slices or self._view is None or self.is_current:
             return
         if self._looks_around(self._view):

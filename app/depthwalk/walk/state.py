@@ -7,11 +7,12 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.focus import FocusPull
+from depthwalk.walk.framing import home_in
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recorder import Recorder, save_path, tolerance_in
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.times import FrameTimes, PictureTimes
-from depthwalk.walk.viewer import Viewer, home_in
+from depthwalk.walk.viewer import Viewer
 
 
 @dataclass

@@ -1,11 +1,12 @@
-"""Move the camera by keys and mouse, along a path or about a target; show messages.
+"""Move the camera: on foot or in flight, in orbit about a target, or along a path.
 
-This module draws nothing and is independent of the window, so that it can be tested without one.
+A `Walker`, `OrbitControls` and a `Playback` each move a camera of their own; the viewer decides which of them does, and
+hands the camera over from one to the next. This module draws nothing and is independent of the window, so that it can
+be tested without one.
 """
 
 import math
-import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Protocol
 
@@ -18,15 +19,13 @@ from depthwalk.limits import MAX_FOV, MIN_FOV
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
-from depthwalk.walk import orbit
 from depthwalk.walk.collision.obstacles import Obstacles
-from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, LONGEST_STEP, HeldKeys, Move, Walker, natural_speed
+from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, HeldKeys, Move, Walker, natural_speed
+from depthwalk.walk.framing import distance_to_all, extent_in
+from depthwalk.walk.orbit import Side, distance, with_distance
+from depthwalk.walk.orbit_controls import OrbitControls
 from depthwalk.walk.playback import Playback
-
-_TOAST_SECONDS = 4.0  # shortest time
-_READING = 15.0  # characters per second
-_SAME_SIDE = math.cos(math.radians(1.0))
-_EMPTY = 10.0  # metres: radius assumed for an empty scene
+from depthwalk.walk.toast import Toast
 
 
 class Surfaces(Protocol):
@@ -49,26 +48,6 @@ class Mode(Enum):
     ORBIT = "orbit"
 
 
-def home_in(scene: Scene, renderer: Renderer, aspect: float) -> Camera:
-    """Return the first camera of a scene: its own, or one that shows all objects.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    renderer
-        The renderer that draws it.
-    aspect
-        Width / height of the window.
-
-    Returns
-    -------
-    Camera
-        The camera, world; of a single model also while it turns.
-    """
-    return scene.camera or renderer.frame_all(aspect, turns=is_model_file(scene.path))
-
-
 @dataclass
 class Viewer:
     """Hold the camera of a walk, and move it.
@@ -85,18 +64,17 @@ class Viewer:
         The camera that the key Home returns to.
     playback
         The camera path that can be played; None if there is none.
-    turned
-        In Mode.ORBIT the camera that turns about its target; otherwise None.
-    shown
+    orbit
+        The camera that turns about its target, in Mode.ORBIT; None in other modes.
+    shown_surfaces
         Knows the surfaces that the window shows; if None, the renderer does.
     held
         The moves whose keys are down.
     fast
         Whether Shift is held.
-    turntable
-        Whether the camera keeps turning about its target.
     jumps
-        How often the camera has jumped, as by the key Home: from the picture before, nothing follows for the next one.
+        How often the camera has jumped, as by the key Home. What was seen before a jump does not tell what is seen
+        after it.
     obstacles
         Stops a walking viewer at surfaces, where the scene asks for it; None: nothing does.
     """
@@ -106,31 +84,28 @@ class Viewer:
     walker: Walker
     home: Camera
     playback: Playback | None = None
-    turned: Camera | None = None
-    shown: Surfaces | None = None
+    orbit: OrbitControls | None = None
+    shown_surfaces: Surfaces | None = None
     held: HeldKeys = field(default_factory=HeldKeys)
     fast: bool = False
-    turntable: bool = False
     jumps: int = 0
     obstacles: Obstacles | None = None
-    _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
-    _pace: float = 0.0  # the speed at the beginning of the walk, until the whole scene is shown
-    _toast: str = ""
-    _toast_end: float = 0.0
+    _first_speed: float = 0.0  # m/s: the one that `arrive` set; 0 once the whole scene is shown
+    _toast: Toast = field(default_factory=Toast)
 
     @property
     def surfaces(self) -> Surfaces:
         """Return the object that knows the surfaces that the window shows."""
-        return self.shown or self.renderer
+        return self.shown_surfaces or self.renderer
 
     def tell(self, message: str) -> None:
         """Show `message` for a few seconds, or longer if it takes longer to read."""
-        self._toast, self._toast_end = message, time.monotonic() + max(_TOAST_SECONDS, len(message) / _READING)
+        self._toast.show(message)
 
     @property
     def toast(self) -> str:
         """Return the message to show now, or an empty string if there is none or its time is over."""
-        return self._toast if time.monotonic() < self._toast_end else ""
+        return self._toast.text
 
     @property
     def notice(self) -> str:
@@ -151,13 +126,12 @@ class Viewer:
     @property
     def extent(self) -> tuple[NDArray[np.float64], float]:
         """Return the centre (3,), metres, world, and the radius, metres, of a sphere that holds all objects."""
-        bounds = self.renderer.world.bounds()
-        return bounds.sphere() if len(bounds.bounding_radius) else (np.zeros(3), _EMPTY)
+        return extent_in(self.renderer)
 
     @property
     def mode(self) -> Mode:
         """Return the way in which keys and mouse move the camera now."""
-        if self.turned is not None:
+        if self.orbit is not None:
             return Mode.ORBIT
         return Mode.WALK if self.walker.walking else Mode.FLY
 
@@ -166,7 +140,7 @@ class Viewer:
         """Return the camera to draw with: that of the path while it plays, otherwise that of the viewer."""
         if self.playback is not None and self.playback.playing:
             return self.playback.camera
-        return self.turned or self.walker.camera
+        return self.walker.camera if self.orbit is None else self.orbit.camera
 
     def arrive(self) -> None:
         """Begin the walk in a scene, with the camera at `home` and a speed that suits the scene.
@@ -174,21 +148,24 @@ class Viewer:
         A mesh that is shown without a scene file is viewed in orbit. Otherwise the viewer walks if the camera is at eye
         height, and flies if not.
         """
-        self._pace = self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
-        self.turned = self.home if is_model_file(self.scene.path) else None
-        self.walker.walking = self.turned is None
+        self._first_speed = self.walker.speed = self._natural_speed()
+        if not is_model_file(self.scene.path):
+            self.orbit = None
+        elif self.orbit is None:
+            self.orbit = OrbitControls(self.walker, self.home)
+        self.walker.walking = self.orbit is None
         self._place(self.home)
 
-    def take_pace(self) -> None:
+    def adjust_speed(self) -> None:
         """Set the speed that suits the whole scene, once all objects of the scene are shown.
 
         `arrive` could only judge by the objects loaded at that time. This does nothing while some are missing, after
         the first time, or if the user has changed the speed since `arrive`.
         """
-        if self._pace and self.renderer.world.is_whole:
-            if self.walker.speed == self._pace:
-                self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
-            self._pace = 0.0
+        if self._first_speed and self.renderer.world.is_whole:
+            if self.walker.speed == self._first_speed:
+                self.walker.speed = self._natural_speed()
+            self._first_speed = 0.0
 
     def advance(self, dt: float) -> None:
         """Move the camera for `dt` seconds: along the path while it plays, otherwise by the keys that are held.
@@ -212,18 +189,10 @@ class Viewer:
             obstacles.walk(self.walker, held, dt, fast=self.fast)
         else:
             self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
-        if self.turned is not None:
-            shift = self.walker.position - before
-            self._turn_to(self.turned.moved(shift))
-            if self._aimed is not None:
-                self._aimed = self._aimed + shift
-                camera, arrived = orbit.aim(self.turned, self._aimed, dt)
-                self._aimed = None if arrived else self._aimed
-                self._turn_to(camera)
-            self.turntable = self.turntable and not held
-            if self.turntable:
-                step = orbit.TURNTABLE * min(dt, LONGEST_STEP)
-                self._turn_to(orbit.turn(self.turned, step / orbit.RADIANS_PER_PIXEL, 0.0))
+        if self.orbit is not None:
+            if held:
+                self.orbit.turntable = False
+            self.orbit.advance(self.walker.position - before, dt)
 
     @property
     def _obstacles(self) -> Obstacles | None:
@@ -241,10 +210,10 @@ class Viewer:
         In orbit the camera turns about its target, otherwise about its own position.
         """
         self._take_over()
-        if self.turned is None:
+        if self.orbit is None:
             self.walker.look(right, down)
         else:
-            self._turn_to(orbit.turn(self.turned, right, down))
+            self.orbit.turn(right, down)
 
     def pan(self, right: float, down: float) -> None:
         """Move the camera sideways by a mouse drag, so that the target follows the mouse.
@@ -256,29 +225,28 @@ class Viewer:
         right, down
             How far the mouse moved, in heights of the window.
         """
-        if self.turned is not None:
+        if self.orbit is not None:
             self._take_over()
-            self._aimed = None
-            self._turn_to(orbit.pan(self.turned, right, down))
+            self.orbit.pan(right, down)
 
     def wheel(self, notches: float) -> None:
         """Change the speed or, in orbit, the distance to the target, by `notches` of the wheel.
 
         Positive numbers make the viewer faster, or bring the target nearer.
         """
-        if self.turned is None:
+        if self.orbit is None:
             self.walker.change_speed(notches)
             self.tell(f"Speed {self.walker.speed:.3g} m/s")
         else:
             self._take_over()
-            self._turn_to(orbit.dolly(self.turned, notches))
+            self.orbit.dolly(notches)
 
     def set_fov(self, fov: float) -> None:
         """Change the vertical field of view to `fov`, radians, within what scene files allow, and stop the path."""
         self._take_over()
         self.walker.fov = glm.clamp(fov, math.radians(MIN_FOV), math.radians(MAX_FOV))
-        if self.turned is not None:
-            self.turned = replace(self.turned, fov=self.walker.fov)
+        if self.orbit is not None:
+            self.orbit.set_fov(self.walker.fov)
 
     def seek(self, seconds: float) -> None:
         """Move the camera to the path's position at `seconds` after its beginning; do nothing without a path."""
@@ -292,18 +260,17 @@ class Viewer:
         if self.playback is None:
             self.tell("No camera path: drop a path file on the window, start with --path FILE, or record one with K")
         else:
-            self.turntable = False
+            self._stop_turntable()
             self.playback.toggle()
             self.jumps += self.playback.playing
 
     def toggle_turntable(self) -> None:
         """Start or stop the camera's continuous turn about its target, in orbit; any other move stops it too."""
-        if self.turntable:
-            self.turntable = False
+        if self.orbit is not None and self.orbit.turntable:
+            self.orbit.turntable = False
             return
         self._take_over()
-        self.set_mode(Mode.ORBIT)
-        self.turntable = True
+        self._begin_orbit().turntable = True
         self.tell("Turning about the target; N or any movement stops it")
 
     def set_mode(self, mode: Mode) -> None:
@@ -311,17 +278,12 @@ class Viewer:
 
         In orbit, the surface in the middle of the picture becomes the target.
         """
-        self.walker.walking = mode is Mode.WALK
-        self.walker.eye_height = EYE_HEIGHT
-        self._aimed, self.turntable = None, False
-        if mode is not Mode.ORBIT:
-            self.turned = None
-        elif self.turned is None:
-            distance = self.surfaces.distance_at(0.5, 0.5)
-            if np.isinf(distance):
-                distance = self._distance_to_all()
-            self.turned = orbit.with_distance(self.camera, distance)
-        self.tell({Mode.FLY: "Flying", Mode.WALK: "Walking on the ground", Mode.ORBIT: "Orbiting a target"}[mode])
+        if mode is Mode.ORBIT:
+            self._begin_orbit()
+        else:
+            self.orbit = None
+            self.walker.walking, self.walker.eye_height = mode is Mode.WALK, EYE_HEIGHT
+            self.tell("Walking on the ground" if self.walker.walking else "Flying")
 
     def toggle_walking(self) -> None:
         """Change from walking to flying, and from any other mode to walking."""
@@ -346,11 +308,9 @@ class Viewer:
             self.tell("No surface under the mouse to orbit about")
             return
         self._take_over()
-        if self.turned is None:
-            self.set_mode(Mode.ORBIT)
-        self._aimed = point
+        (self.orbit or self._begin_orbit()).aim_at(point)
 
-    def frame_all(self, aspect: float, side: orbit.Side | None = None) -> None:
+    def frame_all(self, aspect: float, side: Side | None = None) -> None:
         """Move the camera to where it sees all objects; this changes from walking to flying.
 
         Parameters
@@ -365,13 +325,12 @@ class Viewer:
         camera = self.camera
         look = camera.look
         if side is not None:
-            if glm.dot(glm.normalize(look), side.look) > _SAME_SIDE:
-                side = side.opposite
+            side = side.unless_seen_along(look)
             look = side.look
             self.tell(f"From {side.name.lower()}" if side.look.y else f"From the {side.name.lower()}")
         self.walker.walking = False
         self.jumps += 1
-        self._place(self.renderer.frame_all(aspect, camera.fov, -look, turns=self.turned is not None))
+        self._place(self.renderer.frame_all(aspect, camera.fov, -look, turns=self.orbit is not None))
 
     def go_home(self) -> None:
         """Return to `home`, the camera at the beginning of the walk, and stop the path."""
@@ -381,9 +340,13 @@ class Viewer:
 
     def _take_over(self) -> None:
         """Stop path and turntable: the user moves the camera."""
-        self.turntable = False
+        self._stop_turntable()
         if self.playback is not None:
             self.playback.playing = False
+
+    def _stop_turntable(self) -> None:
+        if self.orbit is not None:
+            self.orbit.turntable = False
 
     def _place(self, camera: Camera) -> None:
         """Place the viewer at `camera`, at rest, and fly if this is not at the eye height of a walking viewer.
@@ -396,24 +359,24 @@ class Viewer:
             self.walker.eye_height = height
         else:
             self.walker.walking = False
-        self._aimed = None
-        if self.turned is not None:
-            self.turned = camera
+        if self.orbit is not None:
+            self.orbit.place(camera)
 
     def _look_from(self, camera: Camera) -> None:
         """Place the camera as `_place` does; in orbit, keep the distance to the target."""
-        self._place(camera if self.turned is None else orbit.with_distance(camera, orbit.distance(self.turned)))
+        self._place(camera if self.orbit is None else with_distance(camera, distance(self.orbit.camera)))
 
-    def _turn_to(self, camera: Camera) -> None:
-        """Move the orbit's camera and, with it, the walker, who keeps the velocity from the keys."""
-        velocity = self.walker.velocity
-        self.walker.place(camera)
-        self.walker.velocity = velocity
-        self.turned = camera
+    def _begin_orbit(self) -> OrbitControls:
+        """Change to Mode.ORBIT and return what moves the camera from now on, or stop it if it is in that mode."""
+        if self.orbit is None:
+            metres = self.surfaces.distance_at(0.5, 0.5)
+            metres = distance_to_all(self.renderer, self.camera) if math.isinf(metres) else metres
+            self.orbit = OrbitControls(self.walker, with_distance(self.camera, metres))
+        self.orbit.stop()
+        self.walker.walking, self.walker.eye_height = False, EYE_HEIGHT
+        self.tell("Orbiting a target")
+        return self.orbit
 
-    def _distance_to_all(self) -> float:
-        """Return the distance along the view axis to the centre of all objects; their radius if that is behind."""
-        middle, radius = self.extent
-        camera = self.camera
-        ahead = glm.dot(glm.dvec3(middle) - glm.dvec3(*camera.position), glm.normalize(camera.look))
-        return ahead if ahead > 0 else radius
+    def _natural_speed(self) -> float:
+        """Return the speed that the scene asks for, m/s, or else the one that suits the objects shown so far."""
+        return self.scene.walk.speed or natural_speed(self.extent[1])

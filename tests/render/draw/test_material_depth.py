@@ -122,7 +122,7 @@ def test_a_variant_is_made_when_asked_for(gl_device: Device, tmp_path: Path, mon
         "uniform float plain;\n#ifdef SPECIAL\nuniform float special;\n#else\nconst float special = 0.0;\n#endif\n"
         "out vec4 c;\nvoid main() { c = vec4(plain + special); }\n"
     )
-    monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
+    monkeypatch.setattr("depthwalk.gpu.shader_source.shader_root", lambda: tmp_path)
     scope = gl_device.scope("test")
     programs = Variants(lambda defines: Program(scope, "one/a.vert", "one/a.frag", defines))
     assert not programs

@@ -18,7 +18,7 @@ from depthwalk.render import kernels
 from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
 from depthwalk.render.draw import material_depth
-from depthwalk.render.draw.object_detail import Way, describe
+from depthwalk.render.draw.object_detail import DrawMethod, describe
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
@@ -97,13 +97,17 @@ def test_how_objects_are_drawn(table: AssetTable, seed: int) -> None:
             objects=objects, bounds=bounds_of(objects, table), table=replace(table, volumes=volumes), generation=0
         )
         reference, compiled = both(lambda: describe(view, scene, rows, LodParams()))  # noqa: B023
-        for name in ("row", "level", "pieces", "triangles", "way"):
+        for name in ("row", "level", "pieces", "triangles", "method"):
             np.testing.assert_array_equal(getattr(reference, name), getattr(compiled, name))
         for name in ("viewer", "step"):
             np.testing.assert_allclose(getattr(compiled, name), getattr(reference, name), rtol=1e-5, atol=1e-5)
         assert len(np.unique(reference.level)) > 2 and len(np.unique(reference.pieces)) > 2
-        ways = {Way.POLYGONS, Way.TILE, Way.DIRECT}
-        assert ways <= set(reference.way.tolist()) <= ways | ({Way.NOTHING} if volumes is planar else set())
+        methods = {DrawMethod.POLYGONS, DrawMethod.TILE, DrawMethod.DIRECT}
+        assert (
+            methods
+            <= set(reference.method.tolist())
+            <= methods | ({DrawMethod.NOTHING} if volumes is planar else set())
+        )
 
 
 @pytest.mark.parametrize("seed", SEEDS)

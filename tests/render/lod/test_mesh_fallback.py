@@ -19,7 +19,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View
-from depthwalk.render.world.render_world import FrameResidency
+from depthwalk.render.world.frame_residency import FrameResidency
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import DEFAULT_BUDGET
 from depthwalk.types import Array

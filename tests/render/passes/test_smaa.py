@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.program import Source
+from depthwalk.gpu.shader_source import ShaderSource
 from depthwalk.reference.smaa import areas_cut
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
@@ -37,7 +37,7 @@ def test_what_a_line_cuts_off_is_an_area(edges: tuple[Array, Array, Array]) -> N
 
 
 def test_the_shader_matches_its_twin(gl_device: Device, edges: tuple[Array, Array, Array]) -> None:
-    source = Source("smaa/line.glsl").text + (
+    source = ShaderSource("smaa/line.glsl").text + (
         "in float before, after; in vec2 heights; out vec2 areas;\n"
         "void main() { areas = areas_cut(before, after, heights); }\n"
     )

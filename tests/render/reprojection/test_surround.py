@@ -136,7 +136,7 @@ def test_the_sides_show_every_direction_once_and_frames_do_not_notice(turning: T
         for _ in turning.renderer.auxiliary_steps(SURROUNDING, side, turning.reprojection.surround.canvas()):
             pass
         assert turning.renderer.auxiliary_view is not None and turning.renderer.targets is not None
-        turning.reprojection.surround.take_canvas(turning.renderer.targets, turning.renderer.auxiliary_view)
+        turning.reprojection.surround.keep_canvas(turning.renderer.targets, turning.renderer.auxiliary_view)
     assert turning.renderer.plan is plan
     assert (read(turning.reprojection.surround.surfaces, np.float32)[..., 3] > 0).all()
     for degrees in (100, 180, 250):
@@ -149,4 +149,4 @@ def test_without_a_side_there_is_nothing_to_keep(turning: Turning) -> None:
     view = turning.take(looking(0))
     assert turning.renderer.targets is not None
     with pytest.raises(ValueError, match="nothing was drawn"):
-        turning.reprojection.surround.take_canvas(turning.renderer.targets, view)
+        turning.reprojection.surround.keep_canvas(turning.renderer.targets, view)

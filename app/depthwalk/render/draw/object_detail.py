@@ -32,7 +32,7 @@ _WORTH = 2000  # triangles above which culling pieces of an object's side saves 
 _DPCI, _DMESH = int(Representation.DPCI), int(Representation.DMESH)
 
 
-class Way(IntEnum):
+class DrawMethod(IntEnum):
     """Enumerate how a phase draws an object that no mesh replaces; the loop `describe` returns the same numbers."""
 
     POLYGONS = 0
@@ -42,7 +42,7 @@ class Way(IntEnum):
 
 
 # Plain numbers, since those of an IntEnum are slow to look up and to compare arrays with.
-POLYGONS, TILE, DIRECT, NOTHING = (int(way) for way in Way)
+POLYGONS, TILE, DIRECT, NOTHING = (int(method) for method in DrawMethod)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,7 @@ class ObjectDetail:
     level : (m,) level of detail, 0 the finest.
     pieces : (m,) bit masks of the pieces, see `cook.cases`.
     triangles : (m,) number of triangles in all pieces of that level.
-    way : (m,) `Way` of each.
+    method : (m,) `DrawMethod` of each.
     step : (m,) the paper's Iter_step, see `iter_step`.
     """
 
@@ -65,7 +65,7 @@ class ObjectDetail:
     level: Ints
     pieces: Ints
     triangles: Ints
-    way: NDArray[np.uint8]
+    method: NDArray[np.uint8]
     step: Array
 
 
@@ -215,10 +215,10 @@ def _described(
     pieces = np.where(imaged & near, ALL_PIECES, pieces)  # from inside, any image may be seen
     if lod.cases == "complete":  # all pieces: their edges, for silhouette lines, are then built once for all viewers
         pieces = np.where(direct, ALL_PIECES, pieces)
-    way = np.full(len(rows), POLYGONS, np.uint8)
-    way[imaged] = NOTHING
-    way[imaged & (distance >= MIN_PLANE_DISTANCE * volumes.radius)] = TILE
-    way[direct | (imaged & near)] = DIRECT
+    method = np.full(len(rows), POLYGONS, np.uint8)
+    method[imaged] = NOTHING
+    method[imaged & (distance >= MIN_PLANE_DISTANCE * volumes.radius)] = TILE
+    method[direct | (imaged & near)] = DIRECT
     metres = np.linalg.norm(scene.bounds.centre[rows] - view.position, axis=1)
     return ObjectDetail(
         row=rows,
@@ -226,7 +226,7 @@ def _described(
         level=level,
         pieces=pieces,
         triangles=table.triangles[objects.asset, level],
-        way=way,
+        method=method,
         step=iter_step(metres, table.texel[objects.asset] * objects.scale, view.half_extent[1], view.whole_size[1]),
     )
 
@@ -235,7 +235,7 @@ def _compiled(loops: ModuleType, view: View, scene: SceneArrays, rows: Rows, lod
     """Choose detail as `describe` does, by compiled `loops`; not for the paper's rules."""
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     volumes = table.volumes
-    viewer, level, pieces, triangles, way, step = loops.describe(
+    viewer, level, pieces, triangles, method, step = loops.describe(
         rows,
         objects.position,
         objects.rotation,
@@ -269,7 +269,9 @@ def _compiled(loops: ModuleType, view: View, scene: SceneArrays, rows: Rows, lod
         volumes.has_side,
         MIN_PLANE_DISTANCE,
     )
-    return ObjectDetail(row=rows, viewer=viewer, level=level, pieces=pieces, triangles=triangles, way=way, step=step)
+    return ObjectDetail(
+        row=rows, viewer=viewer, level=level, pieces=pieces, triangles=triangles, method=method, step=step
+    )
 
 
 def choose_levels(

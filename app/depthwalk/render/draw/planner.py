@@ -97,7 +97,7 @@ class Planner:
         replaced = self._detail.replaced(view, scene, rows, settings, is_resident)
         fallbacks = table.mesh_fallbacks.meshes(objects, rows[replaced])
         seen = self._detail.describe(view, scene, np.delete(rows, replaced) if len(replaced) else rows, settings.lod)
-        tiled = (seen.way == TILE).nonzero()[0]
+        tiled = (seen.method == TILE).nonzero()[0]
         impostors = _impostors(seen, tiled, scene)
         error = self.tiles.begin_phase(view, impostors, settings.layout, settings.warp_limit, continues)
         impostors = self._lightened(impostors, error, table, settings.lod)
@@ -237,7 +237,7 @@ def _warp_list(impostors: ImpostorObjects, work: TileWork, table: AssetTable, at
 
 def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, DrawList]:
     """Return the objects (d,), as indices into `seen`, drawn straight into the picture, and their draws."""
-    direct = (seen.way == DIRECT).nonzero()[0]
+    direct = (seen.method == DIRECT).nonzero()[0]
     if not len(direct):
         return direct, DrawList(records=_NOT_PLACED)
     asset, level, pieces = scene.objects.asset[seen.row[direct]], seen.level[direct], seen.pieces[direct]
@@ -251,7 +251,7 @@ def _direct_list(view: View, scene: SceneArrays, seen: ObjectDetail) -> tuple[Ro
 
 def _by_representation(scene: SceneArrays, seen: ObjectDetail) -> tuple[Rows, Rows, Rows, Rows]:
     """Return indices into `seen`: of meshes, of meshes drawn by clusters, of height fields, of captured views."""
-    others = (seen.way == POLYGONS).nonzero()[0]
+    others = (seen.method == POLYGONS).nonzero()[0]
     kind = scene.objects.representation[seen.row[others]]
     if kind.max(initial=0) < Representation.MESH_CLUSTERS:  # as in nearly every scene
         return others, others[:0], others[:0], others[:0]

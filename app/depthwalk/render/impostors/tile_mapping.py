@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.geometry.soa import StructOfArrays
-from depthwalk.render.impostors.warp_planes import Planes, Seen, tile_sizes
+from depthwalk.render.impostors.warp_planes import Planes, PlaneVisibility, tile_sizes
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Rows
 
@@ -83,7 +83,7 @@ def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes
     )
 
 
-def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: float, limit: int) -> Tiles:
+def screen_tiles(planes: Planes, seen: PlaneVisibility, view: View, depth: Array, scale: float, limit: int) -> Tiles:
     """Return tiles whose texels are the screen's pixels.
 
     Parameters

@@ -181,7 +181,7 @@ def _rectangles(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Seen(StructOfArrays):
+class PlaneVisibility(StructOfArrays):
     """Hold what the camera sees of n rectangles on planes.
 
     Attributes
@@ -201,7 +201,9 @@ class Seen(StructOfArrays):
     pixel_high: Array
 
 
-def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = GUARD) -> tuple[Planes, Seen]:
+def crop_to_frustum(
+    planes: Planes, view: View, rotation: Array, guard: float = GUARD
+) -> tuple[Planes, PlaneVisibility]:
     """Crop the rectangles to what the camera sees, in pictures `guard` times as wide and high as the view's.
 
     The visible part is a convex polygon. Its corners are corners of the rectangle, crossings of an edge with a side of
@@ -244,7 +246,7 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = 
         visible[cut] = (high[cut] > low[cut]).all(-1)
         seen_at = _in_camera(camera[cut], planes.distance[cut], candidates)
         pixel_low[cut], pixel_high[cut] = _pixel_bounds(view, guard, seen_at, inside)
-    return replace(planes, low=low, high=high), Seen(
+    return replace(planes, low=low, high=high), PlaneVisibility(
         camera=camera, visible=visible, whole=whole, pixel_low=pixel_low, pixel_high=pixel_high
     )
 

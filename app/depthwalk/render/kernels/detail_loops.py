@@ -12,7 +12,7 @@ from depthwalk.render.kernels.layout_loops import turned_axes, warp_face
 from depthwalk.types import Array, Mask, Rows
 
 _DPCI, _DMESH = 1, 2  # of `scene.arrays.Representation`
-_POLYGONS, _TILE, _DIRECT, _NOTHING = 0, 1, 2, 3  # of `object_detail.Way`
+_POLYGONS, _TILE, _DIRECT, _NOTHING = 0, 1, 2, 3  # of `object_detail.DrawMethod`
 
 
 @compiled()

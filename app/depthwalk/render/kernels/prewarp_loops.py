@@ -22,6 +22,18 @@ def _segment(numbers: int, epipole: float, k: int) -> int:
 
 
 @compiled()
+def _pixels_between(start: float, end: float, low: float, step: float, count: int) -> tuple[int, int]:
+    """Return the first pixel of a line of `count` that a segment covers, and one after the last."""
+    return max(math.ceil((start - low) / step), 0), min(math.floor((end - low) / step), count - 1) + 1
+
+
+@compiled()
+def _interpolated(at_start: float, at_end: float, start: float, end: float, place: float) -> float:
+    """Return the value at `place` of a segment whose ends, at `start` and `end`, have the given values."""
+    return at_start + min(max((place - start) / max(end - start, 1e-300), 0.0), 1.0) * (at_end - at_start)
+
+
+@compiled()
 def _columns(ratio: Array, epipole: float, low: float, step: float, warped: Array) -> None:
     """Move each row of `ratio` (h, w) along itself into `warped` (h, columns), see `warped_lines`."""
     rows, numbers = ratio.shape
@@ -32,10 +44,9 @@ def _columns(ratio: Array, epipole: float, low: float, step: float, warped: Arra
             if at_start <= 0 or at_end <= 0:
                 continue
             start, end = epipole + (j - epipole) * at_start, epipole + (j + 1 - epipole) * at_end
-            first = max(math.ceil((start - low) / step), 0)
-            for column in range(first, min(math.floor((end - low) / step), warped.shape[1] - 1) + 1):
-                part = min(max((low + step * column - start) / max(end - start, 1e-300), 0.0), 1.0)
-                warped[row, column] = at_start + part * (at_end - at_start)
+            first, after = _pixels_between(start, end, low, step, warped.shape[1])
+            for column in range(first, after):
+                warped[row, column] = _interpolated(at_start, at_end, start, end, low + step * column)
 
 
 @compiled()
@@ -52,10 +63,9 @@ def _rows(ratio: Array, epipole: float, low: float, step: float, warped: Array) 
             if at_start <= 0 or at_end <= 0:
                 continue
             start, end = epipole + (j - epipole) * at_start, epipole + (j + 1 - epipole) * at_end
-            first = max(math.ceil((start - low) / step), 0)
-            for row in range(first, min(math.floor((end - low) / step), warped.shape[0] - 1) + 1):
-                part = min(max((low + step * row - start) / max(end - start, 1e-300), 0.0), 1.0)
-                warped[row, column] = at_start + part * (at_end - at_start)
+            first, after = _pixels_between(start, end, low, step, warped.shape[0])
+            for row in range(first, after):
+                warped[row, column] = _interpolated(at_start, at_end, start, end, low + step * row)
 
 
 @compiled("P2 D2 D1 D2 D2 i i")

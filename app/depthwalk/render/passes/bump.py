@@ -1,7 +1,7 @@
 """Draw planar depth images by bump mapping: the picture's plane without its depth, lit by its normals.
 
 Blinn 1978, "Simulation of wrinkled surfaces": the cheapest method, which looks like a relief as long as the viewer
-stands still.
+stands still. The plane goes to the visibility buffer; `material_resolve` looks up colours and normals there.
 """
 
 from depthwalk.params import Params

@@ -1,8 +1,9 @@
 """Composite: draw every impostor tile as a rectangle with the true depth of each pixel.
 
-The second pass of Liu, Liu and Wu 2007 (§2.5). It writes which object and image each pixel shows, into the visibility
-buffer; colours are looked up later, once per pixel, by `material_resolve`. Where tiles hold lit colours, it filters
-these.
+The second pass of Liu, Liu and Wu 2007 (§2.5). Where a tile stores λ at the point X of its plane, the viewer C sees the
+surface at P = C + (X − C) / λ (§2.2). This writes P's distance, and which object and image the pixel shows, into the
+visibility buffer and the depth buffer; colours are looked up later, once per pixel, by `material_resolve`. Where tiles
+hold lit colours, it filters these.
 """
 
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope

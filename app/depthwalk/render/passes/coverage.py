@@ -1,4 +1,9 @@
-"""Blend pixels that depth images cover in part with what is behind them. See docs/anti-aliasing.md."""
+"""Blend pixels that depth images cover only in part with what is behind them: the silhouettes' anti-aliasing.
+
+`composite` found which part of a pixel is uncovered (shaders/composite/partial_coverage.glsl) and stored it in the
+visibility buffer. The pixel becomes mix(picture, behind, uncovered), where `behind` is the mean of the neighbours that
+are farther away. See docs/anti-aliasing.md.
+"""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants

@@ -1,6 +1,7 @@
 """Draw depth samples straight to the screen by 3-D warping: where the viewer is inside a cylinder, and for `dmesh`.
 
-There is no impostor tile in between, as in Pajarola et al. 2004, "DMesh", with which the paper compares itself.
+Each sample is projected as an ordinary vertex, into the visibility buffer and the depth buffer. There is no impostor
+tile in between, as in Pajarola et al. 2004, "DMesh", with which the paper compares itself.
 """
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT

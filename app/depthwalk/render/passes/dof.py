@@ -1,8 +1,9 @@
-"""Simulate the depth of field of a thin lens by one of three methods.
+"""Simulate the depth of field of a thin lens: blur `lit` by the circles of confusion that follow from depth.
 
-`paper`: Huang, Lu, He and Cai, *Real-time depth-of-field simulation on GPU*, 2008. `gather`: rays to the lens through
-the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Focus Control*, 2010. `accumulate`:
-Haeberli and Akeley, *The Accumulation Buffer*, 1990.
+There are three methods. `paper`: Huang, Lu, He and Cai, *Real-time depth-of-field simulation on GPU*, 2008 (formulas 1,
+2 and 5). `gather`: rays to the lens through the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects
+and Focus Control*, 2010. `accumulate`: the mean of frames seen from points of the lens, Haeberli and Akeley, *The
+Accumulation Buffer*, 1990.
 """
 
 from collections.abc import Iterable, Iterator

@@ -1,6 +1,8 @@
-"""Blend surfaces and sky with fog, by distance and height.
+"""Blend the surfaces and the sky in `lit` with fog, which thins with height.
 
-Fog without a colour of its own takes that of the sky at the horizon.
+A pixel becomes mix(colour of the fog, pixel, e^(−density · metres)), by Beer and Lambert; how many metres of fog lie in
+front of it follows from the depth buffer in closed form. Fog without a colour of its own takes that of the sky at the
+horizon.
 """
 
 from depthwalk.colour import linear_from_srgb

@@ -1,4 +1,7 @@
-"""Blur the lit picture along edges of brightness: fast approximate anti-aliasing (Lottes 2009)."""
+"""Blur the picture in `lit` along edges of brightness: fast approximate anti-aliasing (Lottes 2009).
+
+Nothing but colours goes in, so that edges within textures are blurred, too.
+"""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program

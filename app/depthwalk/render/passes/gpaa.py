@@ -1,6 +1,8 @@
 """Blend pixels that an edge of the geometry crosses with their neighbour: geometric post-process anti-aliasing (GPAA).
 
-Persson, *Geometric Post-process Anti-Aliasing*, 2011, and its edge-optimised variant; see docs/anti-aliasing.md.
+Silhouettes and creases of everything drawn as triangles are drawn as lines over the picture; each pixel that a line
+crosses is mixed with the one beyond, by the part of its area that lies beyond. Persson, *Geometric Post-process
+Anti-Aliasing*, 2011, and its edge-optimised variant; see docs/anti-aliasing.md.
 """
 
 from collections.abc import Callable

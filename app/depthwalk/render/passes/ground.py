@@ -1,4 +1,7 @@
-"""Draw the level ground, textured, after the objects that may hide it."""
+"""Draw the level ground, with colour and texture of the environment, into the G-buffer and the depth buffer.
+
+It is drawn after the objects that may hide it, so that hidden pixels cost nothing.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""Show normals, distances or albedo in place of the lit picture, to find faults of a model or its depth images."""
+"""Show normals, distances or albedo in place of the lit picture, to find faults of a model or its depth images.
+
+It reads the G-buffer and the depth buffer, and overwrites all of `lit`; where nothing is, that is black.
+"""
 
 from depthwalk.render.frame import Frame
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass

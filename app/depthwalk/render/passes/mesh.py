@@ -1,7 +1,8 @@
 """Draw polygon meshes, instanced per asset and level of detail, into the G-buffer and the depth buffer.
 
-The nearest objects are drawn without meshlets that cannot be seen (`render.resources.meshlets`). Objects of the
-representation mesh-clusters are drawn by clusters (`render.cluster_drawing`).
+The draw lists name the levels. The nearest objects are drawn without meshlets that cannot be seen
+(`render.resources.meshlets`). Objects of the representation mesh-clusters are drawn by clusters
+(`render.cluster_drawing`).
 """
 
 import moderngl

@@ -1,6 +1,7 @@
-"""Convert linear light to the sRGB of the screen, with exposure and tone mapping.
+"""Convert linear light in `lit` to the sRGB of the screen (IEC 61966-2-1), with exposure and tone mapping.
 
-With supersampling a pixel of the screen is the mean of its samples.
+Exposure is a factor 2^exposure; the curves are those of shaders/output/tone.glsl (Reinhard et al. 2002, equation 3, and
+others). With supersampling a pixel of the screen is the mean of its samples.
 """
 
 from depthwalk.render.frame import Frame

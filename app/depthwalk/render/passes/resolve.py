@@ -1,6 +1,7 @@
 """Average the samples of each pixel in linear light, and take the depth of the nearest.
 
-With hardware multisampling the passes before this one run once per sample; this pass adds up their results.
+With hardware multisampling the passes before this one run once per sample, and each time this one adds their `lit`,
+divided by the number of samples, to a sum; after the last sample the sum replaces `lit`.
 """
 
 import moderngl

@@ -1,4 +1,7 @@
-"""Copy one sample of each pixel into the G-buffer, so that later passes see a single sample."""
+"""Copy one sample of each pixel from the multisampled targets into the G-buffer, visibility and depth buffer.
+
+With hardware multisampling, the passes from here to `resolve` run once for each sample and see only that one.
+"""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants

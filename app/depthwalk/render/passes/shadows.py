@@ -1,6 +1,7 @@
-"""Draw the shadow maps of sun and lamps: depth seen along their light.
+"""Draw the shadow maps of sun and lamps: depth seen along their light (Williams 1978).
 
-Maps are kept from frame to frame; a map is drawn again only if it would change.
+`frame.shadows` lists the maps with their casters. Depth samples are warped in 3-D straight into a map, without an
+impostor, and polygons are projected. Maps are kept from frame to frame; a map is drawn again only if it would change.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,7 +30,7 @@ _CLAMPED = (DEPTH_CLAMP,)  # casters in front of the near plane of a map of the 
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Begun:
+class _UnfinishedMap:
     """Hold a map that is drawn over several frames, the tile that it goes to, and what is still to be drawn."""
 
     tile: int
@@ -59,7 +60,7 @@ class ShadowsPass(Pass[ShadowParams]):
         self._of_lamps = ShadowAtlas(gl, columns=4)
         self._beside = ShadowAtlas(gl, columns=1)  # one map of the sun, drawn over several frames
         self._copy = Program(gl, "common/fullscreen.vert", "shadows/copy.frag")
-        self._begun: _Begun | None = None
+        self._unfinished: _UnfinishedMap | None = None
         self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
@@ -90,7 +91,7 @@ class ShadowsPass(Pass[ShadowParams]):
         if shadows.sun is None:
             self._of_sun.release()
             self._beside.release()
-            self._begun = None
+            self._unfinished = None
         self._shown = bool(shadows.lamps or shadows.sun)
 
     def _draw_sun_maps(self, frame: Frame, params: ShadowParams, maps: tuple[ShadowMap, ...]) -> Iterator[None]:
@@ -122,28 +123,29 @@ class ShadowsPass(Pass[ShadowParams]):
 
         It is drawn into a texture of its own, and copied to its tile when it is finished.
         """
-        begun = self._begun
-        if begun is None or begun.tile not in waiting or not waiting[begun.tile].follows(begun.map):
-            begun = self._begun = self._begin_portions(waiting)
-        if begun is None:
+        unfinished = self._unfinished
+        if unfinished is None or unfinished.tile not in waiting or not waiting[unfinished.tile].follows(unfinished.map):
+            unfinished = self._unfinished = self._begin_map(waiting)
+        if unfinished is None:
             return
-        count = len(begun.rest) if frame.shadows.portion is None else max(frame.shadows.portion // PART_TRIANGLES, 1)
-        portion, begun.rest[:count] = begun.rest[:count], []
-        yield from self._draw_parts(frame, begun.map, portion, self._beside.framebuffer(0), _CLAMPED)
-        if begun.rest:
+        rest, triangles = unfinished.rest, frame.shadows.portion
+        count = len(rest) if triangles is None else max(triangles // PART_TRIANGLES, 1)
+        portion, rest[:count] = rest[:count], []
+        yield from self._draw_parts(frame, unfinished.map, portion, self._beside.framebuffer(0), _CLAMPED)
+        if rest:
             return
-        self._finish(frame, begun.map, self._beside.framebuffer(0), _CLAMPED)
+        self._finish(frame, unfinished.map, self._beside.framebuffer(0), _CLAMPED)
         yield
-        self._of_sun.begin(begun.tile, begun.map)
-        target = self._of_sun.framebuffer(begun.tile)
+        self._of_sun.begin(unfinished.tile, unfinished.map)
+        target = self._of_sun.framebuffer(unfinished.tile)
         assert self._beside.texture is not None
         self._beside.texture.use(0)
         self._copy.set(map_texture=0, corner=target.viewport[:2])
         with self.gl.state(into=target, depth_test=ALWAYS):
             self._copy.fill()
-        self._begun = None
+        self._unfinished = None
 
-    def _begin_portions(self, waiting: Mapping[int, ShadowMap]) -> "_Begun | None":
+    def _begin_map(self, waiting: Mapping[int, ShadowMap]) -> "_UnfinishedMap | None":
         """Begin the first of the maps that may wait, given by tile; None where there is none.
 
         Maps that replace provisional ones come first, those with the fewest triangles before the others: the far maps
@@ -156,7 +158,7 @@ class ShadowsPass(Pass[ShadowParams]):
         shadow_map = waiting[tile]
         self._beside.fit(1, shadow_map.view.resolution).compare_func = ""  # it is copied, not compared with
         self._beside.begin(0, shadow_map)
-        return _Begun(tile=tile, map=shadow_map, rest=list(shadow_map.grids.parts(PART_TRIANGLES)))
+        return _UnfinishedMap(tile=tile, map=shadow_map, rest=list(shadow_map.grids.parts(PART_TRIANGLES)))
 
     def _draw_parts(
         self,
@@ -223,4 +225,4 @@ class ShadowsPass(Pass[ShadowParams]):
             arrays.forget()
         self._of_sun.forget()
         self._of_lamps.forget()
-        self._begun = None
+        self._unfinished = None

@@ -1,6 +1,8 @@
-"""Smooth edges of brightness along the lines that they approximate: subpixel morphological anti-aliasing, SMAA 1x.
+"""Smooth the edges of brightness in `lit` along the lines that they approximate: SMAA 1x.
 
-Jimenez, Echevarria, Sousa and Gutierrez 2012, without its diagonal patterns; see docs/anti-aliasing.md.
+Subpixel morphological anti-aliasing, Jimenez, Echevarria, Sousa and Gutierrez 2012, in its three steps: find edges
+(§4.1), weigh the areas that a line cuts off the pixels beside them (§4.2, §4.3), blend by these weights (§4.4).
+Diagonal patterns are left out; see docs/anti-aliasing.md.
 """
 
 import moderngl

@@ -1,4 +1,8 @@
-"""Compute the part of the sun's light that reaches each pixel, from its shadow maps."""
+"""Compute the part of the sun's light that reaches the surface at each pixel, 0 to 1, into the target `shadow`.
+
+The surface's point is looked up in the cascade of shadow maps that holds it (Zhang et al. 2006), by percentage-closer
+filtering (Reeves, Salesin and Cook 1987).
+"""
 
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame

@@ -1,7 +1,9 @@
 """Warp depth samples, within a plane that touches their object's cylinder, into impostor tiles of the atlas.
 
-The first pass of Liu, Liu and Wu 2007 (§2.2): on that plane a sample only moves toward the epipole, in 2-D. With
-`light.mode: warp` it lights each texel too (§2.4); otherwise a tile holds no colours.
+The first pass of Liu, Liu and Wu 2007 (§2.2). A sample that lies `depth` behind the point S of that plane moves to
+X = e + λ · (S − e) with λ = D_t / (D_t + depth), in 2-D, toward the epipole e; D_t is the viewer's distance from the
+plane. A texel holds λ, scaled, as its depth, and the image that owns it. With `light.mode: warp` this lights each texel
+too (§2.4); otherwise a tile holds no colours.
 """
 
 from collections.abc import Iterator

@@ -98,7 +98,7 @@ class Surround:
             self._side = self._pictures.make((SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE))
         return self._side.colours.framebuffer
 
-    def take_canvas(self, targets: Targets, view: View, *, counts: bool = True) -> None:
+    def keep_canvas(self, targets: Targets, view: View, *, counts: bool = True) -> None:
         """Keep what was drawn into `canvas`.
 
         Parameters

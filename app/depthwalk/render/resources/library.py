@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.assets.demand import AssetCapabilities
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions
@@ -14,27 +15,11 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 
 
-class Library(Protocol):
+class Library(AssetCapabilities, Protocol):
     """Provide assets to the renderer, by number; the renderer itself reads no files.
 
     Every method that reads files raises InputError for those that cannot be used.
     """
-
-    def __len__(self) -> int:
-        """Return the number of assets."""
-        ...
-
-    def has_baked(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` has depth images, without baking them."""
-        ...
-
-    def has_height_field(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` is a single planar depth image, without baking it."""
-        ...
-
-    def has_mesh(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` has a mesh, without reading it."""
-        ...
 
     def mesh(self, asset: int) -> Mesh | None:
         """Return the mesh of the asset numbered `asset`; None where it has none."""

@@ -215,7 +215,7 @@ class _GlowingFaces:
 
     def __init__(self, mesh: Mesh) -> None:
         self._uv = mesh.uv
-        self._tables: dict[int, _LitCells] = {}  # by the identity of the texture, which many parts may share
+        self._tables: dict[int, _NonBlackCells] = {}  # by the identity of the texture, which many parts may share
 
     def of(self, faces: NDArray[np.int32], material: Material) -> Mask:
         """Return which faces (f, 3) of a material may show a texel that is not black, (f,) bool.
@@ -226,7 +226,7 @@ class _GlowingFaces:
         if texture is None:
             return np.ones(len(faces), bool)
         if id(texture) not in self._tables:
-            self._tables[id(texture)] = _LitCells.of(texture)
+            self._tables[id(texture)] = _NonBlackCells.of(texture)
         height, width = texture.shape[:2]
         corners = self._uv[faces].astype(np.float64)
         corners -= np.floor(corners.min(1, keepdims=True))
@@ -238,7 +238,7 @@ class _GlowingFaces:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _LitCells:
+class _NonBlackCells:
     """Count the cells of a texture that are not black.
 
     Attributes
@@ -253,7 +253,7 @@ class _LitCells:
     counts: NDArray[np.int32]
 
     @classmethod
-    def of(cls, texture: Texels) -> "_LitCells":
+    def of(cls, texture: Texels) -> "_NonBlackCells":
         """Return the cells of a texture (H, W, 4)."""
         height, width = texture.shape[:2]
         edge = -(-max(height, width) // _MOST_CELLS)

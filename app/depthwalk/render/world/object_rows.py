@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.assets.demand import asked_for
+from depthwalk.assets.demand import requested_representations
 from depthwalk.geometry.quaternions import multiply, rotate
 from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.render.resources.asset_store import AssetStore
@@ -69,13 +69,13 @@ class ObjectRows:
 
     def chooses(self) -> Mask:
         """Return which rows (n,) of `place()` are drawn as mesh or depth images, whichever is quicker (`auto`)."""
-        chooses = asked_for(self.scene.objects, self.library, self.forced) == Representation.AUTO
+        chooses = requested_representations(self.scene.objects, self.library, self.forced) == Representation.AUTO
         return np.repeat(chooses, self._rows(self.scene.objects)[2])
 
     def _rows(self, objects: Objects) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
         """Return how each object (n,) is drawn, the first number in `CookedParts` that shows it, and how many do."""
         library, store = self.library, self.store
-        representation = asked_for(objects, library, self.forced)
+        representation = requested_representations(objects, library, self.forced)
         placeholders = self.placeholders or Placeholders.none(len(library))
         representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
         imaged = ~np.isin(representation, OF_MESH)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.assets.demand import asked_for, nearest_first
+from depthwalk.assets.demand import nearest_first, requested_representations
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.scene.arrays import OF_MESH, SIMPLIFIED, Objects, Representation
@@ -67,7 +67,7 @@ def find_placeholders(
     if store.background is None:
         return found
     found.ready[:] = found.has_mesh[:] = False
-    representation = asked_for(objects, library, forced)
+    representation = requested_representations(objects, library, forced)
     imaged, simplified = ~np.isin(representation, OF_MESH), np.isin(representation, SIMPLIFIED)
     clustered = representation == Representation.MESH_CLUSTERS
     masks = imaged, ~imaged, simplified, clustered

@@ -52,8 +52,8 @@ class NearObjects:
         if not world.is_computed:
             return None
         cells, bounds, objects = world.cells(), world.bounds(), world.objects()
-        some = np.flatnonzero(((cells.low <= high + _AHEAD) & (cells.high >= low - _AHEAD)).all(1))
-        rows = cells.order[cell_members(cells.first, some)]
+        near = np.flatnonzero(((cells.low <= high + _AHEAD) & (cells.high >= low - _AHEAD)).all(1))
+        rows = cells.order[cell_members(cells.first, near)]
         centre, radius = bounds.centre[rows], bounds.bounding_radius[rows]
         gap = np.linalg.norm(np.maximum(np.maximum(low - centre, centre - high), 0), axis=1) - radius
         within = np.flatnonzero(gap <= _AHEAD)
