@@ -84,6 +84,11 @@ for depth images to show; draw it with `--representation mesh`; the same holds f
 mesh from its polygons, since baking takes longer than one picture; `--representation dpci` bakes and draws its depth
 images.
 [Baking](baking.md#glass-and-glow) describes glass and glow in mesh files.
+
+Of glTF and GLB files, the default scene is read, without its cameras, lamps and animations: skins and shape keys (morph
+targets) are as the nodes pose them at rest. Colours and texture coordinates may be integers, accessors sparse or
+quantised, textures transformed (`KHR_texture_transform`). Files compressed by Draco or meshopt must be exported
+without; normal maps are ignored, textures always repeat, and `KHR_materials_unlit` is lit like any other material.
 """
 _PATH = """## Path files
 
