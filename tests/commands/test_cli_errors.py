@@ -41,6 +41,18 @@ RENDER = {
         ["-o", "{d}/a.png", "--camera-view-angle", "nan"],
         "--camera-view-angle nan: must be 1 to 170 degrees",
     ),
+    "direction of two": (
+        ["-o", "{d}/a.png", "--camera-direction", "0,-1"],
+        "--camera-direction 0,-1: must be X,Y,Z, three numbers",
+    ),
+    "no direction": (
+        ["-o", "{d}/a.png", "--camera-direction", "0,0,0"],
+        "--camera-direction 0,0,0: must not be zero",
+    ),
+    "direction and target": (
+        ["-o", "{d}/a.png", "--camera-direction", "0,0,1", "--camera-target", "0,1,4"],
+        "--camera-direction: places the camera; leave out --camera-position and --camera-target",
+    ),
     "looks nowhere": (
         ["-o", "{d}/a.png", "--camera-position", "0,1,4", "--camera-target", "0,1,4"],
         "--camera-target: must differ from the camera's position",

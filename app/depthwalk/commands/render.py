@@ -22,6 +22,7 @@ from depthwalk.commands.options import (
     AssetRoots,
     CacheLimit,
     CameraAngle,
+    CameraDirection,
     CameraPosition,
     CameraTarget,
     ClusterOption,
@@ -70,6 +71,7 @@ def main(
     camera_position: CameraPosition = None,
     camera_target: CameraTarget = None,
     camera_view_angle: CameraAngle = None,
+    camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     no_background: NoBackground = False,
     asset_root: AssetRoots = None,
@@ -81,7 +83,7 @@ def main(
     """Render a scene, or the frames of a camera path, to picture files."""
     refuse_reuse(settings)
     size = parse_resolution(resolution)
-    options = parse_camera(camera_position, camera_target, camera_view_angle)
+    options = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
     check_camera_source(path, options)
     where = parse_cluster(cluster)
     for option, given in (("--frames", frames is not None), ("--resume", resume), ("--cluster", where is not None)):
@@ -124,5 +126,5 @@ def main(
             headless = stack.enter_context(open_headless(loaded, size, drawn_as))
         if turned := stand_upright(loaded, headless.renderer):
             log.warning("%s", turned)
-        cameras = cameras or [options.apply(loaded.camera or headless.frame_all())]
+        cameras = cameras or [options.apply(loaded.camera or headless.frame_all(), headless.frame_all)]
         draw_frames(headless, cameras, output, walk.fps if walk else 1.0, keys, numbers[0], resume)

@@ -13,6 +13,7 @@ from depthwalk.commands.options import (
     AssetRoots,
     CacheLimit,
     CameraAngle,
+    CameraDirection,
     CameraPosition,
     CameraTarget,
     Fullscreen,
@@ -46,6 +47,7 @@ def main(
     camera_position: CameraPosition = None,
     camera_target: CameraTarget = None,
     camera_view_angle: CameraAngle = None,
+    camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     asset_root: AssetRoots = None,
     settings: Settings = None,
@@ -58,7 +60,7 @@ def main(
     H shows the keys. Other scenes, meshes and camera paths may be dropped on the window.
     """
     size = parse_resolution(resolution)
-    camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    camera = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
     first = scene or shipped_file("garden.yaml")
 
     def read(file: Path) -> "Scene":

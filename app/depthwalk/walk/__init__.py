@@ -11,6 +11,7 @@ from pathlib import Path
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.camera import FrameAll
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
@@ -27,7 +28,7 @@ def run(
     fullscreen: bool = False,
     size: tuple[int, int] = (1280, 720),
     representation: Representation | None = None,
-    first_camera: Callable[[Camera], Camera] = lambda camera: camera,
+    first_camera: Callable[[Camera, FrameAll], Camera] = lambda camera, frame_all: camera,
     read: Callable[[Path], Scene] = load_scene,
     before_frame: Callable[[], None] = lambda: None,
     change: Callable[[], Sequence[slice]] | None = None,
@@ -49,8 +50,8 @@ def run(
     representation
         How to draw every object; None follows the scene.
     first_camera
-        Called with the scene's own camera or, if it has none, with one that sees every object. Returns the camera to
-        begin with.
+        Called with the scene's own camera or, if it has none, with one that sees every object, and with a function that
+        returns a camera that sees them for a field of view and a direction. Returns the camera to begin with.
     read
         Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
         may raise InputError.

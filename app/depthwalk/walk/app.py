@@ -6,6 +6,8 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
+from pyglm import glm
+
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
@@ -14,6 +16,7 @@ from depthwalk.ingest.formats import is_model_file
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.camera import FrameAll
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
@@ -55,7 +58,7 @@ def walk_in(
     library: SceneLibrary,
     path: CameraPath | None,
     representation: Representation | None,
-    first_camera: Callable[[Camera], Camera],
+    first_camera: Callable[[Camera, FrameAll], Camera],
     read: Callable[[Path], Scene],
     before_frame: Callable[[], None],
     change: Callable[[], Sequence[slice]] | None,
@@ -115,7 +118,7 @@ class Walk:
         scene: Scene,
         path: CameraPath | None,
         representation: Representation | None,
-        first_camera: Callable[[Camera], Camera],
+        first_camera: Callable[[Camera, FrameAll], Camera],
     ) -> None:
         """Read, bake and upload everything that the first frame needs; see `run`."""
         self._begin()
@@ -123,7 +126,7 @@ class Walk:
         self._on_gpu.callback(lambda: self.renderer.release())
         self.model_turn = ModelTurn(scene, self.renderer)
         framed = home_in(scene, self.renderer, self.aspect)
-        home = first_camera(framed)
+        home = first_camera(framed, lambda fov, along: self.renderer.frame_all(self.aspect, fov, -glm.dvec3(*along)))
         playback = Playback(path) if path is not None else None
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self.state.home_is_framed = scene.camera is None and home == framed
