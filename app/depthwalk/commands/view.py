@@ -49,6 +49,7 @@ def main(
     camera_view_angle: CameraAngle = None,
     camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
+    watch: Annotated[bool, typer.Option("--watch", help="Reload the scene when one of its files is saved.")] = False,
     asset_root: AssetRoots = None,
     settings: Settings = None,
     cache_limit: CacheLimit = None,
@@ -87,11 +88,22 @@ def main(
                 representation=chosen,
                 first_camera=camera.apply,
                 read=read,
+                watched=_files_of if watch else None,
                 before_frame=end_if_interrupted,
             )
         except walk.NoDisplayError as error:
             typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
             raise typer.Exit(FAILURE) from None
+
+
+def _files_of(scene: "Scene") -> list[Path]:
+    """Return the files that a scene uses; without those of meshes if one of them cannot be read, which is reported."""
+    from depthwalk.commands.reports import input_files
+
+    try:
+        return input_files(scene, None)
+    except InputError:
+        return [scene.path]
 
 
 def shipped_file(*name: str) -> Path:

@@ -32,6 +32,7 @@ def run(
     read: Callable[[Path], Scene] = load_scene,
     before_frame: Callable[[], None] = lambda: None,
     change: Callable[[], Sequence[slice]] | None = None,
+    watched: Callable[[Scene], Sequence[Path]] | None = None,
 ) -> None:
     """Open a window on a scene; return when the user closes it.
 
@@ -61,6 +62,8 @@ def run(
     change
         Called before each frame, while none is being drawn: it may change the scene, and returns the runs of objects
         that it moved; what it raises ends the walk. None changes nothing.
+    watched
+        Returns the files of a scene, which is read again when one of them is saved; None watches none.
 
     Raises
     ------
@@ -77,4 +80,4 @@ def run(
     except BaseException:
         window.destroy()
         raise
-    walk_in(window, scene, library, path, representation, first_camera, read, before_frame, change)
+    walk_in(window, scene, library, path, representation, first_camera, read, before_frame, change, watched)

@@ -23,6 +23,7 @@ from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
+from depthwalk.walk.file_watch import FileWatch
 from depthwalk.walk.input import Input
 from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.loading import LoadingScreen, StoppedError
@@ -62,6 +63,7 @@ def walk_in(
     read: Callable[[Path], Scene],
     before_frame: Callable[[], None],
     change: Callable[[], Sequence[slice]] | None,
+    watched: Callable[[Scene], Sequence[Path]] | None,
 ) -> None:
     """Show a scene in a window until the user closes it, and destroy the window. Parameters as in `walk.run`.
 
@@ -73,7 +75,7 @@ def walk_in(
         If the GPU fails repeatedly.
     """
     report = library.report
-    walk = Walk(window, library, read)
+    walk = Walk(window, library, read, watched)
     try:
         walk.start(scene, path, representation, first_camera)
         walk.loop(before_frame, change)
@@ -102,8 +104,15 @@ class Walk:
     next_file : a scene, mesh or camera path to open before the next frame; None for none.
     """
 
-    def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
+    def __init__(
+        self,
+        window: Window,
+        library: SceneLibrary,
+        read: Callable[[Path], Scene],
+        watched: Callable[[Scene], Sequence[Path]] | None = None,
+    ) -> None:
         self.window, self.background, self._read = window, BackgroundWork(library), read
+        self._watched, self._watch = watched or (lambda scene: ()), FileWatch(())
         self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
@@ -131,6 +140,7 @@ class Walk:
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self.state.home_is_framed = scene.camera is None and home == framed
         self._show_renderer()
+        self._watch = FileWatch(self._watched(scene))
         self.state.arrive()
         self.loading.end()
         tour = "P plays the tour, " if playback else ""
@@ -189,6 +199,7 @@ class Walk:
         self.state.obstacles = self.background.obstacles(renderer)
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
+        self._watch = FileWatch(self._watched(scene))
 
     def loop(self, before_frame: Callable[[], None], change: Callable[[], Sequence[slice]] | None = None) -> None:
         """Draw frames until the window closes or a callback raises; then save what is being recorded."""
@@ -243,6 +254,8 @@ class Walk:
     def step(self) -> None:
         """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
         self.device.check()  # in every iteration, even at rest: the window's content may be lost
+        if self._watch.has_news(self._clock.now) and self.next_file is None:
+            self.next_file = self.state.scene.path
         if self.next_file is not None:
             self.frames.finish()
             self._open(self.next_file)
