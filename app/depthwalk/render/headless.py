@@ -159,7 +159,9 @@ class HeadlessRenderer:
         with self.device.context:
             return self.renderer.sample_shares().count()
 
-    def frame_all(self, fov: float = math.pi / 3, along: Sequence[float] | None = None) -> Camera:
+    def frame_all(
+        self, fov: float = math.pi / 3, along: Sequence[float] | None = None, *, turns: bool = False
+    ) -> Camera:
         """Return a camera that sees every object in pictures of this size.
 
         Parameters
@@ -168,6 +170,8 @@ class HeadlessRenderer:
             Vertical field of view, radians.
         along
             Direction of view, a vector (3,), world; None looks from in front, a little downward.
+        turns
+            Whether the camera shall see them all also while it goes around its target.
 
         Returns
         -------
@@ -177,7 +181,7 @@ class HeadlessRenderer:
         width, height = self.size
         away = IN_FRONT if along is None else -glm.dvec3(*along)
         with self.device.context:
-            return self.renderer.frame_all(width / height, fov, away)
+            return self.renderer.frame_all(width / height, fov, away, turns)
 
     def linear_image(self) -> LinearImage:
         """Return the frame drawn last, in linear colours as they are before `output` encodes them for the screen.
