@@ -135,7 +135,10 @@ class Walk:
         self._on_gpu.callback(lambda: self.renderer.release())
         self.model_turn = ModelTurn(scene, self.renderer)
         framed = home_in(scene, self.renderer, self.aspect)
-        home = first_camera(framed, lambda fov, along: self.renderer.frame_all(self.aspect, fov, -glm.dvec3(*along)))
+        turns = is_model_file(scene.path)
+        home = first_camera(
+            framed, lambda fov, along: self.renderer.frame_all(self.aspect, fov, -glm.dvec3(*along), turns)
+        )
         playback = Playback(path) if path is not None else None
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self.state.home_is_framed = scene.camera is None and home == framed
