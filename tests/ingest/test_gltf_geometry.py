@@ -50,6 +50,16 @@ def test_texture_coordinates_are_scaled_turned_and_moved(tmp_path: Path) -> None
     assert as_written(found.uv) == pytest.approx(np.array([(0, 1), (0, 0.5), (0.5, 0.5), (0.5, 1)]), abs=1e-6)
 
 
+@pytest.mark.parametrize("name", ["emissiveTexture", "diffuseTexture"])
+def test_a_texture_of_another_kind_chooses_where_there_is_none_of_colour(tmp_path: Path, name: str) -> None:
+    glb = Glb()
+    texture = {name: {"index": 0, "texCoord": 1}}
+    gloss = {"extensions": {"KHR_materials_pbrSpecularGlossiness": texture}}
+    glb.header["materials"] = [gloss if name == "diffuseTexture" else texture]
+    glb.mesh({"TEXCOORD_0": glb.accessor(UV * 0), "TEXCOORD_1": glb.accessor(UV)}, material=0)
+    assert as_written(read_soup(glb.write(tmp_path / "a.glb")).uv) == pytest.approx(UV)
+
+
 def test_a_transform_may_choose_the_coordinates(tmp_path: Path) -> None:
     glb = Glb()
     terms = {"KHR_texture_transform": {"texCoord": 1}}

@@ -14,6 +14,7 @@ from depthwalk.ingest.gltf_accessors import Accessors, Numbers, is_converted
 from depthwalk.ingest.gltf_pose import is_posed, pose
 
 TRANSFORM = "KHR_texture_transform"
+_GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 _FAN, _FLOAT = 6, 5126
 
 Header = dict[str, Any]
@@ -155,7 +156,12 @@ def _coordinates(header: Header, primitive: Header) -> tuple[str, _Transform | N
     Depth images and meshes have one set of coordinates, so those of the colour texture serve the glow, too.
     """
     material = header["materials"][primitive["material"]] if "material" in primitive else {}
-    texture = material.get("pbrMetallicRoughness", {}).get("baseColorTexture") or material.get("emissiveTexture") or {}
+    found = (
+        material.get("extensions", {}).get(_GLOSSINESS, {}).get("diffuseTexture"),
+        material.get("pbrMetallicRoughness", {}).get("baseColorTexture"),
+        material.get("emissiveTexture"),
+    )
+    texture: Header = next(filter(None, found), {})
     terms = texture.get("extensions", {}).get(TRANSFORM)
     name = f"TEXCOORD_{(terms or {}).get('texCoord', texture.get('texCoord', 0))}"
     if terms is None:
