@@ -78,12 +78,17 @@ When a key is renamed, the old name still works for one minor version, with a wa
 
 A mesh can be given in place of a scene file: `depthwalk view bust.obj`. It becomes the asset `model`, which has `dpci`,
 with one object at the origin. `view` and `render` guess which way is up, and say so; `--set assets.model.up=y` or `z`
-overrides the guess. In glTF files y is up by definition. A mesh without any height, such as a flat floor, has no side
-for depth images to show; draw it with `--representation mesh`; the same holds for meshes more than 40 km or less than
-1 µm across, unless they get another `height`. A model made entirely of glass has no `dpci`. `render` draws a still of a
-mesh from its polygons, since baking takes longer than one picture; `--representation dpci` bakes and draws its depth
-images.
+overrides the guess. In glTF files y is up by definition, in depth images since they were baked. A mesh without any
+height, such as a flat floor, has no side for depth images to show; draw it with `--representation mesh`; the same holds
+for meshes more than 40 km or less than 1 µm across, unless they get another `height`. A model made entirely of glass
+has no `dpci`. `render` draws a still of a mesh from its polygons, since baking takes longer than one picture;
+`--representation dpci` bakes and draws its depth images.
 [Baking](baking.md#glass-and-glow) describes glass and glow in mesh files.
+
+Of glTF and GLB files, the default scene is read, without its cameras, lamps and animations: skins and shape keys (morph
+targets) are as the nodes pose them at rest. Colours and texture coordinates may be integers, accessors sparse or
+quantised, textures transformed (`KHR_texture_transform`). Files compressed by Draco or meshopt must be exported
+without; normal maps are ignored, textures always repeat, and `KHR_materials_unlit` is lit like any other material.
 """
 _PATH = """## Path files
 

@@ -184,6 +184,25 @@ def _gltf(image: str, buffer: str | None) -> tuple[dict[str, Any], bytes]:
     return header, data
 
 
+def _posed(header: dict[str, Any]) -> dict[str, Any]:
+    """Return a header of `_gltf` with a skin, a shape key, sparse values and a transformed texture."""
+    posed: dict[str, Any] = json.loads(json.dumps(header))
+    accessors = posed["accessors"]
+    sparse = {"count": 2, "indices": {"bufferView": 4, "componentType": 5123}, "values": {"bufferView": 2}}
+    accessors[2]["sparse"] = sparse
+    accessors.append({"bufferView": 4, "componentType": 5121, "count": 4, "type": "VEC4"})  # joints 0 to 3
+    primitive = posed["meshes"][0]["primitives"][0]
+    primitive["attributes"] |= {"JOINTS_0": 5, "WEIGHTS_0": 3}
+    primitive["targets"] = [{"POSITION": 1}]
+    posed["meshes"][0]["weights"] = [0.5]
+    posed["nodes"][1]["skin"] = 0
+    posed["skins"] = [{"joints": [0, 1, 2, 0]}]
+    transform = {"offset": [0.1, 0], "rotation": 0.5, "scale": [2, 1], "texCoord": 0}
+    texture = posed["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    texture["extensions"] = {"KHR_texture_transform": transform}
+    return posed
+
+
 def gltfs() -> list[Files]:
     header, data = _gltf("skin.png", "mesh.bin")
     beside = {"mesh.bin": data, "skin.png": picture("PNG")}
@@ -205,6 +224,7 @@ def gltfs() -> list[Files]:
         {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
         {"tall.glb": glb(json.dumps(strip).encode(), data)},
         {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
+        {"posed.glb": glb(json.dumps(_posed(inner)).encode(), data), "skin.png": picture("PNG")},
     ]
     return made + hostile("*.gl*", HOSTILE / "meshes")
 

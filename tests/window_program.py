@@ -88,7 +88,8 @@ on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
 scene = load_scene(sys.argv[1])
 quick = {"assets.model.dpci.resolution": "64"}
 read = lambda file: load_scene(file, overrides=quick if file.suffix == ".ply" else {})
-walk.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read)
+watched = lambda scene: [scene.path] if scene.path.name == "watched.yaml" else []
+walk.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read, watched=watched)
 tell(live=[device.live for device in devices])
 """
 PATIENCE = 120  # s that anything may take on a busy machine

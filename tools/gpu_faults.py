@@ -95,7 +95,7 @@ class Walk:
         self._scene = scene
 
     def __enter__(self) -> "Walk":
-        self._walk.start(self._scene, None, None, lambda camera: camera)
+        self._walk.start(self._scene, None, None, lambda camera, frame_all: camera)
         self._walk.state.hud = False
         return self
 

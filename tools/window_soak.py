@@ -77,7 +77,7 @@ class Soak:
             library = made.enter_context(closing(BackgroundLibrary(scene.assets)))
             self._walk = app.Walk(open_window("soak", _SIZES[0]), library, load_scene)
             made.pop_all()
-        self._walk.start(scene, None, None, lambda camera: camera)
+        self._walk.start(scene, None, None, lambda camera, frame_all: camera)
         self._home = self._walk.state.home
 
     def __enter__(self) -> "Soak":

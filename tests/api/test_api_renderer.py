@@ -1,6 +1,7 @@
 """Pictures as arrays: colours, depth, and which object is where."""
 
 import logging
+import math
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +119,17 @@ def test_without_a_camera_all_is_seen(tmp_path: Path) -> None:
         assert (renderer.render(renderer.frame_all()).rgba == image.rgba).all()
     assert image.object_id is not None
     assert image.object_id[MIDDLE] == 0 and (image.object_id[[0, -1]] == -1).all()
+
+
+def test_all_is_seen_from_any_direction_and_where_it_was_moved(scene: Scene) -> None:
+    with dw.Renderer(scene, SIZE) as renderer:
+        before = renderer.frame_all((0, -1, 0))
+        assert before.look.x == before.look.z == 0 and before.look.y < 0
+        scene.move("ball", position=(300, 0, 0))
+        assert renderer.frame_all((0, -1, 0)).position[0] > before.position[0] + 100
+        for wrong in (0, 0, 0), (1, 2), (math.nan, 0, 0):
+            with pytest.raises(dw.InputError, match=r"direction .*: must be three numbers"):
+                renderer.frame_all(wrong)
 
 
 def test_pictures_are_saved(scene: Scene, tmp_path: Path) -> None:

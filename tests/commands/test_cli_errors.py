@@ -41,6 +41,18 @@ RENDER = {
         ["-o", "{d}/a.png", "--camera-view-angle", "nan"],
         "--camera-view-angle nan: must be 1 to 170 degrees",
     ),
+    "direction of two": (
+        ["-o", "{d}/a.png", "--camera-direction", "0,-1"],
+        "--camera-direction 0,-1: must be X,Y,Z, three numbers",
+    ),
+    "no direction": (
+        ["-o", "{d}/a.png", "--camera-direction", "0,0,0"],
+        "--camera-direction 0,0,0: must not be zero",
+    ),
+    "direction and target": (
+        ["-o", "{d}/a.png", "--camera-direction", "0,0,1", "--camera-target", "0,1,4"],
+        "--camera-direction: places the camera; leave out --camera-position and --camera-target",
+    ),
     "looks nowhere": (
         ["-o", "{d}/a.png", "--camera-position", "0,1,4", "--camera-target", "0,1,4"],
         "--camera-target: must differ from the camera's position",
@@ -75,7 +87,7 @@ RENDER = {
         ["-o", "{d}/a{{number}}.png"],
         "{d}/a{{number}}.png: {{number}} is unknown; {{frame}} and {{frame:4}} stand for the frame's number",
     ),
-    "still video": (["-o", "{d}/a.mp4"], "{d}/a.mp4: a video needs --path"),
+    "still video": (["-o", "{d}/a.mp4"], "{d}/a.mp4: a video needs --path or --turntable"),
     "clear video": (
         ["-o", "{d}/a.mp4", "--path", "{d}/walk.yaml", "--no-background"],
         "{d}/a.mp4: --no-background: a video has no alpha; write .png or .exr",
@@ -88,7 +100,7 @@ RENDER = {
         ["-o", "-", "--path", "{d}/walk.yaml"],
         "-: 3 frames do not fit into one picture; put {{frame:4}} into the name, or give --frames 1",
     ),
-    "frames of nothing": (["-o", "{d}/a.png", "--frames", "2"], "--frames: needs --path"),
+    "frames of nothing": (["-o", "{d}/a.png", "--frames", "2"], "--frames: needs --path or --turntable"),
     "no frames": (
         ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--frames", "0"],
         "--frames 0: must be N, a number of frames from 1 to 1000000, or A-B",
@@ -112,6 +124,14 @@ RENDER = {
     "video by a cluster": (
         ["-o", "{d}/a.mp4", "--path", "{d}/walk.yaml", "--cluster", "local"],
         "{d}/a.mp4: --cluster needs a file for each frame; put {{frame:4}} into the name",
+    ),
+    "turntable along a path": (
+        ["-o", "{d}/a.mp4", "--turntable", "2", "--path", "{d}/walk.yaml"],
+        "--turntable: places the camera; leave out --path",
+    ),
+    "turntable for ever": (
+        ["-o", "{d}/a.mp4", "--turntable", "inf"],
+        "--turntable inf: must be above 0 and at most 3600 seconds",
     ),
     "cluster for a still": (["-o", "{d}/a.png", "--cluster", "local"], "--cluster: needs --path"),
     "open cluster": (

@@ -1,6 +1,7 @@
 """`depthwalk render`: what it writes."""
 
 import io
+import math
 import re
 import subprocess
 from collections.abc import Callable
@@ -14,12 +15,14 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from depthwalk.commands.frame_drawing import smooth
+from depthwalk.commands.frame_drawing import smooth, turntable_cameras
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array, Picture
+from depthwalk.walk import orbit
 
 SMALL = ("--resolution", "96,64")
 
@@ -128,6 +131,28 @@ def test_a_scene_without_camera_is_framed(run: Callable[..., Any], tiny_scene: P
     alpha = read_png(tmp_path / "a.png")[1][..., 3]
     assert alpha[32, 48] == 255
     assert not alpha[[0, -1]].any() and not alpha[:, [0, -1]].any()
+
+
+def test_a_turntable_goes_around_the_target_once_the_way_of_the_window() -> None:
+    first = Camera((1.0, 2.0, 7.0), (1.0, 1.0, 5.0), 1.0)
+    cameras = turntable_cameras(first, 4)
+    assert cameras[0] == first and {camera.target for camera in cameras} == {first.target}
+    found = np.array([camera.position for camera in cameras[1:]])
+    assert found == pytest.approx(np.array([(-1, 2, 5), (1, 2, 3), (3, 2, 5)]))
+    seen = orbit.turn(first, math.pi / 2 / orbit.RADIANS_PER_PIXEL, 0.0)
+    assert found[0] == pytest.approx(np.array(seen.position))
+
+
+@pytest.mark.gl
+def test_a_turntable_shows_the_model_in_every_frame(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
+    model = tiny_scene.with_name("ball.ply")
+    out = tmp_path / "{frame}.png"
+    options = ("--turntable", "0.1", "--frames", "1-2", "--camera-direction", "-1,0,-1", "--no-background")
+    result = run("render", model, "-o", out, *options, *SMALL)
+    assert result.stdout == "".join(f"{tmp_path}/{number}.png\n" for number in (1, 2)), result.stderr
+    for number in (1, 2):
+        alpha = read_png(tmp_path / f"{number}.png")[1][..., 3]
+        assert alpha[32, 48] == 255 and not alpha[[0, -1]].any() and not alpha[:, [0, -1]].any()
 
 
 @pytest.mark.gl

@@ -1,11 +1,13 @@
 """`depthwalk demo` and `view` where there is no display."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from pyglm import glm
 
 import depthwalk.walk
 from depthwalk.assets.library import SceneLibrary
@@ -75,7 +77,7 @@ def test_view_passes_on_what_was_asked(run: Callable[..., Any], garden: Sequence
     assert result.stderr == f"{REASON}; `depthwalk render` needs no display\n"
     ((scene, given),) = garden
     assert scene.path.name == "garden.yaml"
-    camera = given["first_camera"](scene.camera)
+    camera = given["first_camera"](scene.camera, None)
     assert camera == replace(scene.camera, position=(0, 2, 5)) and camera.target == (0, 1, 0)
     assert (given["size"], given["fullscreen"], given["representation"].name) == ((320, 200), True, "MESH")
 
@@ -100,8 +102,29 @@ def test_without_a_camera_view_starts_where_render_stands(
     assert run("view", *options).exit_code == 1
     ((_, given),) = garden
     whole = Camera((9.0, 9.0, 9.0), drawn[0].camera.target, 1.0)  # what sees all of it has this target
-    assert given["first_camera"](whole) == drawn[0].camera
+    assert given["first_camera"](whole, None) == drawn[0].camera
     assert drawn[0].camera.position == (0, 2, 5) and drawn[0].camera.target == pytest.approx((0, 1, 0), abs=0.05)
+
+
+@pytest.mark.gl
+def test_a_direction_shows_all_objects_from_there(
+    run: Callable[..., Any], garden: Sequence[Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = tiny_scene.with_name("garden.yaml")
+    options = (scene, "--camera-direction", "-2,0,0", "--camera-view-angle", "30", "--resolution", "96,64")
+    drawn = []
+    draw = HeadlessRenderer.draw
+    monkeypatch.setattr(
+        HeadlessRenderer, "draw", lambda self, view, *rest, **more: (drawn.append(view), draw(self, view))
+    )
+    assert run("render", *options, "-o", tmp_path / "a.png").exit_code == 0
+    camera = drawn[0].camera
+    assert tuple(glm.normalize(camera.look)) == pytest.approx((-1, 0, 0))
+    assert camera.fov == pytest.approx(math.radians(30))
+    assert run("view", *options).exit_code == 1
+    ((_, given),) = garden
+    asked = given["first_camera"](Camera((9.0, 9.0, 9.0), (0.0, 0.0, 0.0), 1.0), lambda fov, along: (fov, along))
+    assert asked == (pytest.approx(math.radians(30)), (-2, 0, 0))
 
 
 @pytest.mark.gl

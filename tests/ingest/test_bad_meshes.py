@@ -29,7 +29,7 @@ MESSAGES = {
     "index_out_of_range.ply": "index_out_of_range.ply: face 1 refers to vertex 7 of 0 to 3",
     "index_zero.obj": "index_zero.obj:9: face refers to vertex 0 of 8",
     "line.obj": "line.obj: flat: none of its 1 faces has an area",
-    "no_data.gltf": "no_data.gltf: accessors[0]: sparse, compressed or empty data is not supported",
+    "no_data.gltf": "no_data.gltf: accessors[0]: compressed or empty data is not supported",
     "no_faces.obj": "no_faces.obj: no faces; points and lines alone are not drawn",
     "not_finite.obj": "not_finite.obj: 2 of 4 vertices have NaN or infinite coordinates",
     "truncated.glb": "truncated.glb: truncated: 24 of 65535 bytes",

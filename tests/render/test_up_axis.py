@@ -37,7 +37,11 @@ def test_a_picture_hangs_and_a_floor_lies() -> None:
     assert guess_up(picture) == guess_up(picture[:, [0, 2, 1]]) == "y"
 
 
-@pytest.mark.parametrize(("file", "turns"), [("a.obj", True), ("a.ply", True), ("a.glb", False), ("a.GLTF", False)])
+@pytest.mark.parametrize(
+    ("file", "turns"),
+    [("a.obj", True), ("a.ply", True), ("a.glb", False), ("a.GLTF", False)]
+    + [(f"a.dpci.{suffix}", False) for suffix in ("exr", "npz")],
+)
 def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) -> None:
     points = z_upward(load_mesh(asset_root() / "man_of_the_paper.ply").positions)
     one = {"rotation": np.array([[0, 0, 0, 1.0]]), "position": np.zeros((1, 3)), "scale": np.ones(1)}
@@ -46,7 +50,9 @@ def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) ->
     scene = SimpleNamespace(path=Path(file), objects=objects, assets=[SimpleNamespace(up="y", up_is_given=False)])
     turn = ModelTurn(scene, SimpleNamespace(world=world))  # type: ignore[arg-type]
     assert bool(turn.guess) == turns
-    assert turn.turn() == f"{'y' if turns else 'z'} points upward; in a scene file: up: {'y' if turns else 'z'}"
+    up = "y" if turns else "z"
+    how = "bake with --up" if ".dpci." in file else "in a scene file: up:"
+    assert turn.turn() == f"{up} points upward; {how} {up}"
 
 
 class Named(SimpleNamespace):

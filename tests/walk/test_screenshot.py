@@ -1,5 +1,6 @@
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from PIL.PngImagePlugin import PngImageFile
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Picture
+from depthwalk.walk.files import save_new
 from depthwalk.walk.screenshot import save_screenshot
 
 CAMERA = Camera((0.1, 2.0, -3.5), (0.0, 1.0, 0.0), math.radians(50))
@@ -68,6 +70,13 @@ def test_it_falls_back_to_the_pictures_folder(tmp_path: Path, monkeypatch: pytes
     assert save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA).parent == tmp_path
 
 
+def test_the_message_names_each_folder_and_no_temporary_file(tmp_path: Path) -> None:
+    folders = [tmp_path / "nowhere", tmp_path / "gone"]
+    why = "; ".join(f"{folder}: No such file or directory" for folder in folders)
+    with pytest.raises(OSError, match=f"^{re.escape(why)}$"):
+        save_new(".png", lambda file: None, folders)
+
+
 def test_no_folder_raises(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match="nowhere"):
+    with pytest.raises(OSError, match=r"nowhere: No such file or directory$"):
         save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA, tmp_path / "nowhere")

@@ -236,6 +236,21 @@ def test_files_are_dropped_and_read_again(start: Start, scene_file: Path, tmp_pa
 
 
 @linux
+def test_a_watched_scene_is_read_again_when_it_is_saved(start: Start, tmp_path: Path) -> None:
+    program = (user := start()).program
+    watched = tmp_path / "watched.yaml"
+    watched.write_text(SCENE)
+    user.drop(watched)
+    program.wait(lambda report: report.get("title", "").startswith("watched.yaml"), "the scene")
+    watched.write_text(SCENE.replace("yaw: 30", "yaww: 30"))
+    program.wait(names("yaww"), "a complaint about a mistake")
+    watched.write_text(SCENE.replace("yaw: 30", "yaw: 60"))
+    program.wait(lambda report: report.get("message", "").startswith("Reloaded watched.yaml"), "the scene again")
+    user.do("key", "Escape")
+    assert not any(program.end().values())
+
+
+@linux
 @pytest.mark.parametrize(("samples", "shown"), [(4, "msaa"), (2, "none")])
 def test_multisampling_and_none_where_the_driver_has_too_few(
     start: Start, scene_file: Path, samples: int, shown: str

@@ -197,18 +197,40 @@ class Renderer:
             raise ValueError("the renderer is closed; render within its `with` block")
         if camera is not None:
             _check_camera(camera)
-        world = self._headless.renderer.world
-        with self._headless.device.context:
-            for objects in self._moved:
-                world.moved(objects)
-        self._moved.clear()
+        self._follow()
         self._ids.requested = object_id
         self._headless.draw(View(camera or self._scene.camera or self.frame_all(), self.size), not background)
         return self._read(object_id)
 
-    def frame_all(self) -> Camera:
-        """Return a camera that shows every object of the scene in pictures of this renderer's size."""
-        return self._headless.frame_all()
+    def frame_all(self, direction: Sequence[float] | None = None) -> Camera:
+        """Return a camera that shows every object of the scene in pictures of this renderer's size.
+
+        Parameters
+        ----------
+        direction
+            Direction in which it looks, three numbers, a vector of any length; None: from in front, a little downward.
+
+        Returns
+        -------
+        Camera
+            The camera.
+
+        Raises
+        ------
+        InputError
+            For a direction that is none.
+        """
+        if direction is not None and not (len(direction) == 3 and 0 < math.hypot(*direction) < math.inf):
+            raise InputError(f"direction {direction}: must be three numbers, not all of them 0")
+        self._follow()
+        return self._headless.frame_all(along=direction)
+
+    def _follow(self) -> None:
+        """Heed what has been moved since the last picture."""
+        with self._headless.device.context:
+            for objects in self._moved:
+                self._headless.renderer.world.moved(objects)
+        self._moved.clear()
 
     def _note_moved(self, objects: slice) -> None:
         self._moved.append(objects)

@@ -78,8 +78,13 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     sources = sources or Sources()
     head = read_head(spec.mesh, spec.texture, sources)
     digest = hash_files(head.files, sources)
-    # The marks invalidate results from before alpha was heeded, and before translucent parts were left out.
-    for mark, has in ("+cut-outs", head.has_cut_outs), ("+translucency", head.is_translucent):
+    # The marks invalidate results from before alpha was heeded, translucent parts left out, and skins posed.
+    marks = {
+        "+cut-outs": head.has_cut_outs,
+        "+translucency": head.is_translucent,
+        "+other-geometry": head.has_other_geometry,
+    }
+    for mark, has in marks.items():
         if has:
             digest = hashlib.sha256(f"{digest}{mark}".encode()).hexdigest()
     return digest + (_TEXTURED if head.is_textured else "")

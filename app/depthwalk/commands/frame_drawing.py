@@ -1,16 +1,21 @@
 """Draw the frames of a scene without a window, and pass each on to be written."""
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
+
+from pyglm import glm
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.commands.output import Output, has_frame, write_still
 from depthwalk.commands.progress import asset_progress, frame_progress, log
 from depthwalk.cook.cook import Prefetcher
 from depthwalk.errors import InputError
+from depthwalk.geometry.vectors import components
 from depthwalk.gpu.failures import GPU_FAILURES, GpuError
 from depthwalk.limits import MAX_FRAMES
 from depthwalk.pictures import LinearImage
@@ -32,15 +37,26 @@ def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
     return [path.sample(time) for time in path.frames()[:frames]]
 
 
-def parse_frames(text: str | None, path: CameraPath) -> range:
+def turntable_cameras(camera: Camera, count: int) -> list[Camera]:
+    """Return `count` cameras that go around the target of `camera` once, upright, the way the key N turns in a window.
+
+    The first is `camera`; the one after the last would be it again, so that a video can be repeated.
+    """
+    target = glm.dvec3(*camera.target)
+    away = glm.dvec3(*camera.position) - target
+    turns = (glm.angleAxis(-math.tau * number / count, glm.dvec3(0, 1, 0)) for number in range(count))
+    return [replace(camera, position=components(target + turn * away)) for turn in turns]
+
+
+def parse_frames(text: str | None, count: int) -> range:
     """Parse which frames of a path to draw.
 
     Parameters
     ----------
     text
         The option --frames: N for the first N frames, A-B for those numbered A to B; None for all.
-    path
-        The camera path.
+    count
+        How many frames the path has.
 
     Returns
     -------
@@ -52,7 +68,6 @@ def parse_frames(text: str | None, path: CameraPath) -> range:
     InputError
         If the text is neither, or the path does not have the frames A to B.
     """
-    count = len(path.frames())
     if text is None:
         return range(count)
     match = re.fullmatch(r"([0-9]{1,7})(?:-([0-9]{1,7}))?", text.strip())

@@ -24,6 +24,7 @@ from depthwalk.limits import (
 if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
     from depthwalk.bake.params import Axis as BakeAxis
     from depthwalk.scene.arrays import Camera, Representation
+    from depthwalk.scene.camera import FrameAll
     from depthwalk.scene.scene import Scene
 
 Point = tuple[float, float, float]
@@ -41,14 +42,22 @@ class CameraOptions:
         Position of the camera, and a point that it looks at, metres, world.
     angle
         Vertical field of view, radians.
+    direction
+        Direction, world, in which the camera looks from where it sees all objects; given without the first two.
     """
 
     position: Point | None = None
     target: Point | None = None
     angle: float | None = None
+    direction: Point | None = None
 
-    def apply(self, camera: "Camera") -> "Camera":
-        """Return `camera` with these changes. Raises InputError if its target would be its position."""
+    def apply(self, camera: "Camera", frame_all: "FrameAll | None" = None) -> "Camera":
+        """Return `camera` with these changes. Raises InputError if its target would be its position.
+
+        `frame_all` returns a camera that sees all objects, for commands that have the option --camera-direction.
+        """
+        if self.direction is not None and frame_all is not None:
+            return frame_all(self.angle or camera.fov, self.direction)
         position, target = self.position or camera.position, self.target or camera.target
         if self.given and position == target:
             raise InputError("--camera-target: must differ from the camera's position")
@@ -60,7 +69,9 @@ class CameraOptions:
         return self != CameraOptions()
 
 
-def parse_camera(position: str | None, target: str | None, angle: float | None) -> CameraOptions:
+def parse_camera(
+    position: str | None, target: str | None, angle: float | None, direction: str | None = None
+) -> CameraOptions:
     """Parse the --camera options.
 
     Parameters
@@ -71,6 +82,8 @@ def parse_camera(position: str | None, target: str | None, angle: float | None) 
         The text "x,y,z", metres, world; None if the option is not given.
     angle
         Vertical field of view, degrees; None if the option is not given.
+    direction
+        The text "x,y,z", a vector of any length, world; None if the option is not given.
 
     Returns
     -------
@@ -84,7 +97,13 @@ def parse_camera(position: str | None, target: str | None, angle: float | None) 
     """
     if angle is not None and not MIN_FOV <= angle <= MAX_FOV:
         raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_FOV:g} to {MAX_FOV:g} degrees")
+    along = _point("--camera-direction", direction)
+    if along == (0, 0, 0):
+        raise InputError(f"--camera-direction {direction}: must not be zero")
+    if along is not None and (position or target):
+        raise InputError("--camera-direction: places the camera; leave out --camera-position and --camera-target")
     return CameraOptions(
+        direction=along,
         position=_point("--camera-position", position),
         target=_point("--camera-target", target),
         angle=None if angle is None else math.radians(angle),
@@ -253,7 +272,8 @@ def _point(option: str, text: str | None) -> Point | None:
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"{option} {text}: must be X,Y,Z, three numbers in metres") from None
+        unit = "" if option == "--camera-direction" else " in metres"
+        raise InputError(f"{option} {text}: must be X,Y,Z, three numbers{unit}") from None
     if not all(abs(value) <= MAX_COORDINATE for value in (x, y, z)):  # false for NaN, too
         raise InputError(f"{option} {text}: each coordinate must be within ±{MAX_COORDINATE:g} m")
     return x, y, z

@@ -111,6 +111,10 @@ CameraPosition = Annotated[
 CameraTarget = Annotated[
     str | None, typer.Option("--camera-target", metavar="X,Y,Z", help="Point that the camera looks at, metres.")
 ]
+CameraDirection = Annotated[
+    str | None,
+    typer.Option("--camera-direction", metavar="X,Y,Z", help="Look in this direction, from where all objects show."),
+]
 CameraAngle = Annotated[
     float | None, typer.Option("--camera-view-angle", metavar="DEG", help="Vertical field of view, degrees.")
 ]

@@ -72,7 +72,7 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
     frames
         The numbers of the frames.
     has_path
-        Whether a camera path was given, which a video needs.
+        Whether the camera moves, as in a video.
     inputs
         Files that must not be changed.
 
@@ -93,7 +93,7 @@ def check_output(output: Output, frames: Sequence[int], has_path: bool, inputs: 
         raise InputError(f"{name}: --no-background: a {kind} has no alpha; write .png or .exr")
     if output.suffix == ".mp4":
         if not has_path:
-            raise InputError(f"{name}: a video needs --path")
+            raise InputError(f"{name}: a video needs --path or --turntable")
         if output.is_series:
             raise InputError(f"{name}: a video is a single file; leave {{frame}} out of its name")
         if output.is_remote:

@@ -2,6 +2,8 @@
 
 import logging
 from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -22,6 +24,7 @@ from depthwalk.commands.options import (
     AssetRoots,
     CacheLimit,
     CameraAngle,
+    CameraDirection,
     CameraPosition,
     CameraTarget,
     ClusterOption,
@@ -40,6 +43,9 @@ from depthwalk.errors import InputError
 
 log = logging.getLogger("depthwalk")
 
+_TURNTABLE_FPS = 30
+_LONGEST_TURN = 3600  # seconds
+
 
 @guarded
 def main(
@@ -54,6 +60,14 @@ def main(
         ),
     ],
     path: PathOption = None,
+    turntable: Annotated[
+        float | None,
+        typer.Option(
+            "--turntable",
+            metavar="SECONDS",
+            help=f"Go once around the camera's target in this time, at {_TURNTABLE_FPS} frames per second.",
+        ),
+    ] = None,
     frames: Annotated[
         str | None,
         typer.Option("--frames", metavar="N|A-B", help="The first N frames of the path, or frames A to B."),
@@ -70,6 +84,7 @@ def main(
     camera_position: CameraPosition = None,
     camera_target: CameraTarget = None,
     camera_view_angle: CameraAngle = None,
+    camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     no_background: NoBackground = False,
     asset_root: AssetRoots = None,
@@ -81,14 +96,17 @@ def main(
     """Render a scene, or the frames of a camera path, to picture files."""
     refuse_reuse(settings)
     size = parse_resolution(resolution)
-    options = parse_camera(camera_position, camera_target, camera_view_angle)
+    options = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
     check_camera_source(path, options)
     where = parse_cluster(cluster)
-    for option, given in (("--frames", frames is not None), ("--resume", resume), ("--cluster", where is not None)):
+    for option, given in ("--resume", resume), ("--cluster", where is not None):
         if given and path is None:
             raise InputError(f"{option}: needs --path")
+    if frames is not None and path is None and turntable is None:
+        raise InputError("--frames: needs --path or --turntable")
+    _check_turntable(turntable, path)
     with without_garbage_collection():
-        from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth
+        from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth, turntable_cameras
         from depthwalk.commands.frame_keys import frame_keys
         from depthwalk.commands.output import Output, check_output
         from depthwalk.commands.reports import input_files
@@ -97,11 +115,12 @@ def main(
 
         loaded = open_scene(scene, asset_root, settings)
         walk = load_path(path) if path else None
-        numbers = parse_frames(frames, walk) if walk else range(1)
+        turns = max(round(turntable * _TURNTABLE_FPS), 1) if turntable else 0  # frames
+        numbers = parse_frames(frames, len(walk.frames()) if walk else turns) if walk or turns else range(1)
     output = Output(out, no_background)
     if output.suffix != ".exr":  # its distances belong to the centres of pixels
         smooth(loaded, size)
-    check_output(output, numbers, walk is not None, input_files(loaded, path))
+    check_output(output, numbers, walk is not None or turns > 0, input_files(loaded, path))
     if resume and not output.is_series:
         raise InputError(f"{out}: --resume needs a file for each frame; put {{frame:4}} into the name")
     if where and path:
@@ -124,5 +143,19 @@ def main(
             headless = stack.enter_context(open_headless(loaded, size, drawn_as))
         if turned := stand_upright(loaded, headless.renderer):
             log.warning("%s", turned)
-        cameras = cameras or [options.apply(loaded.camera or headless.frame_all())]
-        draw_frames(headless, cameras, output, walk.fps if walk else 1.0, keys, numbers[0], resume)
+        if not walk:
+            frame_all = partial(headless.frame_all, turns=turns > 0)
+            cameras = [options.apply(loaded.camera or frame_all(), frame_all)]
+        if turns:
+            cameras = turntable_cameras(cameras[0], turns)[numbers.start : numbers.stop]
+        draw_frames(headless, cameras, output, walk.fps if walk else _TURNTABLE_FPS, keys, numbers[0], resume)
+
+
+def _check_turntable(seconds: float | None, path: Path | None) -> None:
+    """Raise InputError if a turn of this many seconds is impossible, or the camera follows a `path`."""
+    if seconds is None:
+        return
+    if path is not None:
+        raise InputError("--turntable: places the camera; leave out --path")
+    if not 0 < seconds <= _LONGEST_TURN:  # false for NaN, too
+        raise InputError(f"--turntable {seconds:g}: must be above 0 and at most {_LONGEST_TURN} seconds")

@@ -13,6 +13,7 @@ from depthwalk.commands.options import (
     AssetRoots,
     CacheLimit,
     CameraAngle,
+    CameraDirection,
     CameraPosition,
     CameraTarget,
     Fullscreen,
@@ -46,7 +47,9 @@ def main(
     camera_position: CameraPosition = None,
     camera_target: CameraTarget = None,
     camera_view_angle: CameraAngle = None,
+    camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
+    watch: Annotated[bool, typer.Option("--watch", help="Reload the scene when one of its files is saved.")] = False,
     asset_root: AssetRoots = None,
     settings: Settings = None,
     cache_limit: CacheLimit = None,
@@ -58,7 +61,7 @@ def main(
     H shows the keys. Other scenes, meshes and camera paths may be dropped on the window.
     """
     size = parse_resolution(resolution)
-    camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    camera = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
     first = scene or shipped_file("garden.yaml")
 
     def read(file: Path) -> "Scene":
@@ -85,11 +88,22 @@ def main(
                 representation=chosen,
                 first_camera=camera.apply,
                 read=read,
+                watched=_files_of if watch else None,
                 before_frame=end_if_interrupted,
             )
         except walk.NoDisplayError as error:
             typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
             raise typer.Exit(FAILURE) from None
+
+
+def _files_of(scene: "Scene") -> list[Path]:
+    """Return the files that a scene uses; without those of meshes if one of them cannot be read, which is reported."""
+    from depthwalk.commands.reports import input_files
+
+    try:
+        return input_files(scene, None)
+    except InputError:
+        return [scene.path]
 
 
 def shipped_file(*name: str) -> Path:

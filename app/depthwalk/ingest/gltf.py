@@ -15,10 +15,10 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import OPAQUE
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
-_HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "EXT_texture_webp")
+_KNOWN = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp")
+_COMPRESSED = ("KHR_draco_", "EXT_meshopt_", "KHR_meshopt_", "KHR_texture_basisu")
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
-_UINT16, _FLOAT = 5123, 5126
 _TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
 
 
@@ -224,19 +224,11 @@ def check_header(header: dict[str, Any], path: Path) -> None:
         `path: defect`, for the first defect.
     """
     for name in header.get("extensionsRequired", []):
-        if not name.startswith(_HARMLESS):
-            raise InputError(f"{path}: the required glTF extension {name} is not supported")
-    accessors = header.get("accessors", [])
-    for index, accessor in enumerate(accessors):
-        if "sparse" in accessor or "bufferView" not in accessor:
-            raise InputError(f"{path}: accessors[{index}]: sparse, compressed or empty data is not supported")
+        if not name.startswith(_KNOWN):
+            remedy = "; export it without compression" if name.startswith(_COMPRESSED) else ""
+            raise InputError(f"{path}: the required glTF extension {name} is not supported{remedy}")
+    for index, accessor in enumerate(header.get("accessors", [])):
+        if "sparse" not in accessor and "bufferView" not in accessor:
+            raise InputError(f"{path}: accessors[{index}]: compressed or empty data is not supported")
         if not 0 < accessor["count"] <= 3 * MAX_MESH_TRIANGLES:
             raise InputError(f"{path}: accessors[{index}]: count {accessor['count']} is out of range")
-    for mesh in header.get("meshes", []):
-        for attributes in (primitive["attributes"] for primitive in mesh["primitives"]):
-            if "TEXCOORD_0" in attributes and accessors[attributes["TEXCOORD_0"]]["componentType"] != _FLOAT:
-                raise InputError(f"{path}: integer texture coordinates are not supported")
-            if "COLOR_0" in attributes and accessors[attributes["COLOR_0"]]["componentType"] == _UINT16:
-                raise InputError(f"{path}: 16-bit vertex colours are not supported")
-            if accessors[attributes["POSITION"]].get("normalized"):
-                raise InputError(f"{path}: normalised integer positions are not supported")

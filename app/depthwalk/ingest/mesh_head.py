@@ -7,6 +7,7 @@ import numpy as np
 
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
+from depthwalk.ingest.gltf_geometry import is_other_geometry
 from depthwalk.ingest.mtl import MtlMaterial, material_libraries, read_materials
 from depthwalk.ingest.sources import Sources, arguments, find_all, text, texture_name
 
@@ -32,6 +33,8 @@ class MeshHead:
         Whether there are materials, none of which is opaque.
     has_glow
         Whether materials may emit light.
+    has_other_geometry
+        Whether earlier versions read other geometry from it: an unposed skin, or other texture coordinates.
     """
 
     files: tuple[Path, ...]
@@ -40,6 +43,7 @@ class MeshHead:
     is_translucent: bool = False
     is_all_translucent: bool = False
     has_glow: bool = False
+    has_other_geometry: bool = False
 
 
 def read_head(path: Path, texture: Path | None = None, sources: Sources | None = None) -> MeshHead:
@@ -126,6 +130,7 @@ def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
             is_translucent=gltf.has_translucency(header),
             is_all_translucent=gltf.is_all_translucent(header),
             has_glow=gltf.has_glow(header),
+            has_other_geometry=is_other_geometry(header),
         )
     except (AttributeError, TypeError):
         raise InputError(f"{path}: its glTF header is malformed") from None

@@ -24,6 +24,8 @@ from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError, quoted
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
+from depthwalk.ingest.gltf_accessors import Accessors
+from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
@@ -80,9 +82,12 @@ class _Folder(FilePathResolver):
         self.sources = sources
         self.folders = [path.parent]
         self.defects: list[InputError] = []
+        self.made: dict[str, bytes] = {}  # contents of files that exist in memory only
 
     def get(self, name: str) -> bytes:
         """Return the contents of the file `name`. Raises FileNotFoundError, and InputError for a bad picture."""
+        if name in self.made:
+            return self.made[name]
         path = find(texture_name(name), self.folders, self.sources, self.mesh)
         if path is None:
             raise FileNotFoundError(name)
@@ -108,27 +113,34 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
         if (readable := as_utf8(head)) is not head:  # only if needed: a copy takes as much memory as the file
             data = readable + data[len(head) :]
     elif suffix in GLTF_SUFFIXES:
-        header = gltf.read_header(data, path)
-        gltf.check_header(header, path)
-        length = len(data)
-        for uri in gltf.external_uris(header, "buffers"):
-            file = find(uri, folder.folders, folder.sources)
-            if file is None:
-                raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
-            length += len(folder.sources.read(file))
-        vertices, triangles = gltf.placed_size(header)
-        if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # no triangle takes less than three bytes
-            raise InputError(
-                f"{path}: its nodes and primitives make {triangles} triangles of the same data, at most {most} are "
-                "allowed; place copies by a scene file"
-            )
-        check_mesh_memory(vertices, triangles, path)
-        if gltf.fold_extensions(header, path):
-            data = gltf.with_header(data, header, path)
+        data = _expressed(data, path, folder)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.filterwarnings("error", message="string or file could not be read")  # numbers cut short
         return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=folder, process=False)
+
+
+def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
+    """Return a glTF file that `trimesh` reads right; `folder` serves its buffers, and one that is added."""
+    header = gltf.read_header(data, path)
+    gltf.check_header(header, path)
+    length = len(data)
+    for uri in gltf.external_uris(header, "buffers"):
+        file = find(uri, folder.folders, folder.sources)
+        if file is None:
+            raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
+        length += len(folder.sources.read(file))
+    vertices, triangles = gltf.placed_size(header)
+    if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # no triangle takes less than three bytes
+        raise InputError(
+            f"{path}: its nodes and primitives make {triangles} triangles of the same data, at most {most} are "
+            "allowed; place copies by a scene file"
+        )
+    check_mesh_memory(vertices, triangles, path)
+    accessors = Accessors(header, data, folder.get)
+    changed = [express(header, accessors), gltf.fold_extensions(header, path)]
+    folder.made[accessors.name] = bytes(accessors.added)
+    return gltf.with_header(data, header, path) if any(changed) else data
 
 
 def _checked_stl(data: bytes, path: Path) -> bytes:

@@ -1,5 +1,6 @@
 """Draw a scene into memory, without a window, in a GL context of its own."""
 
+import math
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
@@ -8,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.gpu.headless_device import headless_device
 from depthwalk.pictures import LinearImage
@@ -15,6 +17,7 @@ from depthwalk.render.frame import Pass
 from depthwalk.render.image import read_pixels
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.resources.library import Library
+from depthwalk.render.view.framing import IN_FRONT
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
@@ -155,11 +158,29 @@ class HeadlessRenderer:
         with self.device.context:
             return self.renderer.sample_shares().count()
 
-    def frame_all(self) -> Camera:
-        """Return a camera that sees every object in pictures of this size."""
+    def frame_all(
+        self, fov: float = math.pi / 3, along: Sequence[float] | None = None, *, turns: bool = False
+    ) -> Camera:
+        """Return a camera that sees every object in pictures of this size.
+
+        Parameters
+        ----------
+        fov
+            Vertical field of view, radians.
+        along
+            Direction of view, a vector (3,), world; None looks from in front, a little downward.
+        turns
+            Whether the camera shall see them all also while it goes around its target.
+
+        Returns
+        -------
+        Camera
+            The camera.
+        """
         width, height = self.size
+        away = IN_FRONT if along is None else -glm.dvec3(*along)
         with self.device.context:
-            return self.renderer.frame_all(width / height)
+            return self.renderer.frame_all(width / height, fov, away, turns)
 
     def linear_image(self) -> LinearImage:
         """Return the frame drawn last, in linear colours as they are before `output` encodes them for the screen.

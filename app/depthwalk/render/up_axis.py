@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.ingest.formats import GLTF_SUFFIXES, is_model_file
+from depthwalk.ingest.formats import GLTF_SUFFIXES, is_baked_file, is_model_file
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
@@ -107,9 +107,9 @@ class ModelTurn:
         if not is_model_file(scene.path) or len(scene.objects) != 1 or getattr(scene.assets[0], "up", "y") != "y":
             return
         self._points = model_points(renderer)
-        # In glTF y is up by definition (2.0, §3.4); other formats say nothing.
-        known = getattr(scene.assets[0], "up_is_given", False) or scene.path.suffix.lower() in GLTF_SUFFIXES
-        if not known and guess_up(self._points) == "z":
+        # In glTF y is up by definition (2.0, §3.4), in depth images since they were baked; other formats say nothing.
+        defined = scene.path.suffix.lower() in GLTF_SUFFIXES or is_baked_file(scene.path)
+        if not defined and not getattr(scene.assets[0], "up_is_given", False) and guess_up(self._points) == "z":
             self.turn()
             self.guess = "The model seems to be z-up and was turned upright; U turns it back"
 
@@ -122,7 +122,8 @@ class ModelTurn:
             return None
         self._up = "z" if self._up == "y" else "y"
         turn_model(self._scene, self.renderer, self._points, self._up)
-        return f"{self._up} points upward; in a scene file: up: {self._up}"
+        how = f"bake with --up {self._up}" if is_baked_file(self._scene.path) else f"in a scene file: up: {self._up}"
+        return f"{self._up} points upward; {how}"
 
 
 def stand_upright(scene: Scene, renderer: Renderer) -> str:

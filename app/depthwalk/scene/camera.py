@@ -5,10 +5,14 @@ coordinates are OpenGL's: x to the right, y up, the camera looking along −z, i
 """
 
 import math
+from collections.abc import Callable, Sequence
 
 from pyglm import glm
 
 from depthwalk.scene.arrays import Camera
+
+# A camera that sees all objects, for a vertical field of view, radians, and a direction of view (3,), world.
+FrameAll = Callable[[float, Sequence[float]], Camera]
 
 _UP = glm.dvec3(0, 1, 0)
 _SOUTH = glm.dvec3(0, 0, 1)

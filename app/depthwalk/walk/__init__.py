@@ -11,6 +11,7 @@ from pathlib import Path
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.camera import FrameAll
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
@@ -27,10 +28,11 @@ def run(
     fullscreen: bool = False,
     size: tuple[int, int] = (1280, 720),
     representation: Representation | None = None,
-    first_camera: Callable[[Camera], Camera] = lambda camera: camera,
+    first_camera: Callable[[Camera, FrameAll], Camera] = lambda camera, frame_all: camera,
     read: Callable[[Path], Scene] = load_scene,
     before_frame: Callable[[], None] = lambda: None,
     change: Callable[[], Sequence[slice]] | None = None,
+    watched: Callable[[Scene], Sequence[Path]] | None = None,
 ) -> None:
     """Open a window on a scene; return when the user closes it.
 
@@ -49,8 +51,8 @@ def run(
     representation
         How to draw every object; None follows the scene.
     first_camera
-        Called with the scene's own camera or, if it has none, with one that sees every object. Returns the camera to
-        begin with.
+        Called with the scene's own camera or, if it has none, with one that sees every object, and with a function that
+        returns a camera that sees them for a field of view and a direction. Returns the camera to begin with.
     read
         Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
         may raise InputError.
@@ -60,6 +62,8 @@ def run(
     change
         Called before each frame, while none is being drawn: it may change the scene, and returns the runs of objects
         that it moved; what it raises ends the walk. None changes nothing.
+    watched
+        Returns the files of a scene, which is read again when one of them is saved; None watches none.
 
     Raises
     ------
@@ -76,4 +80,4 @@ def run(
     except BaseException:
         window.destroy()
         raise
-    walk_in(window, scene, library, path, representation, first_camera, read, before_frame, change)
+    walk_in(window, scene, library, path, representation, first_camera, read, before_frame, change, watched)

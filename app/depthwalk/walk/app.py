@@ -6,6 +6,8 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
+from pyglm import glm
+
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
@@ -14,12 +16,14 @@ from depthwalk.ingest.formats import is_model_file
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.camera import FrameAll
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
+from depthwalk.walk.file_watch import FileWatch
 from depthwalk.walk.framing import home_in
 from depthwalk.walk.input import Input
 from depthwalk.walk.key_actions import key_actions
@@ -55,10 +59,11 @@ def walk_in(
     library: SceneLibrary,
     path: CameraPath | None,
     representation: Representation | None,
-    first_camera: Callable[[Camera], Camera],
+    first_camera: Callable[[Camera, FrameAll], Camera],
     read: Callable[[Path], Scene],
     before_frame: Callable[[], None],
     change: Callable[[], Sequence[slice]] | None,
+    watched: Callable[[Scene], Sequence[Path]] | None,
 ) -> None:
     """Show a scene in a window until the user closes it, and destroy the window. Parameters as in `walk.run`.
 
@@ -70,7 +75,7 @@ def walk_in(
         If the GPU fails repeatedly.
     """
     report = library.report
-    walk = Walk(window, library, read)
+    walk = Walk(window, library, read, watched)
     try:
         walk.start(scene, path, representation, first_camera)
         walk.loop(before_frame, change)
@@ -99,8 +104,15 @@ class Walk:
     next_file : a scene, mesh or camera path to open before the next frame; None for none.
     """
 
-    def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
+    def __init__(
+        self,
+        window: Window,
+        library: SceneLibrary,
+        read: Callable[[Path], Scene],
+        watched: Callable[[Scene], Sequence[Path]] | None = None,
+    ) -> None:
         self.window, self.background, self._read = window, BackgroundWork(library), read
+        self._watched, self._watch = watched or (lambda scene: ()), FileWatch(())
         self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
@@ -115,7 +127,7 @@ class Walk:
         scene: Scene,
         path: CameraPath | None,
         representation: Representation | None,
-        first_camera: Callable[[Camera], Camera],
+        first_camera: Callable[[Camera, FrameAll], Camera],
     ) -> None:
         """Read, bake and upload everything that the first frame needs; see `run`."""
         self._begin()
@@ -123,11 +135,15 @@ class Walk:
         self._on_gpu.callback(lambda: self.renderer.release())
         self.model_turn = ModelTurn(scene, self.renderer)
         framed = home_in(scene, self.renderer, self.aspect)
-        home = first_camera(framed)
+        turns = is_model_file(scene.path)
+        home = first_camera(
+            framed, lambda fov, along: self.renderer.frame_all(self.aspect, fov, -glm.dvec3(*along), turns)
+        )
         playback = Playback(path) if path is not None else None
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self.state.home_is_framed = scene.camera is None and home == framed
         self._show_renderer()
+        self._watch = FileWatch(self._watched(scene))
         self.state.arrive()
         self.loading.end()
         tour = "P plays the tour, " if playback else ""
@@ -186,6 +202,7 @@ class Walk:
         self.state.obstacles = self.background.obstacles(renderer)
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
+        self._watch = FileWatch(self._watched(scene))
 
     def loop(self, before_frame: Callable[[], None], change: Callable[[], Sequence[slice]] | None = None) -> None:
         """Draw frames until the window closes or a callback raises; then save what is being recorded."""
@@ -240,6 +257,8 @@ class Walk:
     def step(self) -> None:
         """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
         self.device.check()  # in every iteration, even at rest: the window's content may be lost
+        if self._watch.has_news(self._clock.now) and self.next_file is None:
+            self.next_file = self.state.scene.path
         if self.next_file is not None:
             self.frames.finish()
             self._open(self.next_file)

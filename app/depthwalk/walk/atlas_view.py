@@ -45,8 +45,8 @@ class AtlasView:
             The draw lists of the frame, which hold the positions of its impostors in the atlas.
         """
         tiles = plan.composite.records["tile"]
-        right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()
-        self.aspect = right / top
+        right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=0.0).tolist()
+        self.aspect = right / top if top else _SIZE[0] / _SIZE[1]
         targets.atlas_depth.use(0)
         self._program.set(atlas_depth=0, used=(right / targets.atlas_size[0], top / targets.atlas_size[1]))
         with self.gl.state(into=self._framebuffer):

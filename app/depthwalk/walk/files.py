@@ -29,15 +29,15 @@ def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Pat
     Raises
     ------
     OSError
-        If none of the folders can be written to.
+        If none of the folders can be written to; the message says why, for each of them.
     """
-    failure = OSError("no folder to write to")
+    reasons = []
     for folder in folders:
         try:
             return _write_new(folder, suffix, write)
         except OSError as error:
-            failure = error
-    raise failure
+            reasons.append(f"{folder}: {error.strerror or error}")  # without the name of the temporary file
+    raise OSError("; ".join(reasons) or "no folder to write to")
 
 
 def _write_new(folder: Path, suffix: str, write: Callable[[Path], object]) -> Path:

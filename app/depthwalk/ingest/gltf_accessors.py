@@ -1,0 +1,144 @@
+"""Read and add the numbers of glTF files: accessors, with strides, sparse values and normalised integers."""
+
+import base64
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # by component type
+_COMPONENT_TYPES = {"f": 5126, "u": 5125}  # of what is added, by kind of dtype
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_TYPES = {width: name for name, width in _WIDTHS.items()}
+
+Numbers = NDArray[Any]  # (count, width) of any type of number
+
+
+def is_converted(accessor: dict[str, Any], *, keeps_bytes: bool = False) -> bool:
+    """Return whether `trimesh` would misread an accessor: it is sparse, or an integer that stands for a fraction.
+
+    With `keeps_bytes` normalised bytes do not count, which trimesh reads as colours.
+    """
+    fraction = accessor.get("normalized", False) and not (keeps_bytes and accessor["componentType"] == 5121)
+    return "sparse" in accessor or bool(fraction)
+
+
+class Accessors:
+    """Read the accessors of a glTF file, and add further ones to its header.
+
+    Everything in the header is untrusted: wrong values raise ValueError, TypeError or LookupError, as damaged data do
+    in trimesh.
+
+    Attributes
+    ----------
+    added
+        The contents of the buffer that `add` fills.
+    name
+        The URI of that buffer.
+    """
+
+    name = "\0added"  # no file has this name
+
+    def __init__(self, header: dict[str, Any], data: bytes, read: Callable[[str], bytes]) -> None:
+        """Prepare to read from a file.
+
+        Parameters
+        ----------
+        header
+            The JSON header, to which `add` adds buffers, views and accessors.
+        data
+            The contents of the file, of which only a GLB's binary chunk is used.
+        read
+            Returns the contents of the file that a URI names.
+        """
+        self._header = header
+        self._data = data
+        self._read = read
+        self._buffers: dict[int, memoryview] = {}
+        self._number: int | None = None
+        self.added = bytearray()
+
+    def read(self, number: int, count: int | None = None) -> Numbers:
+        """Return the values (N, width) of an accessor; normalised integers as float32 from −1 or 0 to 1.
+
+        Parameters
+        ----------
+        number
+            Its number in the header.
+        count
+            How many values it must have; None: any number, which must have been checked before.
+        """
+        accessor = self._header["accessors"][_whole(number)]
+        rows, width = _whole(accessor["count"]), _WIDTHS[accessor["type"]]
+        if count is not None and rows != count:
+            raise ValueError(f"accessors[{number}] has {rows} values instead of {count}")
+        dtype = np.dtype(_DTYPES[accessor["componentType"]])
+        has_data = "bufferView" in accessor
+        values = self._rows(accessor, rows, dtype, width) if has_data else np.zeros((rows, width), dtype)
+        if "sparse" in accessor:
+            values = values.copy()
+            replaced = accessor["sparse"]
+            some = min(_whole(replaced["count"]), rows)
+            index_type = np.dtype(_DTYPES[replaced["indices"]["componentType"]])
+            indices = self._rows(replaced["indices"], some, index_type, 1)[:, 0].astype(np.int64)
+            values[indices] = self._rows(replaced["values"], some, dtype, width)
+        if accessor.get("normalized", False) and dtype.kind != "f":
+            return np.maximum(values / np.float32(np.iinfo(dtype).max), np.float32(-1.0)).astype(np.float32)
+        return values
+
+    def add(self, values: Numbers) -> int:
+        """Add an accessor for `values` (N, width), float32 or uint32, to the header and return its number."""
+        buffers, views = self._header.setdefault("buffers", []), self._header.setdefault("bufferViews", [])
+        if self._number is None:
+            self._number = len(buffers)
+            buffers.append({"uri": self.name, "byteLength": 0})
+        data = np.ascontiguousarray(values).tobytes()
+        views.append({"buffer": self._number, "byteOffset": len(self.added), "byteLength": len(data)})
+        self.added += data
+        buffers[self._number]["byteLength"] = len(self.added)
+        self._header["accessors"].append(
+            {
+                "bufferView": len(views) - 1,
+                "componentType": _COMPONENT_TYPES[values.dtype.kind],
+                "count": len(values),
+                "type": _TYPES[values.shape[1]],
+            }
+        )
+        return len(self._header["accessors"]) - 1
+
+    def _rows(self, place: dict[str, Any], rows: int, dtype: np.dtype[Any], width: int) -> Numbers:
+        """Return the values (rows, width) that begin at the `byteOffset` of `place` in its `bufferView`."""
+        view = self._header["bufferViews"][_whole(place["bufferView"])]
+        size = dtype.itemsize * width
+        offset, length = _whole(place.get("byteOffset", 0)), _whole(view["byteLength"])
+        stride = _whole(view.get("byteStride", size))
+        needed = (rows - 1) * stride + size
+        if rows < 1 or stride < size or offset + needed > length:
+            raise ValueError("an accessor reaches beyond its bufferView")
+        start = _whole(view.get("byteOffset", 0)) + offset
+        raw = np.frombuffer(self._buffer(_whole(view["buffer"])), np.uint8, needed, start)
+        strided = np.lib.stride_tricks.as_strided(raw, (rows, size), (stride, 1))
+        return np.ascontiguousarray(strided).view(dtype)
+
+    def _buffer(self, number: int) -> memoryview:
+        """Return the contents of a buffer."""
+        if number not in self._buffers:
+            uri = self._header["buffers"][number].get("uri")
+            if uri is None:
+                start = 28 + struct.unpack_from("<I", self._data, 12)[0]
+                content: bytes | memoryview = memoryview(self._data)[start:]  # the chunk after the header's
+            elif uri.startswith("data:"):
+                content = base64.b64decode(uri.partition("base64,")[2])
+            else:
+                content = self._read(uri)
+            self._buffers[number] = memoryview(content)
+        return self._buffers[number]
+
+
+def _whole(value: Any) -> int:
+    """Return `value` if it is a whole number, 0 or more; raise ValueError otherwise."""
+    if not isinstance(value, int) or value < 0:
+        raise ValueError(f"{str(value)[:40]} is no number of items or bytes")
+    return value

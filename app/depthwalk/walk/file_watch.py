@@ -1,0 +1,43 @@
+"""Notice that a file of the scene has been saved, so that the window reloads it (`depthwalk view --watch`)."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+_SECONDS = 0.4  # between two looks
+
+
+class FileWatch:
+    """Look at files from time to time.
+
+    A change counts once the files have stayed the same from one look to the next: programs need a while to write a
+    large mesh, and half of it cannot be read.
+    """
+
+    def __init__(self, files: Iterable[Path]) -> None:
+        """Begin to watch `files` as they are now; one that does not exist may come into being."""
+        self._files = tuple(files)
+        self._known = self._last = self._states()
+        self._due = 0.0
+
+    def has_news(self, now: float) -> bool:
+        """Return whether the files are other ones than when this was last true; `now` is a time, seconds."""
+        if now < self._due:
+            return False
+        self._due = now + _SECONDS
+        before, self._last = self._last, self._states()
+        if self._last == self._known or self._last != before:
+            return False
+        self._known = self._last
+        return True
+
+    def _states(self) -> tuple[tuple[int, int] | None, ...]:
+        """Return time and size of each file; None for one that cannot be looked at."""
+        return tuple(map(_state, self._files))
+
+
+def _state(file: Path) -> tuple[int, int] | None:
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size

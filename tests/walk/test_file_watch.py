@@ -1,0 +1,64 @@
+"""Noticing that files have been saved."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from depthwalk.walk.file_watch import FileWatch
+
+
+def looks(watch: FileWatch, start: float, count: int = 4) -> list[bool]:
+    """What looks at intervals of a second say, beginning at `start` seconds."""
+    return [watch.has_news(start + number) for number in range(count)]
+
+
+def touch(file: Path, content: str = "") -> None:
+    """Write a file, later than anything before."""
+    later = file.stat().st_mtime_ns + 10**9 if file.exists() else None
+    file.write_text(content)
+    if later is not None:
+        os.utime(file, ns=(later, later))
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> list[Path]:
+    found = [tmp_path / name for name in ("scene.yaml", "mesh.ply")]
+    for file in found:
+        file.write_text("")
+    return found
+
+
+def test_what_stays_the_same_is_no_news(files: list[Path]) -> None:
+    assert not any(looks(FileWatch(files), 0)) and not any(looks(FileWatch([]), 0))
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_file_that_is_saved_is_news_once(files: list[Path], number: int) -> None:
+    watch = FileWatch(files)
+    touch(files[number])
+    assert looks(watch, 0) == [False, True, False, False]
+
+
+def test_a_file_that_is_still_being_written_is_waited_for(files: list[Path]) -> None:
+    watch = FileWatch(files)
+    found = []
+    for number in range(4):
+        touch(files[1], "x" * number)
+        found.append(watch.has_news(number))
+    assert not any(found) and looks(watch, 10) == [True, False, False, False]
+
+
+def test_files_that_go_and_come_back_are_news(files: list[Path]) -> None:
+    watch = FileWatch(files)
+    files[0].unlink()
+    assert looks(watch, 0) == [False, True, False, False]
+    files[0].write_text("again")
+    assert looks(watch, 10) == [False, True, False, False]
+
+
+def test_files_are_not_looked_at_in_every_frame(files: list[Path]) -> None:
+    watch = FileWatch(files)
+    assert not watch.has_news(0.0)
+    touch(files[0])
+    assert not any(watch.has_news(number / 100) for number in range(30))
