@@ -89,6 +89,7 @@ Of glTF and GLB files, the default scene is read, without its cameras, lamps and
 targets) are as the nodes pose them at rest. Colours and texture coordinates may be integers, accessors sparse or
 quantised, textures transformed (`KHR_texture_transform`). Files compressed by Draco or meshopt must be exported
 without; normal maps are ignored, textures always repeat, and `KHR_materials_unlit` is lit like any other material.
+`depthwalk info` lists what of a file is not read.
 """
 _PATH = """## Path files
 

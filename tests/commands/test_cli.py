@@ -17,6 +17,7 @@ def test_the_list_says_what_the_command_itself_says(name: str) -> None:
 
 def test_help_lists_every_command(run: Callable[..., Any]) -> None:
     result = run("--help")
+    assert "Begin with `depthwalk demo`" in result.stdout
     assert result.exit_code == 0
     listed = result.stdout.partition("Commands:")[2].splitlines()
     assert [line.split()[0] for line in listed if line.startswith("  ") and line[2] != " "] == list(SUMMARIES)

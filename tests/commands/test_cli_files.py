@@ -16,6 +16,7 @@ from depthwalk.bake.file import read_baked, read_header
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
 from files import write_ply
+from glb_files import Glb
 
 
 def test_check_counts_what_good_files_hold(run: Callable[..., Any], tiny_scene: Path) -> None:
@@ -331,6 +332,14 @@ def test_info_tells_of_colours(run: Callable[..., Any], tmp_path: Path) -> None:
         mesh.write_text("".join(f"v {place}{colour}\n" for place in ("0 0 0", "1 0 0", "0 1 0")) + "f 1 2 3\n")
         described = rows(run("info", mesh).stdout)
         assert described.get("colours") == said and surface in described["material 0"]
+
+
+def test_info_tells_what_of_a_gltf_file_is_not_read(run: Callable[..., Any], tmp_path: Path) -> None:
+    glb = Glb()
+    glb.mesh({})
+    assert "not read" not in rows(run("info", glb.write(tmp_path / "a.glb")).stdout)
+    glb.header["animations"] = [{"channels": [], "samplers": []}]
+    assert rows(run("info", glb.write(tmp_path / "b.glb")).stdout)["not read"] == "1 animation"
 
 
 @pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])

@@ -57,6 +57,15 @@ def test_files_that_go_and_come_back_are_news(files: list[Path]) -> None:
     assert looks(watch, 10) == [False, True, False, False]
 
 
+def test_what_was_saved_while_the_scene_was_read_is_news(files: list[Path]) -> None:
+    saved = files[0].stat().st_mtime_ns
+    assert looks(FileWatch(files, saved - 1), 0) == [True, False, False, False]
+    assert not any(looks(FileWatch(files, saved + 10**9), 0))
+    os.utime(files[0], ns=(saved, saved + 10**15))  # by a clock that is wrong
+    os.utime(files[1], ns=(saved, saved - 10**9))
+    assert not any(looks(FileWatch(files, saved - 1), 0))
+
+
 def test_files_are_not_looked_at_in_every_frame(files: list[Path]) -> None:
     watch = FileWatch(files)
     assert not watch.has_news(0.0)

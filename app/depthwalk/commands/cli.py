@@ -83,7 +83,8 @@ class _Commands(OneLineGroup):
 app = typer.Typer(
     name="depthwalk",
     cls=_Commands,
-    help="Walk through scenes too heavy to draw as meshes: depth images replace these, and are warped on the GPU.",
+    help="Walk through scenes too heavy to draw as meshes: depth images replace these, and are warped on the GPU.\n\n"
+    "Begin with `depthwalk demo`, or open a model of yours: `depthwalk view model.glb`.",
     context_settings=HELP_OPTIONS,
     no_args_is_help=True,
     add_completion=False,

@@ -247,6 +247,9 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
 
 def _mesh_rows(path: Path) -> Iterator[Row]:
     from depthwalk.colour import srgb8_from_linear
+    from depthwalk.ingest.formats import GLTF_SUFFIXES
+    from depthwalk.ingest.gltf import read_header
+    from depthwalk.ingest.gltf_unread import unread
     from depthwalk.ingest.loader import load_mesh
 
     if not path.is_file():
@@ -268,6 +271,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
         through = "" if material.opacity is None else f", see-through (alpha {material.opacity:.2g})"
         glow = ", glows" if material.glows else ""
         yield f"material {part.material}", f"{part.face_count} triangles, {image}{through}{glow}"
+    if path.suffix.lower() in GLTF_SUFFIXES and (ignored := unread(read_header(path.read_bytes(), path))):
+        yield "not read", ", ".join(ignored)
 
 
 def _point(point: Sequence[float]) -> str:

@@ -113,6 +113,7 @@ class Walk:
     ) -> None:
         self.window, self.background, self._read = window, BackgroundWork(library), read
         self._watched, self._watch = watched or (lambda scene: ()), FileWatch(())
+        self._read_at = time.time_ns()  # when the scene began to be read
         self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
@@ -143,7 +144,7 @@ class Walk:
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self.state.home_is_framed = scene.camera is None and home == framed
         self._show_renderer()
-        self._watch = FileWatch(self._watched(scene))
+        self._watch = FileWatch(self._watched(scene), self._read_at)
         self.state.arrive()
         self.loading.end()
         tour = "P plays the tour, " if playback else ""
@@ -179,6 +180,7 @@ class Walk:
                     self.state.playback = Playback(load_path(file))
                     self.state.tell(f"P plays {file.name}")
                 else:
+                    self._read_at = time.time_ns()
                     self._show(self._read(file))
             except InputError as error:
                 self.state.tell(str(error))
@@ -202,7 +204,7 @@ class Walk:
         self.state.obstacles = self.background.obstacles(renderer)
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
-        self._watch = FileWatch(self._watched(scene))
+        self._watch = FileWatch(self._watched(scene), self._read_at)
 
     def loop(self, before_frame: Callable[[], None], change: Callable[[], Sequence[slice]] | None = None) -> None:
         """Draw frames until the window closes or a callback raises; then save what is being recorded."""

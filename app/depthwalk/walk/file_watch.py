@@ -1,5 +1,6 @@
 """Notice that a file of the scene has been saved, so that the window reloads it (`depthwalk view --watch`)."""
 
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -13,10 +14,23 @@ class FileWatch:
     large mesh, and half of it cannot be read.
     """
 
-    def __init__(self, files: Iterable[Path]) -> None:
-        """Begin to watch `files` as they are now; one that does not exist may come into being."""
+    def __init__(self, files: Iterable[Path], since: int | None = None) -> None:
+        """Begin to watch files as they are now.
+
+        Parameters
+        ----------
+        files
+            The files; one that does not exist may come into being.
+        since
+            When the scene began to be read, nanoseconds since 1970: what was saved from then until now is news. None:
+            they have just been read.
+        """
         self._files = tuple(files)
-        self._known = self._last = self._states()
+        self._last = self._states()
+        now = time.time_ns()  # a file from the future, of a clock that is wrong, would be news for ever
+        self._known = tuple(
+            None if state and since is not None and since < state[0] <= now else state for state in self._last
+        )
         self._due = 0.0
 
     def has_news(self, now: float) -> bool:
