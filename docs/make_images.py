@@ -33,6 +33,7 @@ IMAGES = Path(__file__).with_name("images")
 _GAP = 8  # pixels between two pictures
 _DEPTHWALK = (sys.executable, "-m", "depthwalk")
 _SECONDS_TO_LOAD = 120
+_TOUR = 100  # pictures
 _STUDIO = """camera: {position: [0, 2.6, 9], target: [0, 0.45, 0], fov: 10}
 environment: {sun: {direction: [-0.5, -0.7, -0.6], intensity: 0.9}, ambient: {intensity: 0.3}}
 render: {gpaa: {samples: 1}}
@@ -52,6 +53,21 @@ def room() -> None:
 def night() -> None:
     """Draw the court at night."""
     render("night")
+
+
+def tour() -> None:
+    """Record the beginning of the tour of the garden, ten small pictures a second."""
+    path = (scene_root() / "paths/garden.yaml").read_text().replace("fps: 30", "fps: 10")
+    with tempfile.TemporaryDirectory() as folder:
+        slower, frames = Path(folder) / "path.yaml", Path(folder) / "{frame:3}.png"
+        slower.write_text(path)
+        scene, size = str(scene_root() / "garden.yaml"), ("--resolution", "960,540")
+        command = *_DEPTHWALK, "render", scene, "--path", str(slower), "--frames", str(_TOUR), *size, "-o", str(frames)
+        subprocess.run(command, check=True)
+        drawn = [Image.open(file).reduce(2) for file in sorted(Path(folder).glob("*.png"))]
+    first, *others = drawn
+    settings = {"duration": 100, "loop": 0, "quality": 40, "method": 6}
+    first.save(IMAGES / "tour.webp", save_all=True, append_images=others, **settings)
 
 
 def render(name: str, *options: str) -> None:
@@ -253,6 +269,7 @@ FIGURES: dict[str, Callable[[], str]] = {
 }
 MAKERS: dict[str, Callable[[], None]] = {
     "garden": garden,
+    "tour": tour,
     "room": room,
     "night": night,
     "paper": paper,

@@ -4,10 +4,11 @@
 #include "common/depth_images.glsl"
 #include "common/phong.glsl"
 #include "common/seen_surface.glsl"
+#from depthwalk.render.target_table import MOST_LIGHT
 
 // view: unit, from the viewer; rotation: of the object; share: the part of the sun's light that reaches the surface.
 vec3 forward_light(Surface surface, vec3 view, vec4 rotation, float share) {
     vec3 to_light = rotate_back(rotation, to_sun);
     vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light) * share;
-    return surface.albedo * everywhere(rotate(rotation, surface.normal)) + sun * reflected;
+    return min(surface.albedo * everywhere(rotate(rotation, surface.normal)) + sun * reflected, MOST_LIGHT);
 }

@@ -1,10 +1,14 @@
 // Lights what the G-buffer holds (Phong 1975), in world space, to linear colour: deferred lighting; draws the sky behind it.
-// LAMPS: lamps reach the picture; LAMP_SHADOWS: some cast shadows; SHADOWS: the sun does; FORWARD: what `material_resolve`
-// has lit stays.
+// AMBIENT_OCCLUSION: surfaces hide each other from ambient light; LAMPS: lamps reach the picture; LAMP_SHADOWS: some cast
+// shadows; SHADOWS: the sun does; FORWARD: what `material_resolve` has lit stays.
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"
 #include "common/pixel.glsl"
 #include "light/background.glsl"
+#from depthwalk.render.target_table import MOST_LIGHT
+#ifdef AMBIENT_OCCLUSION
+#include "ambient_occlusion/ambient_visibility.glsl"
+#endif
 #ifdef LAMPS
 #include "light/lamps.glsl"
 #endif
@@ -12,7 +16,7 @@
 void draw_light(inout Pixel pixel) {
     vec3 view = normalize(pixel.ray);
 #ifdef SKY
-    pixel.lit = background_at(view, to_sun);
+    pixel.lit = min(background_at(view, to_sun), MOST_LIGHT);
 #else
 #ifdef FORWARD
     if (is_lit(pixel.surface)) discard;
@@ -23,11 +27,16 @@ void draw_light(inout Pixel pixel) {
 #ifdef SHADOWS
     direct *= pixel.shadow;
 #endif
-    vec3 colour = albedo * everywhere(normal) + direct * phong(albedo, specular, shininess, normal, view, to_sun);
+    vec3 from_all_sides = everywhere(normal);
+#ifdef AMBIENT_OCCLUSION
+    vec3 point = pixel.ray * distance_of(pixel.depth);
+    from_all_sides *= with_reflected(ambient_visibility_at(point, normal), albedo);
+#endif
+    vec3 colour = albedo * from_all_sides + direct * phong(albedo, specular, shininess, normal, view, to_sun);
 #ifdef LAMPS
     float away = distance_of(pixel.depth);
     colour += of_lamps(pixel.ray * away, away, albedo, specular, shininess, normal, view);
 #endif
-    pixel.lit = vec4(colour, 1.0);
+    pixel.lit = vec4(min(colour, MOST_LIGHT), 1.0);
 #endif
 }

@@ -3,12 +3,13 @@
 #include "common/pixel.glsl"
 #include "common/srgb.glsl"
 #include "output/tone.glsl"
+#from depthwalk.render.target_table import MOST_LIGHT
 uniform float exposure;
 uniform int samples;    // per pixel, along either axis
 
 // What the screen shows of a texel, linear, not premultiplied; clipped to white before it is averaged.
 vec4 shown_of(vec4 lit) {
-    return vec4(clamp(tone(exposure * lit.rgb / max(lit.a, 1e-4)), 0.0, 1.0), lit.a);
+    return vec4(clamp(tone(exposure * min(lit.rgb, MOST_LIGHT) / max(lit.a, 1e-4)), 0.0, 1.0), lit.a);     // no infinity
 }
 
 void draw_output(inout Pixel pixel) {

@@ -13,6 +13,7 @@
 #ifdef FOG
 #include "fog/fog.glsl"
 #endif
+#from depthwalk.render.target_table import MOST_LIGHT
 uniform sampler2D base_texture;
 uniform sampler2D emission_texture;
 #ifdef GLOW
@@ -61,4 +62,5 @@ void main() {
     float through = through_fog(fog_along(from_viewer));
     lit.rgb = mix(lit.a * fog_towards(normalize(from_viewer)), lit.rgb, through);
 #endif
+    lit.rgb = min(lit.rgb, MOST_LIGHT);
 }

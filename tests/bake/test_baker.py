@@ -24,6 +24,16 @@ def images_of(baked: BakedObject, face: Face) -> list[DepthImage]:
 
 
 @pytest.mark.slow
+def test_bars_of_one_texel_are_kept() -> None:
+    """A box face drops specks on surfaces that other faces sample better, but not bars that nothing else samples."""
+    places = np.arange(-1.4, 1.41, 0.2)
+    baked = bake(joined(*(box(0.03, 0.6, 0.03, (x, 0.3, 0)) for x in places)), resolution=96, layers=3)
+    (front,) = images_of(baked, Face.FRONT)
+    points = FaceGrid.of(baked.cylinder, front).points(front.depth)[np.isfinite(front.depth)]
+    assert all((np.abs(points[:, 0] - x) < 0.02).any() for x in places if abs(x) > 0.1)  # the side samples the others
+
+
+@pytest.mark.slow
 def test_a_sphere_has_known_depth() -> None:
     baked = bake(sphere(), resolution=128, layers=1)
     radius = baked.cylinder.radius

@@ -74,6 +74,15 @@ def test_golden_multisampled(studio: Studio, library: ShapeLibrary, request: pyt
     goldens.compare("msaa", pixels, request.config.getoption("--update-goldens"), studio.device.software)
 
 
+def test_golden_of_ambient_occlusion(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
+    """Depth images, a mesh and the ground, in ambient light alone."""
+    scene = scene_of(*PLACES, **SKY, sun={"intensity": 0.0})
+    scene.objects.representation[1] = Representation.MESH
+    scene.render.ambient_occlusion.enabled = True
+    pixels = studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(192, 128))
+    goldens.compare("ambient-occlusion", pixels, request.config.getoption("--update-goldens"), studio.device.software)
+
+
 def test_golden_of_lamps(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
     """Two spot lights by night, each with its shadows, on depth images and from them."""
     lamps = [

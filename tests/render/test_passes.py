@@ -239,6 +239,7 @@ def modes() -> Iterator[dict[str, Any]]:
     yield {"aa": "gpaa-edge", "gpaa.samples": 1}
     for mode in ("paper", "gather", "accumulate"):
         yield {"dof.mode": mode, "dof.samples": 2}
+    yield {"ambient_occlusion.enabled": True}
     yield {"light.mode": "forward"}
     yield {"light.mode": "forward", "aa": "coverage"}
     yield {"light.mode": "warp"}

@@ -38,7 +38,8 @@ from depthwalk.parallel import Map, batches, thread_map
 from depthwalk.types import Mask
 
 Progress = Callable[[str], None]
-_LEAST_SHARE = 0.3  # of the 5 × 5 texels around a texel, which a box face must sample better than others to keep it
+_LEAST_SHARE = 0.3  # of the 5 × 5 texels around a texel, which a box face must sample better than others to keep it …
+_LONE_SHARE = 0.9  # … or of the samples in them
 _BATCH = 1 << 15  # samples at a time
 _VOXEL = 4  # texels, edge of the voxels over which the samples' sky visibility is averaged
 _OVERLAP = 3  # texels by which a box face extends beyond the area that it samples better than the others
@@ -218,16 +219,18 @@ def cast_face(
 
         worth = np.zeros(found.shape, bool)
         worth[found] = np.concatenate(list(parallel_map(worth_it, batches(len(layer), _BATCH))))
-        found &= _spread(worth.reshape(-1, *grid.shape)).reshape(found.shape)
+        found &= _spread(*(mask.reshape(-1, *grid.shape) for mask in (worth, found))).reshape(found.shape)
     hits = prune_hidden(caster, rays, hits, grid.shape, found, parallel_map)
     return face_samples(mesh, hits, grid.shape, parallel_map, textured)
 
 
-def _spread(worth: Mask) -> Mask:
-    """Return `worth` (L, H, W) without specks and dilated by a few texels."""
+def _spread(worth: Mask, found: Mask) -> Mask:
+    """Return `worth` (L, H, W) without specks on other surfaces, of those `found`, and dilated by a few texels."""
     from scipy.ndimage import maximum_filter, uniform_filter
 
-    worth = worth & (uniform_filter(worth.astype(np.float32), (1, 5, 5)) > _LEAST_SHARE)
+    share, samples = (uniform_filter(mask.astype(np.float32), (1, 5, 5)) for mask in (worth, found))
+    lone = share > _LONE_SHARE * samples  # of thin bars, with empty texels on either side
+    worth = worth & ((share > _LEAST_SHARE) | lone)
     return np.asarray(maximum_filter(worth, (1, 2 * _OVERLAP + 1, 2 * _OVERLAP + 1)))
 
 

@@ -48,7 +48,9 @@ RGBA16F = TextureFormat("RGBA16F", 4, "f2")
 RG32UI = TextureFormat("RG32UI", 2, "u4")
 R16UI = TextureFormat("R16UI", 1, "u2")
 R8 = TextureFormat("R8", 1, "f1")
+RG32F = TextureFormat("RG32F", 2, "f4")
 DEPTH24 = TextureFormat("DEPTH24", 0, "")
+MOST_LIGHT = 65504.0  # that RGBA16F holds; beyond is infinity, which becomes no number as soon as it is blended
 NORMAL_BITS = 12  # of each octahedral coordinate in `surface`, see shaders/common/gbuffer.glsl
 _ALL_FORMATS = TextureFormat("RG32UI, RGBA16F, DEPTH24", 0, "")
 
@@ -116,6 +118,11 @@ TARGETS: dict[str, Target] = {
     "shadow": Target(
         textures={"shadow_texture": R8},
         holds="r = fraction of the sun's light that reaches the pixel's surface",
+    ),
+    "ambient_visibility": Target(
+        textures={"ambient_visibility": RG32F},
+        holds="Half as wide and high: r = fraction of the ambient light that reaches a surface; g = metres along the "
+        "view axis; none without ambient occlusion",
     ),
     "lit": Target(
         textures={"lit_texture": RGBA16F, "lit_before": RGBA16F},

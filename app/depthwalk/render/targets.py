@@ -11,6 +11,7 @@ import numpy as np
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.multisampling import sample_offsets
+from depthwalk.render.lighting.ambient_visibility import AmbientVisibility
 from depthwalk.render.shadows.sun_uniforms import LampMaps, SunMaps
 from depthwalk.render.target_table import ALL_SURFACES, FRAMEBUFFERS, RGBA16F, TARGET_OF, TARGETS, Framebuffer
 from depthwalk.render.tile_atlas import TileAtlas, atlas_size
@@ -52,6 +53,7 @@ class Targets:
     atlas_size : width and height of the atlas, texels.
     offsets : (samples, 2) places of the samples from the pixel's middle, pixels to the right and up.
     sun_maps, lamp_maps : the shadow maps, set by the pass that draws them; None where nothing casts shadows.
+    ambient_visibility : set by the pass that draws it; None without ambient occlusion.
 
     Raises
     ------
@@ -90,6 +92,7 @@ class Targets:
         self.atlas_size = self.tile_atlas.size
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
+        self.ambient_visibility: AmbientVisibility | None = None
         self._before: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}  # copies, by name
         try:
             self._create(device, self.tile_atlas.lit)

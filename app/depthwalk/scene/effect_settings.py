@@ -16,6 +16,28 @@ class LightParams(Params):
     )
 
 
+class AmbientOcclusionParams(Params):
+    """Set how much surfaces close by hide each other from ambient light, as in corners and below objects."""
+
+    enabled: bool = param(False, "Let surfaces that are close to each other in the picture darken ambient light")
+    radius: float = param(
+        0.5,
+        "Distance up to which surfaces hide each other from ambient light, less and less from half of it on; longer "
+        "for landscapes, shorter for small things",
+        unit="m",
+        ge=0.001,
+        le=1000,
+    )
+    directions: int = param(
+        1,
+        "Planes through the view ray in which both horizons are searched; sixteen neighbours have different ones, and "
+        "share what they find",
+        ge=1,
+        le=16,
+    )
+    steps: int = param(6, "Places that are looked at for each horizon; more find thinner things", ge=1, le=32)
+
+
 MAX_SHADOW_LAMPS = 16  # lamps that can have a shadow map at the same time
 
 WORST_ERROR = 4.0  # multiple of `ShadowParams.error` to expect where triangles_per_texel coarsens casters further

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 from depthwalk.limits import size_in_bytes
 from depthwalk.params import Params, param
 from depthwalk.scene.effect_settings import (
+    AmbientOcclusionParams,
     DofParams,
     FxaaParams,
     GpaaParams,
@@ -128,6 +129,7 @@ class RenderSettings(PictureParams):
     billboard: BillboardParams = Field(default_factory=BillboardParams)
     mesh: MeshParams = Field(default_factory=MeshParams)
     shadows: ShadowParams = Field(default_factory=ShadowParams)
+    ambient_occlusion: AmbientOcclusionParams = Field(default_factory=AmbientOcclusionParams)
     light: LightParams = Field(default_factory=LightParams)
     inspection: InspectionParams = Field(default_factory=InspectionParams)
     gpaa: GpaaParams = Field(default_factory=GpaaParams)

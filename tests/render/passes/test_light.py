@@ -127,6 +127,16 @@ def linear_picture(scene: Scene, library: ShapeLibrary, camera: Camera, size: tu
 
 
 @pytest.mark.gl
+def test_light_stays_finite() -> None:
+    """A strong lamp just above white ground: half floats end at 65504, and infinity blended is no number."""
+    lamp = {"position": (0, 0.02, 0), "intensity": 10000.0, "range": 100.0}
+    scene = scene_of((0, (0, 0, 9), 0.0, 1.0), ground={"colour": WHITE}, lights=[lamp])
+    library = ShapeLibrary([box(0.1, 0.1, 0.1)], resolution=16)
+    picture = linear_picture(scene, library, Camera((0, 2, 0.001), (0, 0, 0), 0.1))
+    assert 6e4 < picture.colour.max() < np.inf
+
+
+@pytest.mark.gl
 @pytest.mark.parametrize("away", [1.0, 2.0, 4.0])
 def test_light_falls_with_the_square_of_the_distance(away: float) -> None:
     """White ground straight below a lamp of strength 3."""

@@ -1,5 +1,7 @@
 """The finished picture: sRGB of linear light, exposed, and the mean of samples."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,15 @@ def test_linear_light_becomes_srgb(alone: MakeAlone) -> None:
     output.draw(OutputParams(tone_mapping="none"))
     expected = 255 * srgb_from_linear(light.astype(np.float16).astype(float))
     assert np.abs(read_pixels(output.targets.screen)[::-1, :, :3] - expected).max() <= 1
+
+
+@pytest.mark.parametrize("tone_mapping", ["none", "reinhard", "aces", "agx"])
+def test_infinite_light_is_white(alone: MakeAlone, tone_mapping: Literal["none", "reinhard", "aces", "agx"]) -> None:
+    """Where translucent surfaces glow in front of each other, the sum may be more than `lit` can hold."""
+    output = alone(OutputPass())
+    output.fill_lit((np.inf, np.inf, np.inf, 1.0))
+    output.draw(OutputParams(tone_mapping=tone_mapping))
+    assert (read_pixels(output.targets.screen)[0, 0, :3] >= 250).all()
 
 
 def test_exposure_doubles_light_per_stop(alone: MakeAlone) -> None:

@@ -9,6 +9,7 @@ documents what a pass must declare and what it may rely on.
 from typing import Any
 
 from depthwalk.render.frame import Pass
+from depthwalk.render.passes.ambient_occlusion import AmbientOcclusionPass
 from depthwalk.render.passes.bar_texture import BarTexturePass
 from depthwalk.render.passes.billboard import BillboardPass
 from depthwalk.render.passes.bump import BumpPass
@@ -61,6 +62,7 @@ PASSES: tuple[type[Pass[Any]], ...] = (
     SamplePass,
     MaterialResolvePass,
     # Light, in linear colours.
+    AmbientOcclusionPass,
     SunPass,
     LightPass,
     FogPass,

@@ -1,15 +1,18 @@
 """Light the G-buffer by sun, ambient light and lamps, and draw the sky behind it: linear light goes to `lit`.
 
 A surface reflects albedo · max(n · l, 0) + specular · max(r · l, 0)^shininess of a light (Phong 1975), with the shadow
-maps as factor; ambient light is a polynomial of its normal (Ramamoorthi and Hanrahan 2001). Lamps come from lists of
-cells of the view frustum (Olsson, Billeter and Assarsson 2012).
+maps as factor. Ambient light is a polynomial of its normal (Ramamoorthi and Hanrahan 2001), times the part that
+`ambient_occlusion` lets through. Lamps come from lists of cells of the view frustum (Olsson, Billeter and Assarsson
+2012).
 """
 
 from typing import Any
 
+import moderngl
 import numpy as np
 
 from depthwalk.gpu.device import Scope
+from depthwalk.gpu.instances import RecordTexture
 from depthwalk.render.frame import Frame
 from depthwalk.render.lamp_inputs import LampInputs
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
@@ -24,7 +27,7 @@ class LightPass(PixelPass[LightParams]):
 
     name = "light"
     per_sample = True
-    reads = ("surface", "depth", "shadow", "sun_maps", "lamp_maps")
+    reads = ("surface", "depth", "shadow", "sun_maps", "lamp_maps", "ambient_visibility")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
@@ -46,12 +49,17 @@ class LightPass(PixelPass[LightParams]):
             defines += ("FORWARD",)
         if frame.targets.sun_maps is not None:
             defines += ("SHADOWS",)
+        textures: dict[str, moderngl.Texture | RecordTexture] = {}
+        if (ambient := frame.targets.ambient_visibility) is not None:
+            defines += ("AMBIENT_OCCLUSION",)
+            textures |= ambient.textures
+            values |= ambient.uniforms
         even_sky = _even_background(frame) and not frame.common.forward
         if lamps is None:
-            return PixelInputs(defines=defines, uniforms=values, even_sky=even_sky)
+            return PixelInputs(defines=defines, textures=textures, uniforms=values, even_sky=even_sky)
         return PixelInputs(
             defines=(*defines, *lamps.defines),
-            textures=lamps.textures,
+            textures={**textures, **lamps.textures},
             uniforms={**values, **lamps.uniforms},
             strip_pixels=_STRIP_PIXELS,
             even_sky=even_sky,
