@@ -48,7 +48,7 @@ class UnbakableError(InputError):
         """Make an error from the `reason`, and what the user may do: `remedy`."""
         super().__init__(f"{reason}; {remedy}")
         self.reason = printable(reason)
-        self.args = (reason, remedy)  # with which it is made anew in another process
+        self.args = (reason, remedy)  # with which it is made again in another process
 
 
 def printable(text: object) -> str:

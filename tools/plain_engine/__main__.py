@@ -104,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     kernels.load()
     for count in map(int, counts):
         chosen = scene.objects.take(most_seen(scene, walk, count))
-        _past_many(replace(scene, objects=chosen), library, walk, args.edges)
+        _measure_crowd(replace(scene, objects=chosen), library, walk, args.edges)
 
 
 @contextmanager
@@ -140,7 +140,7 @@ def _about_one(scene: Scene, library: SceneLibrary, walks: Sequence[Sequence[Cam
             _measure(f"{distance:.3g} m", drawn, truth, engine, views)
 
 
-def _past_many(scene: Scene, library: SceneLibrary, walk: Walk, edges: float) -> None:
+def _measure_crowd(scene: Scene, library: SceneLibrary, walk: Walk, edges: float) -> None:
     """Print a table of a walk past the objects of a scene; the engine's `edges` are so many pixels long at most."""
     described, pictures = references(walk, scene, library)
     kinds = {"scene": None, "mesh-lod": Representation.MESH_LOD, "mesh-clusters": Representation.MESH_CLUSTERS}

@@ -165,7 +165,7 @@ class BackgroundLibrary(SceneLibrary):
         """Take over what has been found or made since the last call; return True if any asset became ready."""
         before = len(self._ready)
         for request in [request for request, future in self._finding.items() if future.done()]:
-            self._take_found(request, self._finding.pop(request))
+            self._finish_search(request, self._finding.pop(request))
         for asset, stage in self._pool.reports():
             self._batch.note(asset, stage)
         if not self.baking_waits:
@@ -173,7 +173,7 @@ class BackgroundLibrary(SceneLibrary):
                 self._submit(request)
             self._unbaked.clear()
         for request in [request for request, future in self._making.items() if future.done()]:
-            self._take_made(request, self._making.pop(request))
+            self._finish_bake(request, self._making.pop(request))
         if not self._making and not self._finding and not self._unbaked:
             self._batch = Batch()
         return len(self._ready) > before
@@ -259,7 +259,7 @@ class BackgroundLibrary(SceneLibrary):
                 f"{self._assets[asset].name}: its depth images are no longer in the cache: {error}"
             ) from None
 
-    def _take_found(self, request: _Request, future: "Future[Objects | None]") -> None:
+    def _finish_search(self, request: _Request, future: "Future[Objects | None]") -> None:
         try:
             objects = future.result()
         except InputError as error:
@@ -286,7 +286,7 @@ class BackgroundLibrary(SceneLibrary):
         self._pool.begin(self._processes)
         self._making[request] = self._pool.submit(asset, self._assets[asset], options, self._meshes.get(asset))
 
-    def _take_made(self, request: _Request, future: "Future[str | None]") -> None:
+    def _finish_bake(self, request: _Request, future: "Future[str | None]") -> None:
         asset, options = request
         try:
             spilled = future.result()

@@ -86,7 +86,7 @@ class SceneLibrary(MeshLibrary):
         super().__init__(assets, report)
         self._processes, self._ahead = processes, ahead
         self._keys: dict[int, str] = {}
-        self._unkept: dict[str, BakedModel] = {}  # models that the cache could not store, by key
+        self._not_stored: dict[str, BakedModel] = {}  # models that the cache could not store, by key
         self._in_memory: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] = {}  # see `read_ahead`
         self._warned = False  # about cooked files, which do not support some settings
 
@@ -284,7 +284,7 @@ class SceneLibrary(MeshLibrary):
         self, name: str, source: Path, key: str, bake: Callable[[], BakedModel], keep: bool = True
     ) -> BakedModel:
         """Find the model of `key` beside its source or in the cache; otherwise bake it, and store it if `keep`."""
-        found = self._unkept.get(key) or find_baked(source, key)
+        found = self._not_stored.get(key) or find_baked(source, key)
         if found is not None:
             return found
         start = time.perf_counter()
@@ -296,7 +296,7 @@ class SceneLibrary(MeshLibrary):
             keep_baked(baked)
         except OSError as error:  # a full or read-only disk costs the next start time, not this one
             log.warning("cannot store the depth images of %s in the cache: %s", name, error)
-            self._unkept[baked.key] = baked
+            self._not_stored[baked.key] = baked
         return baked
 
     def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams, max_stepped: int | None) -> BakedModel:

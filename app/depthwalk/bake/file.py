@@ -42,7 +42,7 @@ from depthwalk.ingest.formats import BAKED_SUFFIX
 from depthwalk.pictures import save_exr
 
 SUFFIX = BAKED_SUFFIX
-_HEARING = threading.Lock()  # if two threads redirected standard output at once, it would not be restored
+_CAPTURING = threading.Lock()  # if two threads redirected standard output at once, it would not be restored
 
 
 def write_baked(path: Path, model: BakedModel) -> None:
@@ -109,7 +109,7 @@ def read_baked(path: Path) -> BakedModel:
 
     headers = inspect_header(path)[1]
     damage = complaints(path, "damaged depth images")
-    with damage, _binding_heard(), OpenEXR.File(str(path), separate_channels=True) as file:
+    with damage, _captured_output(), OpenEXR.File(str(path), separate_channels=True) as file:
         stored = {part.name(): {k: channel.pixels for k, channel in part.channels.items()} for part in file.parts}
     try:
         _check_pixels(stored, headers[0].checksum)
@@ -123,14 +123,14 @@ def read_baked(path: Path) -> BakedModel:
 
 
 @contextlib.contextmanager
-def _binding_heard() -> Iterator[None]:
+def _captured_output() -> Iterator[None]:
     """Redirect OpenEXR's messages about undecodable pixels to standard error: standard output may be a picture.
 
     Raises MemoryError if there was such a message, since OpenEXR raises nothing and leaves the channels out.
     """
     printed = io.StringIO()
     try:
-        with _HEARING, contextlib.redirect_stdout(printed):
+        with _CAPTURING, contextlib.redirect_stdout(printed):
             yield
     finally:
         if "MemoryError" in printed.getvalue() or "bad_alloc" in printed.getvalue():

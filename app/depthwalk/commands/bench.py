@@ -108,7 +108,7 @@ def main(
 
     names = parse_representations(representations)
     files = report_files(scenes, ReportFiles(json=json, html=html, table=table, baseline=baseline))
-    befores = [read_report(paths.baseline) if paths.baseline else None for paths in files]
+    baselines = [read_report(paths.baseline) if paths.baseline else None for paths in files]
     walk = load_path(path) if path else None
     plans = [
         Plan(
@@ -128,7 +128,7 @@ def main(
     read = [file for own in inputs for file in own]
     read += [paths.baseline for paths in files if paths.baseline and paths.baseline != paths.json]
     check_report_files([file for paths in files for file in (paths.json, paths.html, paths.table)], read, "measured")
-    for plan, paths, before in zip(plans, files, befores, strict=True):
+    for plan, paths, before in zip(plans, files, baselines, strict=True):
         if paths.baseline and before:
             check_comparable(
                 paths.baseline,
@@ -142,7 +142,7 @@ def main(
     with run_benches(plans, inputs, where) as reports:
         is_slower = [
             write_reports(report, paths, before, tolerance / 100)
-            for report, paths, before in zip(reports, files, befores, strict=True)
+            for report, paths, before in zip(reports, files, baselines, strict=True)
         ]
     if any(is_slower):
         raise typer.Exit(FAILURE)

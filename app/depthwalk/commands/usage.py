@@ -41,7 +41,7 @@ class _OneLineErrors:
                 error.show()
             else:
                 command = error.ctx.command_path if error.ctx else "depthwalk"
-                _name_as_here(error)
+                _suggest_own_option(error)
                 message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
                 print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
             code = BAD_INPUT
@@ -50,7 +50,7 @@ class _OneLineErrors:
         return code
 
 
-def _name_as_here(error: Any) -> None:
+def _suggest_own_option(error: Any) -> None:
     """Complete the error about an unknown option by its name here, if it is known from other programs."""
     if error.ctx and (meant := _ELSEWHERE.get(getattr(error, "option_name", ""))):
         own = [name for param in error.ctx.command.params for name in param.opts]

@@ -124,7 +124,7 @@ class Mesh:
         """Return how many bytes its arrays and textures take."""
         arrays: list[NDArray[Any]] = [self.positions, self.normals, self.colours, self.uv]
         arrays += self.faces, self.translucent_faces
-        textures = (texture for material in self.materials for texture in (material.texture, material.emission_texture))
+        textures = (texture for each in self.materials for texture in (each.texture, each.emission_texture))
         arrays += [texture for texture in textures if texture is not None]
         return sum(array.nbytes for array in arrays)
 

@@ -122,7 +122,7 @@ class CameraParams(FileParams):
     fov: float = param(60.0, "Vertical field of view", unit="degrees", ge=MIN_FOV, le=MAX_FOV)
 
     @model_validator(mode="after")
-    def _looks_somewhere(self) -> Self:
+    def _target_is_elsewhere(self) -> Self:
         if self.position == self.target:
             raise ValueError("'target' must be elsewhere than 'position'")
         return self

@@ -65,7 +65,7 @@ class LookAround:
         """Record that a frame is finished: a moving viewer gets one side per frame, so that frames are not late."""
         self._is_due = True
 
-    def begin_for_walk(self, coming: list[View]) -> bool:
+    def begin_for_moving_viewer(self, coming: list[View]) -> bool:
         """Begin the side that covers most of the unknown parts of some views, if these are large.
 
         If they are small, begin any side of which too little is known, until all have been known once.
@@ -91,19 +91,19 @@ class LookAround:
             shown = [(unknown @ side.axes[2] > np.abs(unknown @ side.axes[:2].T).max(-1)).sum() for side in sides]
             self._slices.begin(self._draw(sides[int(np.argmax(shown))], waits=False))
         elif not self._knew_all:
-            self._knew_all = not self._begin_any(position, waits=False)
+            self._knew_all = not self._begin_first_unknown(position, waits=False)
         return self.is_drawing
 
-    def begin_at_rest(self, position: Array) -> bool:
+    def begin_for_resting_viewer(self, position: Array) -> bool:
         """Begin a side of which too little is known from a position (3,), world, metres; return whether there is one.
 
         If there is none, `knows_all` becomes True.
         """
-        self.knows_all = self.knows_all or not self._begin_any(position, waits=True)
+        self.knows_all = self.knows_all or not self._begin_first_unknown(position, waits=True)
         self._knew_all |= self.knows_all
         return self.is_drawing
 
-    def _begin_any(self, position: Array, waits: bool) -> bool:
+    def _begin_first_unknown(self, position: Array, waits: bool) -> bool:
         for side in surround_views(position):
             if self._surround.holds(spread_rays(side, _RAYS, _RAYS), position).mean() < 1 - _MOST_UNKNOWN:
                 self._slices.begin(self._draw(side, waits))

@@ -53,7 +53,7 @@ class SceneFrames:
         self._durations: deque[float] = deque(maxlen=_MEASURED)
         self._is_slow = False
         self._frame_scale = FrameScale()
-        self._is_untaken = False  # whether the frame on the screen is in the canvas and must be reprojected from now on
+        self._is_first_pending = False  # whether the first frame is in the canvas, to be reprojected from now on
         self.seconds = 0.0
         self.scale = 1.0
         self.source: View | None = None
@@ -100,13 +100,13 @@ class SceneFrames:
         self.source = view
         self.draw(view, self._reprojection.canvas(view.size))
         self._reprojection.show_canvas(screen)
-        self._is_untaken = self.seconds > _SLOW
+        self._is_first_pending = self.seconds > _SLOW
 
     def reproject_first(self) -> None:
         """From now on, reproject the frame of `draw_first` if it took long; call this when it is on the screen."""
-        if self._is_untaken:
-            self._is_untaken = False
-            self._take()
+        if self._is_first_pending:
+            self._is_first_pending = False
+            self._reproject_canvas()
 
     def begin(self, camera: Camera, view: View, moves: bool) -> None:
         """Begin a frame in slices, for the reprojection; discard one in progress.
@@ -144,7 +144,7 @@ class SceneFrames:
         """Continue with the frame in progress for about `seconds`; return whether it is finished, and reprojected."""
         if not self._slices.advance(seconds):
             return False
-        self._take()
+        self._reproject_canvas()
         work = self._slices.end()
         if self.is_interactive:
             self._frame_scale.note(self.delay, self._renderer.settings.reprojection.frame_limit / 1e3)
@@ -155,7 +155,7 @@ class SceneFrames:
         """Discard a frame in progress."""
         self._slices.drop()
 
-    def _take(self) -> None:
+    def _reproject_canvas(self) -> None:
         """From now on, reproject the frame in the canvas."""
         targets, fitted, source = self._renderer.targets, self._renderer.view, self.source
         assert targets is not None and fitted is not None and source is not None

@@ -89,7 +89,7 @@ class ShownFrames:
             not self._unshown
             and self._is_settled
             and knows_around
-            and (self._still.is_finished or not self._wants_still)
+            and (self._still.is_finished or not self._is_refined_at_rest)
         )
 
     @property
@@ -100,7 +100,7 @@ class ShownFrames:
             return False
         if self._renderer.assets.is_waiting or plan.noted.get("shadow_maps_waiting"):
             return False
-        if self._wants_still:  # it has impostors of its own
+        if self._is_refined_at_rest:  # it has impostors of its own
             return True
         return not plan.warp.batches or (self._settled >= _SETTLING[1] and not plan.noted["provisional"])
 
@@ -120,7 +120,7 @@ class ShownFrames:
         return self._scene_frames.seconds
 
     @property
-    def _wants_still(self) -> bool:
+    def _is_refined_at_rest(self) -> bool:
         """Return whether the picture is drawn once more, with more samples, when the viewer is at rest."""
         settings = self._renderer.settings
         return self.refines and settings.reprojection.refine and settings.aa == "none" and settings.dof.mode == "none"
@@ -169,7 +169,7 @@ class ShownFrames:
             belong together.
         """
         self._view = view
-        self._choose_way()
+        self._choose_slices()
         if not self.in_slices:
             return self._draw_whole_or_still(view, screen)
         finished, self._unshown = self._unshown and not self._still.is_finished, False
@@ -195,7 +195,7 @@ class ShownFrames:
             self._around.advance(self._slice_seconds(self._view))
         elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
-        elif self._wants_still and not self._still.is_finished:
+        elif self._is_refined_at_rest and not self._still.is_finished:
             seconds = longest(self._renderer.settings.reprojection.slice / 1e3)
             self._unshown |= self._still.advance(self._view, seconds)
 
@@ -206,13 +206,13 @@ class ShownFrames:
         if self.is_drawing or not self.refines or self._reprojection.view is None:
             return False
         if self._moved:
-            return self._around.begin_for_walk([view, View(self._ahead(self._scene_frames.delay), view.size)])
-        return self._is_settled and self._around.begin_at_rest(view.position)
+            return self._around.begin_for_moving_viewer([view, View(self._ahead(self._scene_frames.delay), view.size)])
+        return self._is_settled and self._around.begin_for_resting_viewer(view.position)
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Draw a frame at once, or the still picture; return whether it was a frame."""
         self._unshown = False
-        if not (self._is_settled and self._wants_still):
+        if not (self._is_settled and self._is_refined_at_rest):
             self._still.drop()
             self._draw_whole(view, screen)
             return True
@@ -249,7 +249,7 @@ class ShownFrames:
         """Return where the viewer is expected to be in `seconds`."""
         return self._reachable(self._motion.ahead(seconds))
 
-    def _choose_way(self) -> None:
+    def _choose_slices(self) -> None:
         """Decide whether frames are drawn in slices, unless one is in progress."""
         settings = self._renderer.settings
         if self.is_drawing:

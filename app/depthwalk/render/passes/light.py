@@ -1,8 +1,9 @@
 """Light the G-buffer by sun, ambient light and lamps, and draw the sky behind it: linear light goes to `lit`.
 
 A surface reflects albedo · max(n · l, 0) + specular · max(r · l, 0)^shininess of a light (Phong 1975), with the shadow
-maps as factor; ambient light is a polynomial of its normal (Ramamoorthi and Hanrahan 2001). Lamps come from lists of
-cells of the view frustum (Olsson, Billeter and Assarsson 2012).
+maps as factor. Ambient light is a polynomial of its normal (Ramamoorthi and Hanrahan 2001), times the part that
+`ambient_occlusion` lets through. Lamps come from lists of cells of the view frustum (Olsson, Billeter and Assarsson
+2012).
 """
 
 from typing import Any

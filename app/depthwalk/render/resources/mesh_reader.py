@@ -100,7 +100,7 @@ class MeshReader:
             return True
         if self._reading is None:
             self._begin_reading(asset, None, clustered)
-        return self._take_read() == asset
+        return self._finish_reading() == asset
 
     def is_read(self, asset: int, simplified: bool = False, clustered: bool = False) -> bool:
         """Return whether a mesh has been read; if not, queue it for the background thread.
@@ -154,7 +154,7 @@ class MeshReader:
 
     def poll(self) -> bool:
         """Take over meshes from the thread and start the next; return whether one that `is_read` queued has arrived."""
-        read = self._take_read()
+        read = self._finish_reading()
         if self._reading is None and self._awaited:
             asset, needs = next(iter(self._awaited.items()))
             self._begin_reading(asset, *needs)
@@ -178,7 +178,7 @@ class MeshReader:
             self._thread = ThreadPoolExecutor(1, "meshes")
         self._reading = asset, self._thread.submit(self._read, asset, simplified, clustered)
 
-    def _take_read(self) -> int | None:
+    def _finish_reading(self) -> int | None:
         """Return the asset whose mesh the thread has just read, or failed to read; None while it is busy or idle."""
         if self._reading is None or not self._reading[1].done():
             return None

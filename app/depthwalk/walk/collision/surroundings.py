@@ -12,7 +12,7 @@ _NOTHING = np.zeros((0, 3, 3))
 _OBJECTS = 1.5  # metres beyond the reach that is asked for, within which objects are known
 _SURFACES = 0.3  # the same for their surfaces, which are gathered every so often
 _DROP = 3.0  # metres below the feet in which surfaces are looked for
-_STALE = 0.03  # metres that the feet may rise or sink before surfaces are cut anew
+_STALE = 0.03  # metres that the feet may rise or sink before surfaces are cut again
 
 
 class Surroundings:
@@ -80,7 +80,7 @@ class Surroundings:
             if near is None:
                 return False
             self._version, self._known = version, _Box(feet.copy(), far + _OBJECTS)
-            self._take(near, feet, body)
+            self._take_over(near, feet, body)
         self._gather(_Box(feet.copy(), far), body)
         return found
 
@@ -98,7 +98,7 @@ class Surroundings:
             self._outlines, self._cut_at = outlines(self._solid, feet + body.step, feet + body.top), feet
         return self._outlines
 
-    def _take(self, near: list[PlacedCollider], feet: Array, body: Body) -> None:
+    def _take_over(self, near: list[PlacedCollider], feet: Array, body: Body) -> None:
         """Take over the objects near a viewer, and find those among the new ones that the viewer is in."""
         line, before = _line(feet, body), self._objects
         self._objects = {placed.row: placed for placed in near}
