@@ -128,7 +128,7 @@ def linear_picture(scene: Scene, library: ShapeLibrary, camera: Camera, size: tu
 
 @pytest.mark.gl
 def test_light_stays_finite() -> None:
-    """A strong lamp just above white ground: half floats end at 65504, and infinity blended with anything is no number."""
+    """A strong lamp just above white ground: half floats end at 65504, and infinity when blended is no number."""
     lamp = {"position": (0, 0.02, 0), "intensity": 10000.0, "range": 100.0}
     scene = scene_of((0, (0, 0, 9), 0.0, 1.0), ground={"colour": WHITE}, lights=[lamp])
     library = ShapeLibrary([box(0.1, 0.1, 0.1)], resolution=16)
