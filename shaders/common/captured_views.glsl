@@ -39,7 +39,7 @@ ViewTexel view_texel(vec2 at, float layer) {
 
 // Writes a surface at `part` times the rectangle's distance along the view ray. normal: object frame, of any length.
 void write_surface(vec3 colour, vec3 normal, float part) {
-    surface = packed_surface(colour * colour, specular, normalize(rotate(rotation, normal)), shininess);
+    surface = packed_surface(colour * colour, specular, rotate(rotation, normal), shininess);
     visibility = captured_visibility(row);
     float inverse = gl_FragCoord.w / part;
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);  // greater despite rounding

@@ -30,7 +30,7 @@ vec3 image_position(vec3 p, int image) {
         vec2 outward = past_axis(image) ? -p.xz : p.xz;
         float radial = length(p.xz);
         float depth = cylinder.x - (past_axis(image) ? -radial : radial);
-        return vec3(atan(outward.y, outward.x) / TURN, at.y, depth);
+        return vec3(atan(outward.y, radial > 0.0 ? outward.x : 1.0) / TURN, at.y, depth);     // GLSL leaves atan(0, 0) undefined
     }
     if (face <= FACE_BOTTOM) return vec3(at.xz, (face == FACE_TOP ? 1.0 - at.y : at.y) * extent.y);
     if (face <= FACE_BACK) return vec3(at.xy, (face == FACE_FRONT ? 1.0 - at.z : at.z) * extent.z);

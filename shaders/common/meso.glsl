@@ -36,7 +36,8 @@ Meso wound_at(vec3 p, float footprint) {
     vec2 axis = p.xz / radius;
     vec3 outward = vec3(axis.x, 0.0, axis.y), right = vec3(axis.y, 0.0, -axis.x);   // seen from outside θ runs left
     float narrower = even_radius() / radius;
-    vec2 uv = vec2(-atan(axis.y, axis.x) / TURN * meso_turn, p.y / meso_tile.y);
+    float turned = atan(axis.y, axis == vec2(0.0) ? 1.0 : axis.x);      // GLSL leaves atan(0, 0) undefined
+    vec2 uv = vec2(-turned / TURN * meso_turn, p.y / meso_tile.y);
     return relief_at(uv, right * narrower, vec3(0.0, 1.0, 0.0), outward, footprint * max(narrower, 1.0));
 }
 

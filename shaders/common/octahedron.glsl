@@ -1,7 +1,7 @@
-// Unfolds unit vectors to points of a square, 0 to 1, and back: Meyer et al. 2010, "On Floating-Point Normal Vectors". The pole
-// in the middle of the square is +z.
+// Unfolds vectors, of any length, to points of a square, 0 to 1, and back to unit vectors: Meyer et al. 2010, "On Floating-Point
+// Normal Vectors". The pole in the middle of the square is +z, and stands for the vector 0 too.
 vec2 octahedron_from_normal(vec3 n) {
-    vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    vec2 p = n.xy / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-30);
     vec2 folded = (1.0 - abs(p.yx)) * vec2(p.x < 0.0 ? -1.0 : 1.0, p.y < 0.0 ? -1.0 : 1.0);
     return (n.z < 0.0 ? folded : p) * 0.5 + 0.5;
 }

@@ -14,7 +14,6 @@ void main() {
     object = first + uint(gl_InstanceID);
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
     forward = gl_Position.w;
-    float farther = 1.0 + in_scale * sample_setback(in_sample) / length(from_viewer);
-    vec4 behind = clip_from_eye * vec4(from_viewer * farther, 1.0);
-    gl_Position.z = behind.z / behind.w * gl_Position.w;
+    float farther = 1.0 + in_scale * sample_setback(in_sample) / max(length(from_viewer), 1e-6);
+    gl_Position.z = (clip_from_eye * vec4(from_viewer * farther, 1.0)).z / farther;     // w is farther times as large there
 }

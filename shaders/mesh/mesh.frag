@@ -30,6 +30,6 @@ void main() {
 #endif
     // An open mesh shows its inside; it is lit as two-sided.
     vec3 facing = gl_FrontFacing ? normal : -normal;
-    surface = packed_surface(albedo, specular, normalize(facing), shininess);
+    surface = packed_surface(albedo, specular, facing, shininess);
     visibility = NO_OBJECT;
 }

@@ -4,8 +4,9 @@
 
 void main() {
     vec3 point = placed_sample();
-    vec3 from_light = normalize(point * eye.w - eye.xyz);
+    vec3 from_light = point * eye.w - eye.xyz;
+    float away = max(length(from_light), 1e-6), further = in_scale * sample_setback(in_sample) / away;
     gl_Position = clip_from_eye * vec4(point, 1.0);
-    vec4 behind = clip_from_eye * vec4(point + in_scale * sample_setback(in_sample) * from_light, 1.0);
-    gl_Position.z = behind.z / behind.w * gl_Position.w;
+    // There w is larger by this factor. It may be 0, beside a lamp, so that it cannot be divided by.
+    gl_Position.z = (clip_from_eye * vec4(point + further * from_light, 1.0)).z / (1.0 + further * eye.w);
 }
