@@ -11,7 +11,7 @@ from types import ModuleType
 from depthwalk.kernels import compiled_code
 
 _FILES = Path(__file__).parent
-_WORTHWHILE = 100_000  # triangles of a mesh from which loops are compiled for it
+_WORTHWHILE = 200_000  # triangles of a mesh from which loops are compiled for it
 
 _loops: ModuleType | None = None
 
