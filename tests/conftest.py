@@ -108,9 +108,11 @@ def _logger_as_it_was() -> Iterator[None]:
 def _planned_by_numpy(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Benchmarks and windows load the compiled loops for their own process, which here runs other tests, too."""
     monkeypatch.setattr("depthwalk.render.kernels.load_behind", lambda: None)
+    monkeypatch.setattr("depthwalk.cook.kernels.load_for", lambda triangles: None)
     yield
-    if "depthwalk.render.kernels" in sys.modules:
-        sys.modules["depthwalk.render.kernels"].unload()
+    for name in ("depthwalk.render.kernels", "depthwalk.cook.kernels"):
+        if name in sys.modules:
+            sys.modules[name].unload()
 
 
 @pytest.fixture(scope="session", autouse=True)

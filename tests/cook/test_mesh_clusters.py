@@ -7,29 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cluster_cuts import bumpy, cut, is_watertight, triangles_of
 from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cluster_error import squared_distances
 from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
-from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
+from depthwalk.geometry.triangles import face_normals, sample_triangles
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.lod.cluster_selection import select_clusters
-from depthwalk.types import Rows
-from shapes import box, joined, leaves, mesh_of, sphere
+from shapes import box, joined, leaves, mesh_of
 
 Point = tuple[float, float, float]
-
-
-def seamless(mesh: Mesh) -> Mesh:
-    """With the two ends of the seam at exactly the same places."""
-    return replace(mesh, positions=np.round(mesh.positions, 5))
-
-
-def bumpy(columns: int = 64, rows: int = 32) -> Mesh:
-    """A closed ball with bumps, which is flat nowhere."""
-    ball = sphere(1.0, columns, rows)
-    around = ball.positions - [0, 1, 0]
-    out = 1 + 0.1 * np.sin(9 * around[:, [0]]) * np.cos(7 * around[:, [2]])
-    return seamless(replace(ball, positions=(around * out + [0, 1.2, 0]).astype(np.float32)))
 
 
 @pytest.fixture(scope="module")
@@ -40,30 +27,6 @@ def ball() -> Mesh:
 @pytest.fixture(scope="module")
 def clusters(ball: Mesh) -> MeshClusters:
     return build_clusters(ball)
-
-
-def triangles_of(clusters: MeshClusters, chosen: Rows) -> Rows:
-    """The triangles of some clusters, rows of vertices."""
-    runs = [np.arange(clusters.first[k], clusters.first[k + 1]) for k in chosen]
-    return clusters.faces[np.concatenate(runs)].astype(np.int64) if runs else np.zeros((0, 3), np.int64)
-
-
-def cut(clusters: MeshClusters, viewer: Point, allowed: float) -> Rows:
-    return select_clusters(clusters, np.array([viewer]), np.zeros(1), allowed).clusters
-
-
-def directed_edges(clusters: MeshClusters, triangles: Rows) -> Rows:
-    """The edges (n, 2) of triangles, between places, each in the direction in which its triangle has it."""
-    places = row_ids(clusters.positions)[0][triangles]
-    return np.concatenate([places[:, [0, 1]], places[:, [1, 2]], places[:, [2, 0]]])
-
-
-def is_watertight(clusters: MeshClusters, triangles: Rows) -> bool:
-    """Whether each edge has exactly one triangle on either side."""
-    edges = directed_edges(clusters, triangles)
-    there, count = np.unique(edges, axis=0, return_counts=True)
-    back = np.unique(edges[:, ::-1], axis=0)
-    return bool((count == 1).all() and np.array_equal(there, back))
 
 
 POINTS = st.tuples(*[st.floats(-6, 6)] * 3)
@@ -173,6 +136,15 @@ def test_looks_stay_those_of_the_surface() -> None:
     assert (np.einsum("tij,tij->ti", clusters.normals[chosen], outward) > 0.5).all()
     np.testing.assert_allclose(np.linalg.norm(clusters.normals, axis=1), 1, atol=1e-5)
     assert len(chosen) < len(both.faces) / 2
+
+
+@pytest.mark.slow
+def test_groups_that_are_simplified_apart_fit_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("depthwalk.cook.cluster_builder._BATCH", 4096)
+    clusters = build_clusters(bumpy(128, 64))
+    for allowed in (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0):
+        for viewer in ((0.0, 1.2, 1.3), (3.0, 0.0, 1.0), (0.2, 2.6, 0.1)):
+            assert is_watertight(clusters, triangles_of(clusters, cut(clusters, viewer, allowed)))
 
 
 def test_open_leaves_are_thinned_out() -> None:

@@ -75,3 +75,10 @@ def test_a_record_texture_has_records_by_their_number(gl_device: Device, scope: 
         held = np.frombuffer(texture._texture.read(), np.float32).view(RECORD).ravel()
         np.testing.assert_array_equal(held[:count], records)
     assert gl_device.live["texture"] == before
+
+
+def test_records_that_there_is_room_for_take_no_more(gl_device: Device, scope: Scope) -> None:
+    texture = RecordTexture(scope, RECORD, 2 * RECORDS_PER_ROW + 5)
+    first = texture._texture
+    texture.upload(records_of(2 * RECORDS_PER_ROW + 5))
+    assert texture._texture is first and first.height == 3

@@ -3,15 +3,17 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+from depthwalk.cook import kernels
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.parallel import batches
-from depthwalk.types import Array, Ints, Mask
+from depthwalk.types import Array, Ints, Mask, Rows
 
 _FEWEST = 8192  # probes of a mesh
 _PER_GROUP = 64  # probes of a group, if this makes more than _FEWEST
 _NEAREST = 4  # points on the simplified triangles; the nearest of their triangles counts
 _EXACT = 16  # probes at a time whose distance is measured exactly
 _BATCH = 1 << 15  # probes at a time
+_AREAS = 1 << 18  # triangles at a time
 
 
 class Probes:
@@ -21,16 +23,17 @@ class Probes:
 
     Attributes
     ----------
-    cluster : (n,) the cluster that each point belongs to, as the caller numbers them.
+    point : (n, 3) the points; the mesh has a size of about 1.
+    cluster : (n,) the cluster that each belongs to, as the caller numbers them.
     """
 
-    def __init__(self, point: Array, triangles: Ints, cluster: Ints, groups: int) -> None:
+    def __init__(self, point: Array, triangles: Rows, cluster: Rows, groups: int) -> None:
         """Choose the points.
 
         Parameters
         ----------
         point
-            (p, 3) positions of vertices; the mesh has a size of about 1.
+            (p, 3) positions of vertices.
         triangles
             (t, 3) rows of `point`.
         cluster
@@ -38,74 +41,79 @@ class Probes:
         groups
             Approximate number of groups into which the clusters will be put.
         """
-        random = np.random.default_rng(0)
+        self._random = np.random.default_rng(0)
         count = max(_FEWEST, _PER_GROUP * groups) // 2
-        inside, row = spread_points(point[triangles], count, random)
-        any_triangle = np.full(len(point), -1)
-        any_triangle[triangles] = np.arange(len(triangles))[:, None]
+        areas = [
+            face_normals(point[triangles[batch]].astype(np.float64))[1] for batch in batches(len(triangles), _AREAS)
+        ]
+        inside, row = _spread(point, triangles, np.concatenate(areas), count, self._random)
+        any_triangle = np.full(len(point), -1, np.int32)
+        any_triangle[triangles] = np.arange(len(triangles), dtype=np.int32)[:, None]
         used = np.flatnonzero(any_triangle >= 0)
-        chosen = used if len(used) <= count else np.sort(random.choice(used, count, replace=False))
-        self._point = np.concatenate([inside, point[chosen]])
-        self.cluster = cluster[np.concatenate([row, any_triangle[chosen]])]
-        self._random = random
+        chosen = used if len(used) <= count else np.sort(self._random.choice(used, count, replace=False))
+        self.point = np.concatenate([inside, point[chosen]]).astype(np.float64)
+        self.cluster = cluster[np.concatenate([row, any_triangle[chosen]])].astype(np.int64)
 
-    def measure(self, group_of_cluster: Ints, groups: int, corners: Array, group: Ints, cluster: Ints) -> Array:
-        """Find the largest distance of points from the simplified triangles of their groups, and move them there.
-
-        Distances to the triangles of the nearest of many points on them are upper bounds. Where these are largest, all
-        triangles of the group are tested.
-
-        Parameters
-        ----------
-        group_of_cluster
-            (c,) the group of each cluster before the simplification; −1 for clusters that stay unchanged.
-        groups
-            Number of groups.
-        corners
-            (t, 3, 3) the simplified triangles.
-        group, cluster
-            (t,) the group of each simplified triangle, and the cluster that it is in now.
-
-        Returns
-        -------
-        Array
-            (groups,) distances.
-        """
-        self._thin_out(groups)
-        error = np.zeros(groups)
-        of = group_of_cluster[self.cluster]
-        rows = np.flatnonzero(of >= 0)
-        rows = rows[np.argsort(of[rows], kind="stable")]
-        if not (len(rows) and len(corners)):
-            return error
-        apart = 10.0  # distance between groups along a fourth axis: many times the mesh's size
-        spread, triangle = spread_points(corners, 2 * len(rows), self._random)
-        triangle = np.concatenate([np.arange(len(corners)), triangle])
-        tree = cKDTree(np.column_stack([np.concatenate([corners.mean(1), spread]), apart * group[triangle]]))
-        bound = np.empty(len(rows))
-        for batch in batches(len(rows), _BATCH):
-            point = self._point[rows[batch]]
-            found = triangle[tree.query(np.column_stack([point, apart * of[rows[batch]]]), _NEAREST)[1] % len(triangle)]
-            distance = squared_distances(point[:, None], corners[found])
-            distance[group[found] != of[rows[batch]][:, None]] = np.inf
-            best = distance.argmin(1)
-            bound[batch] = distance[np.arange(len(best)), best]
-            self.cluster[rows[batch]] = cluster[found[np.arange(len(best)), best]]
-        order = np.argsort(group, kind="stable")
-        begins, ends = (np.searchsorted(group[order], np.arange(groups), side) for side in ("left", "right"))
-        firsts = np.searchsorted(of[rows], np.arange(groups + 1))
-        for number in range(groups):
-            run = slice(firsts[number], firsts[number + 1])
-            surface = corners[order[begins[number] : ends[number]]]
-            error[number] = _greatest_distance(self._point[rows[run]], bound[run], surface)
-        return np.sqrt(error)
-
-    def _thin_out(self, groups: int) -> None:
-        """Drop some of the points if there are more than this many groups need."""
+    def thin_out(self, groups: int) -> None:
+        """Drop some of the points if there are more than so many groups need."""
         count = max(_FEWEST, _PER_GROUP * groups)
-        if len(self._point) > count:
-            kept = np.sort(self._random.choice(len(self._point), count, replace=False))
-            self._point, self.cluster = self._point[kept], self.cluster[kept]
+        if len(self.point) > count:
+            kept = np.sort(self._random.choice(len(self.point), count, replace=False))
+            self.point, self.cluster = self.point[kept], self.cluster[kept]
+
+
+def group_errors(point: Array, of: Ints, corners: Array, group: Ints, groups: int) -> tuple[Array, Ints]:
+    """Find the largest distance of points from the simplified triangles of their groups.
+
+    Without compiled loops, distances to the triangles of the nearest of many points on them serve as upper bounds.
+    Where these are largest, all triangles of the group are tested.
+
+    Parameters
+    ----------
+    point, of
+        (n, 3) the points, and the group (n,) of each, ascending.
+    corners, group
+        (t, 3, 3) the simplified triangles, and the group (t,) of each, ascending; every group of a point has some.
+    groups
+        Number of groups.
+
+    Returns
+    -------
+    tuple
+        The distances (groups,), and the triangle (n,) that each point is near.
+    """
+    error = np.zeros(groups)
+    if not (len(point) and len(corners)):
+        return error, np.zeros(len(point), np.int64)
+    if loops := kernels.loaded():
+        squared, nearest = loops.nearest(point, of, corners, group)
+        np.maximum.at(error, of, squared)
+        return np.sqrt(error), nearest
+    bound, nearest = _bounds(point, of, corners, group)
+    begins, ends = (np.searchsorted(group, np.arange(groups), side) for side in ("left", "right"))
+    firsts = np.searchsorted(of, np.arange(groups + 1))
+    for number in range(groups):
+        run = slice(firsts[number], firsts[number + 1])
+        error[number] = _greatest_distance(point[run], bound[run], corners[begins[number] : ends[number]])
+    return np.sqrt(error), nearest
+
+
+def _bounds(point: Array, of: Ints, corners: Array, group: Ints) -> tuple[Array, Ints]:
+    """Return upper bounds (n,) of the squared distances of points, and the triangles (n,) at these distances."""
+    apart = 10.0  # distance between groups along a fourth axis: many times the mesh's size
+    spread, triangle = spread_points(corners, 2 * len(point), np.random.default_rng(0))
+    triangle = np.concatenate([np.arange(len(corners)), triangle])
+    tree = cKDTree(np.column_stack([np.concatenate([corners.mean(1), spread]), apart * group[triangle]]))
+    bound, nearest = np.empty(len(point)), np.empty(len(point), np.int64)
+    for batch in batches(len(point), _BATCH):
+        here = point[batch]
+        found = triangle[tree.query(np.column_stack([here, apart * of[batch]]), _NEAREST)[1] % len(triangle)]
+        distance = squared_distances(here[:, None], corners[found])
+        distance[group[found] != of[batch][:, None]] = np.inf
+        best = distance.argmin(1)
+        bound[batch] = distance[np.arange(len(best)), best]
+        nearest[batch] = found[np.arange(len(best)), best]
+    return bound, nearest
 
 
 def _greatest_distance(point: Array, bound: Array, corners: Array) -> float:
@@ -122,11 +130,17 @@ def _greatest_distance(point: Array, bound: Array, corners: Array) -> float:
 
 def spread_points(corners: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:
     """Return points (count, 3) spread evenly over triangles (t, 3, 3), and the triangle (count,) of each."""
-    area = np.cumsum(face_normals(corners)[1])
+    rows = np.arange(3 * len(corners)).reshape(-1, 3)
+    return _spread(corners.reshape(-1, 3), rows, face_normals(corners)[1], count, random)
+
+
+def _spread(point: Array, triangles: Rows, areas: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:
+    """Do the same for triangles (t, 3), rows of `point`, of known areas (t,)."""
+    area = np.cumsum(areas, dtype=np.float64)
     row = np.searchsorted(area[:-1], (np.arange(count) + random.random(count)) / count * area[-1])
     share = np.sort(random.random((count, 2)), axis=1)
     weights = np.stack([share[:, 0], share[:, 1] - share[:, 0], 1 - share[:, 1]], -1)
-    return np.einsum("nk,nkd->nd", weights, corners[row]), row
+    return np.einsum("nk,nkd->nd", weights, point[triangles[row]]), row
 
 
 def squared_distances(point: Array, corners: Array) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from depthwalk.cook.kernels.collapse_costs import NORMAL, SEAM, SHORT, STIFFNESS
 from depthwalk.cook.quadrics import optimal_points, squared_distances
 from depthwalk.cook.seamed_mesh import DirectedEdges, Places, Vertices, contains, special_places
 from depthwalk.geometry.soa import StructOfArrays
@@ -16,10 +17,6 @@ from depthwalk.types import Array, Ints, Mask
 _TURNS = 4  # in which the collapses of a round are chosen
 _ELIGIBLE = 0.5  # part of the collapses that a group still needs: a round takes some of this many cheapest ones
 _FEWEST_ELIGIBLE = 8  # least number of a group's edges that may collapse in a round
-_NORMAL = 0.001  # distance, relative to the mesh's size, that a difference of 1 between normals counts as
-_SEAM = 0.01  # the same for the loss of a seam
-_SHORT = 1e-4  # part of an edge's squared length that is added to its cost: in flat areas, short edges go first
-_STIFFNESS = 1e-3  # of a surface's weight: pulls a vertex to its edge's midpoint where planes leave it free
 _NEVER = np.iinfo(np.int64).max
 
 
@@ -78,15 +75,15 @@ def best_collapses(
     away = np.square(to - from_).sum(1)
     rows = np.flatnonzero(free)
     middle = (from_[rows] + to[rows]) / 2
-    stiffness = _STIFFNESS * (weight[rows] + places.weight.take(end[rows])) + 1e-30
+    stiffness = STIFFNESS * (weight[rows] + places.weight.take(end[rows])) + 1e-30
     best = optimal_points(quadric[:, rows], stiffness, middle)
     astray = np.square(best - middle).sum(1) > away[rows]
     best[astray] = middle[astray]
     target = to
     target[rows] = best
     turned = np.square(places.normal.take(end, 0) - places.normal.take(start, 0)).sum(1)
-    cost = np.maximum(squared_distances(quadric, target), 0) + weight * (_SHORT * away + _NORMAL**2 * turned)
-    cost += weight * _SEAM**2 * loose
+    cost = np.maximum(squared_distances(quadric, target), 0) + weight * (SHORT * away + NORMAL**2 * turned)
+    cost += weight * SEAM**2 * loose
     return Collapses(start, end, target, free, loose, edges.key[able], cost)
 
 

@@ -1,48 +1,82 @@
-"""Simplify many groups of triangles at once, each to its own number of triangles, without changing their borders.
+"""Simplify many groups of triangles, each to its own number of triangles, without changing their borders.
 
-Edges collapse in the order of quadric errors (Garland and Heckbert 1997), in rounds over arrays. Each round collapses
-edges whose neighbourhoods do not touch, so that tests made before the round hold for all of them together.
+Edges collapse in the order of quadric errors (Garland and Heckbert 1997). Where `cook.kernels` are loaded, they do so
+one by one in each group. NumPy collapses edges of all groups in rounds over arrays: in each those whose neighbourhoods
+do not touch, so that tests made before the round hold for all of them together.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
+from depthwalk.cook import kernels
 from depthwalk.cook.collapse_choice import Collapses, able_edges, best_collapses, cheapest, independent, seams_at
+from depthwalk.cook.kernels.collapse_costs import TURN
+from depthwalk.cook.quadrics import clustered_surface
 from depthwalk.cook.seamed_mesh import DirectedEdges, Places, Vertices, contains, directed_edges
+from depthwalk.geometry.indexed_triangles import vertex_directions
 from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.geometry.triangles import face_normals
-from depthwalk.types import Ints, Mask
+from depthwalk.types import Array, Ints, Mask
 
 _MAX_ROUNDS = 60
 _CHANCE = 2.0  # largest random factor on costs in a round
-_TURN = 0.25  # cosine: a triangle that turns further than that has flipped
+
+
+class Simplified(NamedTuple):
+    """Hold simplified groups.
+
+    Attributes
+    ----------
+    triangles : (n, 3) the remaining triangles, rows of the vertices.
+    group : (n,) the group of each.
+    point : (p, 3) the places, some of which have moved.
+    look : (v, k) the appearance of the vertices there.
+    moved : (p,) which places have moved.
+    """
+
+    triangles: Ints
+    group: Ints
+    point: Array
+    look: Array
+    moved: Mask
 
 
 def collapse_groups(
-    places: Places, vertices: Vertices, triangles: Ints, group: Ints, wanted: Ints
-) -> tuple[Ints, Ints, Mask]:
-    """Simplify groups of triangles by edge collapse; vertices shared by several groups stay in place.
+    point: Array, vertices: Vertices, triangles: Ints, group: Ints, wanted: Ints, locked: Mask
+) -> Simplified:
+    """Simplify groups of triangles by edge collapse.
 
     A collapse preserves the surface's topology (link condition, Dey et al. 1999), its seams and the course of its open
     edges. So a group may keep more triangles than wanted.
 
     Parameters
     ----------
-    places, vertices
-        The vertices of the mesh; both are overwritten where vertices move.
+    point
+        (p, 3) the places of the mesh, in a frame in which its size is about 1.
+    vertices
+        The vertices at these places.
     triangles
         (t, 3) rows of `vertices`; the places of each triangle differ.
     group
-        (t,) the group that each triangle belongs to, from 0 to g − 1.
+        (t,) the group that each triangle belongs to, from 0 to g − 1, ascending.
     wanted
         (g,) the number of triangles that each group should have.
+    locked
+        (p,) the places that stay where they are: those that a group shares with others, and perhaps more. No edge is
+        made between two of them, since other groups may have the same.
 
     Returns
     -------
-    tuple
-        The remaining triangles (n, 3), their groups (n,), and which of the places (p,) have moved.
+    Simplified
+        The simplified groups, in the order of groups.
     """
+    if loops := kernels.loaded():
+        found = loops.collapse(point, vertices.place, vertices.part, vertices.look, triangles, group, wanted, locked)
+        return Simplified(*found)
     random = np.random.default_rng(0)
-    locked = _shared(vertices.place[triangles], group, len(places.point))
+    places = _places(point, vertices.place[triangles])
+    vertices = Vertices(place=vertices.place, part=vertices.part, look=vertices.look.copy())
     moved = np.zeros(len(locked), bool)
     banned = np.zeros(0, np.int64)
     done_triangles, done_groups = [], []
@@ -63,23 +97,30 @@ def collapse_groups(
             break
         # A random factor: where costs rise steadily, hardly any is the least in its surroundings.
         chosen = chosen.take(independent(edges, chosen, chosen.cost * random.uniform(1, _CHANCE, len(chosen.cost))))
-        triangles, group, failed = _collapse(places, vertices, edges, triangles, group, chosen)
+        triangles, group, failed = _collapse(places, vertices, edges, triangles, group, chosen, locked)
         moved[chosen.end[chosen.free & ~failed]] = True
         banned = np.union1d(banned, chosen.key[failed])
-    return np.concatenate([*done_triangles, triangles]), np.concatenate([*done_groups, group]), moved
+    triangles, group = np.concatenate([*done_triangles, triangles]), np.concatenate([*done_groups, group])
+    order = np.argsort(group, kind="stable")
+    return Simplified(triangles[order], group[order], places.point, vertices.look, moved)
 
 
-def _shared(corners: Ints, group: Ints, count: int) -> Mask:
-    """Return which of `count` places are shared by triangles with `corners` (t, 3) of several groups (t,)."""
-    one = np.zeros(count, group.dtype)
-    one[corners] = group[:, None]  # any one of the groups
-    locked = np.zeros(count, bool)
-    locked[corners[one[corners] != group[:, None]]] = True
-    return locked
+def _places(point: Array, corners: Ints) -> Places:
+    """Return places at `point` (p, 3) with the planes and normals of their triangles' `corners` (t, 3)."""
+    surface = clustered_surface(point, corners)
+    normal = vertex_directions(point, corners)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return Places(point=point.copy(), normal=normal, quadric=surface.quadric, weight=surface.weight)
 
 
 def _collapse(
-    places: Places, vertices: Vertices, edges: DirectedEdges, triangles: Ints, group: Ints, collapses: Collapses
+    places: Places,
+    vertices: Vertices,
+    edges: DirectedEdges,
+    triangles: Ints,
+    group: Ints,
+    collapses: Collapses,
+    locked: Mask,
 ) -> tuple[Ints, Ints, Mask]:
     """Do those of n collapses that are allowed.
 
@@ -94,7 +135,7 @@ def _collapse(
     collapse, corners, own = touched[rows], all_corners[rows], triangles[rows]
     is_start, is_end = corners == start[collapse, None], corners == end[collapse, None]
     vanish = is_start.any(1) & is_end.any(1)
-    failed = _breaks_topology(edges, all_corners, collapses, corners, collapse, vanish, is_start)
+    failed = _breaks_topology(edges, all_corners, collapses, corners, collapse, vanish, is_start, locked)
 
     # Each vertex that vanishes needs one to merge into, on its own side of seams.
     becomes = np.full(len(vertices.place), -1)
@@ -115,7 +156,7 @@ def _collapse(
     before = places.point[corners[stay]]
     after = np.where((is_start | is_end)[stay, :, None], collapses.target[collapse[stay], None], before)
     normal, turned = face_normals(before)[0], face_normals(after)[0]
-    failed[collapse[stay[(np.einsum("ij,ij->i", normal, turned) < _TURN) & normal.any(1)]]] = True
+    failed[collapse[stay[(np.einsum("ij,ij->i", normal, turned) < TURN) & normal.any(1)]]] = True
 
     good = ~failed[collapse]
     triangles = triangles.copy()
@@ -174,19 +215,23 @@ def _breaks_topology(
     collapse: Ints,
     vanish: Mask,
     is_start: Mask,
+    locked: Mask,
 ) -> Mask:
-    """Return which of n collapses would make surfaces touch themselves.
+    """Return which of n collapses would make surfaces touch themselves, or may let one touch another group.
 
     triangles: (t, 3) corners of all triangles; around: (k, 3) of those at an end of a collapse; collapse: (k,) its
-    number; vanish: (k,) whether the triangle has both ends; is_start: (k, 3) which corners are the start.
+    number; vanish: (k,) whether the triangle has both ends; is_start: (k, 3) which corners are the start; locked: (p,).
     """
     start, end, count = collapses.start, collapses.end, len(edges.first) - 1
     # Only a vertex that forms a triangle with both ends may be a neighbour of both.
     valence = np.diff(edges.first)[start]
     neighbour = edges.end[np.repeat(edges.first[start], valence) + within_runs(valence)]
     of = np.repeat(np.arange(len(start)), valence)
-    common = np.bincount(of[contains(edges.key, end[of] * count + neighbour)], minlength=len(start))
+    shared = contains(edges.key, end[of] * count + neighbour)
+    common = np.bincount(of[shared], minlength=len(start))
     failed = np.asarray(common != np.bincount(collapse[vanish], minlength=len(start)))
+    # Groups beside this one may have, or make, an edge between two places that stay.
+    failed[of[locked[end[of]] & locked[neighbour] & ~shared & (neighbour != end[of])]] = True
     # A place with three triangles must not be the tip of a tetrahedron: its base would then exist twice.
     tip = np.flatnonzero(~vanish & is_start.any(1) & (valence == 3)[collapse])
     if len(tip):

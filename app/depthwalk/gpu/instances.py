@@ -71,11 +71,11 @@ class RecordTexture:
     There are `RECORDS_PER_ROW` to a row. Shaders get the first texel of each field by `#from`, see `gpu.shader_source`.
     """
 
-    def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
-        """Create a texture of one row in `scope`, which owns it, for records of `dtype`, a multiple of 16 bytes."""
+    def __init__(self, scope: Scope, dtype: np.dtype[np.void], records: int = 1) -> None:
+        """Create a texture in `scope`, which owns it, with room for records of `dtype`, a multiple of 16 bytes."""
         self._scope = scope
         self._dtype = dtype
-        self._texture = self._make(1)
+        self._texture = self._make(max(-(-records // RECORDS_PER_ROW), 1))
 
     def _make(self, rows: int) -> moderngl.Texture:
         """Create a texture for `rows` rows of records."""
@@ -87,9 +87,14 @@ class RecordTexture:
         if rows > self._texture.height:
             self._scope.free(self._texture)
             self._texture = self._make(2 * rows)
-        padded = np.zeros(rows * RECORDS_PER_ROW, self._dtype)
-        padded[: len(records)] = records
-        self._texture.write(padded.tobytes(), viewport=(0, 0, self._texture.width, rows))
+        full, rest = divmod(len(records), RECORDS_PER_ROW)
+        width, records = self._texture.width, np.ascontiguousarray(records)
+        if full:  # not copied, since there may be millions
+            self._texture.write(records[: len(records) - rest].view(np.uint8), viewport=(0, 0, width, full))
+        if rest:
+            padded = np.zeros(RECORDS_PER_ROW, self._dtype)
+            padded[:rest] = records[-rest:]
+            self._texture.write(padded.view(np.uint8), viewport=(0, full, width, 1))
 
     def use(self, unit: int) -> None:
         """Bind the texture to the texture unit with the number `unit`."""

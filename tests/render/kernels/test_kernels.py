@@ -14,6 +14,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from depthwalk.geometry.adjacency import build_adjacency
+from depthwalk.kernels import compiled_code
 from depthwalk.render import kernels
 from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.culling.occlusion_test import depth_test, screen_extents
@@ -23,7 +24,6 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
-from depthwalk.render.kernels import compiled_code
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.relief_prewarp import plane_images, prewarp
 from depthwalk.render.renderer import Renderer
@@ -40,6 +40,7 @@ from studio import Studio
 
 pytest.importorskip("numba")
 SEEDS = range(4)
+FILES = Path(kernels.__file__).parent
 
 
 def both(compute: Callable[[], Any]) -> tuple[Any, Any]:
@@ -262,7 +263,7 @@ def test_loaded_behind_frames(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True"
     assert kernels.load()
-    assert (compiled_code.folder() / "complete").is_file()
+    assert (compiled_code.folder(FILES) / "complete").is_file()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -301,19 +302,19 @@ def test_code_that_nobody_uses_is_removed(tmp_path: Path, monkeypatch: pytest.Mo
     assert kernels.load()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     kernels.unload()
-    compiled_code.folder().mkdir(parents=True)
+    compiled_code.folder(FILES).mkdir(parents=True)
     assert kernels.load()
     ages = {"new": 1, "old": 60, "unfinished": 60}
     for name, days in ages.items():
-        other = compiled_code.folder().parent / name
+        other = compiled_code.folder(FILES).parent / name
         (other / "code").mkdir(parents=True)
         used = other if name == "unfinished" else other / "complete"
         used.touch()
         os.utime(used, (time.time() - days * 86_400,) * 2)
-    own = compiled_code.folder() / "complete"
+    own = compiled_code.folder(FILES) / "complete"
     os.utime(own, (0, 0))
-    compiled_code.remove_unused()
-    left = {path.name for path in compiled_code.folder().parent.iterdir()} & set(ages)
+    compiled_code.remove_unused(FILES)
+    left = {path.name for path in compiled_code.folder(FILES).parent.iterdir()} & set(ages)
     assert left == {"new"}
     assert own.is_file()
     kernels.unload()

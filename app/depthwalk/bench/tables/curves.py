@@ -18,6 +18,7 @@ from depthwalk.assets.mesh_library import Report
 from depthwalk.bench.object_cost import COMPARED, ObjectCosts, crossings, frame_costs, row_of
 from depthwalk.bench.tables.table import Cell, Curves, Table
 from depthwalk.bench.tables.walks import past
+from depthwalk.cook import kernels as building
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render import kernels
 from depthwalk.render.headless import HeadlessRenderer
@@ -35,7 +36,7 @@ MIDDLE = 200  # pixels, height of the object while the number of triangles varie
 COUNTS = 1, 10, 100, 1000, 10_000, 100_000
 SPACING = 2.5  # metres between objects, while their number varies
 SLOW = 1500.0  # milliseconds: slower ways are not measured with more objects or triangles
-_CLUSTERED = 300_000  # triangles; building clusters of more takes minutes
+_CLUSTERED = 1_100_000  # triangles; without compiled loops, building clusters of more takes minutes
 _SIDES = ((0, 1), (1, 2), (2, 0))  # corners of a triangle
 _SOURCE = "Not in the paper, which compares two heads of fixed size"
 _TIMES = (
@@ -74,7 +75,8 @@ def over_triangles(report: Report, most: int = TRIANGLES) -> Table:
         library = SceneLibrary(scene.assets, report)
         library.take_mesh(0, mesh, hashlib.sha256(mesh.positions.tobytes()).hexdigest())
         left = [kind for kind in COMPARED if kind not in slow]
-        left = [kind for kind in left if kind is not Representation.MESH_CLUSTERS or count <= _CLUSTERED]
+        if count > _CLUSTERED and not building.load():
+            left = [kind for kind in left if kind is not Representation.MESH_CLUSTERS]
         found = ObjectCosts(scene, 0, library, SIZE, left, judged=False).measured(MIDDLE, FRAMES).by
         x.append(float(count))
         for kind in COMPARED:

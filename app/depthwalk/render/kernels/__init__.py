@@ -8,21 +8,23 @@ some four thousand calls, which compiled loops avoid.
 single picture never needs them, so nothing here imports numba before one of the two is called. numba is an extra of
 this package, `depthwalk[fast]`; without it NumPy is used.
 
-The compiled code is kept in the cache folder (`compiled_code`). If that cannot be written, NumPy is used, as compiling
+`depthwalk.kernels` keeps the compiled code in the cache folder. If that cannot be written, NumPy is used, as compiling
 in every process would take longer than it saves.
 """
 
-import importlib.util
 import logging
 import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 from types import ModuleType
 
-from depthwalk.render.kernels import compiled_code
+from depthwalk.kernels import compiled_code
 
 _LOG = logging.getLogger(__name__)
+_FILES = Path(__file__).parent
+_PURPOSE = "frames are planned"
 # At low priority, so that frames of a window come first; on Windows Python cannot set one.
 _COMPILE = """
 import os
@@ -43,7 +45,7 @@ def loaded() -> ModuleType | None:
 
 def available() -> bool:
     """Return whether numba is installed."""
-    return importlib.util.find_spec("numba") is not None
+    return compiled_code.is_available()
 
 
 def load() -> bool:
@@ -57,11 +59,9 @@ def load() -> bool:
     written.
     """
     global _loops
-    if available() and _loops is None and compiled_code.is_writable():
-        from depthwalk.render.kernels import loops
-
-        compiled_code.mark_complete()
-        compiled_code.remove_unused()
+    if available() and _loops is None and compiled_code.is_writable(_FILES, _PURPOSE):
+        with compiled_code.kept(_FILES):
+            from depthwalk.render.kernels import loops
         _loops = loops
     return _loops is not None
 
@@ -88,9 +88,9 @@ def load_behind() -> threading.Thread:
 
 def _load_behind() -> None:
     """Compile the loops in another process unless they are compiled, then load them."""
-    if _loops is not None or not available() or not compiled_code.is_writable():
+    if _loops is not None or not available() or not compiled_code.is_writable(_FILES, _PURPOSE):
         return
-    if not compiled_code.is_complete():
+    if not compiled_code.is_complete(_FILES):
         paths = os.pathsep.join(path for path in sys.path if path)
         done = subprocess.run(
             [sys.executable, "-c", _COMPILE],

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from depthwalk.render.kernels.compilation import compiled
+from depthwalk.kernels.compilation import compiled
 from depthwalk.types import Array, Mask, Rows
 
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from depthwalk.render.kernels.compilation import compiled
+from depthwalk.kernels.compilation import compiled
 from depthwalk.render.kernels.layout_loops import turned_axes, warp_face
 from depthwalk.types import Array, Mask, Rows
 

@@ -1,23 +1,12 @@
 """Collect the compiled functions; importing this module compiles them, or reads them from the cache."""
 
-from typing import Any
-
-import numba
-
-from depthwalk.render.kernels.compiled_code import folder
-
-_config: Any = numba.config
-_default, _config.CACHE_DIR = _config.CACHE_DIR, str(folder())
-try:
-    from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
-    from depthwalk.render.kernels.detail_loops import describe, nearer_than, surfaces
-    from depthwalk.render.kernels.layout_loops import place
-    from depthwalk.render.kernels.prewarp_loops import prewarp
-    from depthwalk.render.kernels.reprojection_loops import errors
-    from depthwalk.render.kernels.silhouette_loops import silhouettes
-    from depthwalk.render.kernels.tile_loops import allocate, composite_records, released, tile_records, warp_records
-finally:
-    _config.CACHE_DIR = _default  # for other users of numba in this process
+from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
+from depthwalk.render.kernels.detail_loops import describe, nearer_than, surfaces
+from depthwalk.render.kernels.layout_loops import place
+from depthwalk.render.kernels.prewarp_loops import prewarp
+from depthwalk.render.kernels.reprojection_loops import errors
+from depthwalk.render.kernels.silhouette_loops import silhouettes
+from depthwalk.render.kernels.tile_loops import allocate, composite_records, released, tile_records, warp_records
 
 __all__ = [
     "allocate",

@@ -5,7 +5,7 @@ The reference is `render.impostors.atlas_allocator` and `tile_records`.
 
 import numpy as np
 
-from depthwalk.render.kernels.compilation import compiled
+from depthwalk.kernels.compilation import compiled
 from depthwalk.types import Array, Rows
 
 

@@ -91,11 +91,16 @@ def upload_clusters(gl: Scope, clusters: MeshClusters, look: MeshLook, materials
     """
     records = np.zeros(len(clusters.positions), CLUSTER_VERTEX)
     records["position"], records["normal"], records["uv"] = clusters.positions, clusters.normals, clusters.uv
-    vertices = RecordTexture(gl, CLUSTER_VERTEX)
+    vertices = RecordTexture(gl, CLUSTER_VERTEX, len(records))
     vertices.upload(records)
     painted = any(material.painted for material in look.materials)
-    rows = max(-(-len(records) // RECORDS_PER_ROW), 1)
+    colours = _colours(gl, clusters) if painted else None
+    return ClusterObject(clusters=clusters, vertices=vertices, colours=colours, look=look, materials=materials)
+
+
+def _colours(gl: Scope, clusters: MeshClusters) -> moderngl.Texture:
+    """Upload the colours of vertices."""
+    rows = max(-(-len(clusters.colours) // RECORDS_PER_ROW), 1)
     colours = np.full((rows * RECORDS_PER_ROW, 4), 255, np.uint8)
-    colours[: len(records), :3] = clusters.colours
-    texture = gl.texture((RECORDS_PER_ROW, rows), 4, data=colours.tobytes()) if painted else None
-    return ClusterObject(clusters=clusters, vertices=vertices, colours=texture, look=look, materials=materials)
+    colours[: len(clusters.colours), :3] = clusters.colours
+    return gl.texture((RECORDS_PER_ROW, rows), 4, data=colours.tobytes())

@@ -90,15 +90,17 @@ class MeshStore:
             if mesh is None or clusters is None:
                 raise LookupError(f"asset {asset} has no mesh")
             self._clusters[asset] = upload_clusters(
-                self._gl, clusters, self._look(asset, mesh), tuple(part.material for part in mesh.parts)
+                self._gl, clusters, self._look(asset, mesh, clusters.solid), tuple(part.material for part in mesh.parts)
             )
         return self._clusters[asset]
 
-    def _look(self, asset: int, mesh: Mesh) -> MeshLook:
-        """Return the materials of the mesh of an asset, uploading them if necessary."""
+    def _look(self, asset: int, mesh: Mesh, solid: bool | None = None) -> MeshLook:
+        """Return the materials of the mesh of an asset, uploading them if necessary. solid: `is_solid`, if known."""
         if asset not in self._looks:
-            known = self.reader.meshes.get(asset)
-            self._looks[asset] = upload_look(self._gl, mesh, known.solid if known else is_solid(mesh))
+            if solid is None:
+                known = self.reader.meshes.get(asset)
+                solid = known.solid if known else is_solid(mesh)
+            self._looks[asset] = upload_look(self._gl, mesh, solid)
         return self._looks[asset]
 
     def begin_frame(self) -> None:

@@ -1,0 +1,89 @@
+"""Measure the distance of points from triangles. The reference is `cook.cluster_error`."""
+
+import numpy as np
+
+from depthwalk.kernels.compilation import compiled
+from depthwalk.types import Array, Ints
+
+
+@compiled()
+def _spheres(corners: Array) -> tuple[Array, Array]:
+    """Return the middles (t, 3) of triangles, and how far these reach from there (t,)."""
+    middle, reach = np.empty((len(corners), 3)), np.zeros(len(corners))
+    for row in range(len(corners)):
+        for axis in range(3):
+            middle[row, axis] = (corners[row, 0, axis] + corners[row, 1, axis] + corners[row, 2, axis]) / 3
+        for corner in range(3):
+            apart = 0.0
+            for axis in range(3):
+                apart += (corners[row, corner, axis] - middle[row, axis]) ** 2
+            reach[row] = max(reach[row], np.sqrt(apart))
+    return middle, reach
+
+
+@compiled()
+def _squared_distance(p: Array, corners: Array) -> float:
+    """Return the squared distance of a point from a triangle (3, 3)."""
+    ab = ac = bc = along_ab = along_ac = 0.0
+    for axis in range(3):
+        u, v, w = corners[1, axis] - corners[0, axis], corners[2, axis] - corners[0, axis], p[axis] - corners[0, axis]
+        ab += u * u
+        ac += v * v
+        bc += u * v
+        along_ab += u * w
+        along_ac += v * w
+    area = ab * ac - bc * bc
+    if area > 0:
+        v, w = (ac * along_ab - bc * along_ac) / area, (ab * along_ac - bc * along_ab) / area
+        if v >= 0 and w >= 0 and v + w <= 1:
+            plane = 0.0
+            for axis in range(3):
+                a = corners[0, axis]
+                plane += (p[axis] - a - v * (corners[1, axis] - a) - w * (corners[2, axis] - a)) ** 2
+            return plane
+    least = np.inf
+    for corner in range(3):
+        least = min(least, _from_edge(p, corners[corner], corners[(corner + 1) % 3]))
+    return least
+
+
+@compiled()
+def _from_edge(p: Array, start: Array, end: Array) -> float:
+    """Return the squared distance of a point from an edge."""
+    length = inward = 0.0
+    for axis in range(3):
+        step = end[axis] - start[axis]
+        length += step * step
+        inward += step * (p[axis] - start[axis])
+    share = min(max(inward / length, 0.0), 1.0) if length > 0 else 0.0
+    apart = 0.0
+    for axis in range(3):
+        apart += (p[axis] - start[axis] - share * (end[axis] - start[axis])) ** 2
+    return apart
+
+
+@compiled("D2 I1 D3 I1")
+def nearest(point: Array, of: Ints, corners: Array, group: Ints) -> tuple[Array, Ints]:
+    """Find the nearest triangle of its group to each point; see `cook.cluster_error.group_errors`.
+
+    point: (n, 3); of: (n,) group of each, ascending; corners: (t, 3, 3); group: (t,) of each triangle, ascending.
+    Returns the squared distances (n,), and the triangles (n,).
+    """
+    distance, triangles = np.full(len(point), np.inf), np.full(len(point), -1)
+    middle, reach = _spheres(corners)
+    begin = end = 0
+    for row in range(len(point)):
+        if row == 0 or of[row] != of[row - 1]:
+            begin = np.searchsorted(group, of[row])
+            end = np.searchsorted(group, of[row], side="right")
+        best, p = np.inf, point[row]
+        for triangle in range(begin, end):
+            m = middle[triangle]
+            apart = (p[0] - m[0]) ** 2 + (p[1] - m[1]) ** 2 + (p[2] - m[2]) ** 2
+            if apart > best and apart > (np.sqrt(best) + reach[triangle]) ** 2:
+                continue
+            found = _squared_distance(p, corners[triangle])
+            if found < best:
+                best, triangles[row] = found, triangle
+        distance[row] = best
+    return distance, triangles

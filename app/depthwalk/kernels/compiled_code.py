@@ -1,0 +1,95 @@
+"""Keep the code that numba compiles in the cache folder.
+
+numba only checks whether the file of a function has changed, not the files that it imports. So each state of the files
+of a package of loops has its own folder; folders that have not been used for some weeks are removed.
+"""
+
+import hashlib
+import importlib.util
+import logging
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from depthwalk.cache import cache_folder
+
+log = logging.getLogger(__name__)
+
+_COMPLETE = "complete"  # a file in a folder whose loops are all compiled; its time is that of their last use
+_UNUSED = 21 * 86_400  # seconds after which the code of another state of files is removed
+
+
+def is_available() -> bool:
+    """Return whether numba is installed."""
+    return importlib.util.find_spec("numba") is not None
+
+
+def folder(loops: Path) -> Path:
+    """Return the folder for the compiled code of a package, in its present state and for the installed numba.
+
+    loops: the folder with the package's files; all functions take it.
+    """
+    sources = [*sorted(loops.glob("*.py")), Path(__file__).with_name("compilation.py")]
+    state = b"".join(path.read_bytes() for path in sources) + version("numba").encode()
+    return cache_folder().parent / "compiled" / hashlib.sha256(state).hexdigest()[:16]
+
+
+def is_writable(loops: Path, purpose: str) -> bool:
+    """Return whether compiled code can be kept; if not, log a warning that names what the loops do."""
+    try:
+        folder(loops).mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder(loops)).close()
+    except OSError as error:
+        log.warning(
+            "%s by NumPy, which is slower, since %s cannot be written: %s",
+            purpose,
+            folder(loops),
+            error.strerror or error,
+        )
+        return False
+    return True
+
+
+@contextmanager
+def kept(loops: Path) -> Iterator[None]:
+    """Let numba keep in the package's folder what is compiled within the `with` block; record that it is complete."""
+    import numba
+
+    config: Any = numba.config
+    default, config.CACHE_DIR = config.CACHE_DIR, str(folder(loops))
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = default  # for other users of numba in this process
+    mark_complete(loops)
+    remove_unused(loops)
+
+
+def is_complete(loops: Path) -> bool:
+    """Return whether all loops are compiled, so that loading them only reads files."""
+    return (folder(loops) / _COMPLETE).is_file()
+
+
+def mark_complete(loops: Path) -> None:
+    """Record that all loops are compiled, and used now."""
+    with suppress(OSError):  # the folder was removed meanwhile, or the disk is full
+        (folder(loops) / _COMPLETE).touch()
+
+
+def remove_unused(loops: Path) -> None:
+    """Remove the compiled code of other states of files that has not been used for some weeks.
+
+    The mark `complete` is removed first, so that a process that needs a half removed folder compiles what is missing.
+    """
+    for other in folder(loops).parent.iterdir():
+        with suppress(OSError):  # another process removes it too, or the disk is read-only
+            mark = other / _COMPLETE
+            used = (mark if mark.is_file() else other).stat().st_mtime
+            if other != folder(loops) and time.time() - used > _UNUSED:
+                mark.unlink(missing_ok=True)
+                shutil.rmtree(other)

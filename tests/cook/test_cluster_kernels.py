@@ -1,0 +1,127 @@
+"""The compiled loops build mesh clusters as NumPy does: the same leaves and distances, and surfaces as near."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cluster_cuts import bumpy, cut, is_watertight, triangles_of
+from depthwalk.cook import kernels
+from depthwalk.cook.cluster_builder import build_clusters
+from depthwalk.cook.cluster_division import divided
+from depthwalk.cook.cluster_error import group_errors, squared_distances
+from depthwalk.cook.group_collapse import collapse_groups
+from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
+from depthwalk.cook.seamed_mesh import Vertices
+from depthwalk.geometry.triangles import row_ids
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.types import Ints
+from shapes import joined, leaves, sphere
+
+pytest.importorskip("numba")
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(autouse=True)
+def _loaded() -> Iterator[None]:
+    assert kernels.load()
+    yield
+    kernels.unload()
+
+
+@pytest.fixture(scope="module")
+def ball() -> Mesh:
+    return bumpy(128, 64)
+
+
+def both(ball: Mesh) -> tuple[MeshClusters, MeshClusters]:
+    """The clusters that NumPy builds, and those that the loops do."""
+    kernels.unload()
+    reference = build_clusters(ball)
+    assert kernels.load()
+    return reference, build_clusters(ball)
+
+
+def test_leaves_are_those_of_numpy() -> None:
+    random = np.random.default_rng(0)
+    point = random.random((6000, 3)).astype(np.float32)
+    corners = np.arange(6000, dtype=np.int32).reshape(-1, 3)
+    part, group = np.zeros(2000, np.int32), np.repeat([0, 1], [700, 1300])
+    order, count = divided(point, corners, part, group)
+    kernels.unload()
+    reference, same_count = divided(point, corners, part, group)
+    np.testing.assert_array_equal(count, same_count)
+    assert count.sum() == 2000 and count.max() <= SIZE
+    ends = np.cumsum(count)[:-1]
+    assert [set(leaf) for leaf in np.split(order, ends)] == [set(leaf) for leaf in np.split(reference, ends)]
+
+
+def test_distances_are_those_of_numpy() -> None:
+    random = np.random.default_rng(0)
+    corners, group = random.random((90, 3, 3)), np.repeat([0, 1, 2], 30)
+    corners[:3, 1] = corners[:3, 0]  # without area
+    point, of = random.random((60, 3)), np.repeat([0, 2], 30)
+    error, triangle = group_errors(point, of, corners, group, 3)
+    distance = squared_distances(point[:, None], corners[None])
+    distance[of[:, None] != group] = np.inf
+    np.testing.assert_array_equal(triangle, distance.argmin(1))
+    np.testing.assert_allclose(error, np.sqrt([distance.min(1)[:30].max(), 0, distance.min(1)[30:].max()]))
+    kernels.unload()
+    np.testing.assert_allclose(group_errors(point, of, corners, group, 3)[0], error, rtol=1e-9)
+
+
+def test_surfaces_are_as_near_with_as_few_triangles(ball: Mesh) -> None:
+    reference, compiled = both(ball)
+    assert len(compiled.faces) < 1.02 * len(reference.faces)
+    assert abs(len(compiled.level_first) - len(reference.level_first)) <= 1
+    for level in range(4):  # of those above, a few groups are left
+        groups = slice(*reference.level_first[level : level + 2]), slice(*compiled.level_first[level : level + 2])
+        assert compiled.error[groups[1]].mean() < 1.2 * reference.error[groups[0]].mean()
+
+
+@pytest.mark.parametrize("allowed", [1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0])
+def test_no_cracks(ball: Mesh, allowed: float) -> None:
+    clusters = build_clusters(ball)
+    for viewer in ((0.0, 1.2, 1.3), (3.0, 0.0, 1.0), (0.2, 2.6, 0.1)):
+        assert is_watertight(clusters, triangles_of(clusters, cut(clusters, viewer, allowed)))
+
+
+def test_seams_and_open_edges_hold_up_no_more() -> None:
+    """A sphere with a seam, and leaves, which have open edges only."""
+    reference, compiled = both(joined(sphere(1.0, 64, 32), leaves(700, 0.08)))
+    assert len(compiled.faces) < 1.05 * len(reference.faces)
+    assert compiled.error[: compiled.level_first[2]].mean() < 1.2 * reference.error[: reference.level_first[2]].mean()
+
+
+def strip(columns: int) -> tuple[np.ndarray, Ints]:
+    """Points and triangles of a flat strip, two squares wide."""
+    x, y = np.meshgrid(np.arange(columns + 1), np.arange(3))
+    corner = (np.arange(2)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+    square = np.stack([corner, corner + 1, corner + columns + 2, corner, corner + columns + 2, corner + columns + 1], 1)
+    return np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1) / columns, square.reshape(-1, 3)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_no_edge_is_made_between_places_that_stay(compiled: bool) -> None:
+    """Both sides of the strip are locked, as where other groups begin: those may have such an edge, too."""
+    if not compiled:
+        kernels.unload()
+    point, triangles = strip(12)
+    locked = point[:, 1] != point[13, 1]
+    vertices = Vertices(place=np.arange(len(point)), part=np.zeros(len(point), np.int64), look=point.copy())
+    found = collapse_groups(point, vertices, triangles, np.zeros(len(triangles), np.int64), np.array([4]), locked)
+    edges = np.concatenate([found.triangles[:, [0, 1]], found.triangles[:, [1, 2]], found.triangles[:, [2, 0]]])
+    between = edges[locked[edges].all(1)]
+    assert len(found.triangles) < len(triangles)
+    assert (np.ptp(between % 13, axis=1) <= 1).all() and (between[:, 0] // 13 == between[:, 1] // 13).all()
+
+
+def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """NumPy then serves, and a warning names the folder."""
+    (tmp_path / "file").touch()
+    kernels.unload()
+    with monkeypatch.context() as patched:
+        patched.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+        assert not kernels.load() and kernels.loaded() is None
+    assert len(row_ids(build_clusters(sphere(1.0, 16, 8)).positions)[1])
