@@ -117,6 +117,21 @@ def test_no_edge_is_made_between_places_that_stay(compiled: bool) -> None:
     assert (np.ptp(between % 13, axis=1) <= 1).all() and (between[:, 0] // 13 == between[:, 1] // 13).all()
 
 
+def test_what_is_left_of_a_group_at_the_end_is_not_flattened() -> None:
+    """A spike on a plane stays where the plane has not enough triangles to spare."""
+    x, y = np.meshgrid(np.arange(21.0), np.arange(21.0))
+    point = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1) / 20
+    locked = (x % 20 * (y % 20) == 0).ravel()
+    point[220, 2] = 0.1
+    corner = np.flatnonzero((x < 20).ravel() & (y < 20).ravel())
+    square = np.stack([corner, corner + 1, corner + 22, corner, corner + 22, corner + 21], 1)
+    triangles = square.reshape(-1, 3)
+    vertices = Vertices(place=np.arange(441), part=np.zeros(441, np.int64), look=point.copy())
+    found = collapse_groups(point, vertices, triangles, np.zeros(800, np.int64), np.array([10]), locked)
+    assert len(found.triangles) < 300
+    assert found.point[found.triangles, 2].max() > 0.09
+
+
 def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """NumPy then serves, and a warning names the folder."""
     (tmp_path / "file").touch()

@@ -6,7 +6,7 @@ same, the order is not.
 
 import numpy as np
 
-from depthwalk.cook.kernels.collapse_costs import NORMAL, SEAM, SHORT, STIFFNESS, TURN
+from depthwalk.cook.kernels.collapse_costs import NORMAL, SEAM, SHORT, STEEP, STIFFNESS, TURN
 from depthwalk.cook.kernels.quadric_loops import distance, optimal_point, triangle_normal
 from depthwalk.cook.kernels.queue_loops import remove, update
 from depthwalk.cook.kernels.surface_loops import (
@@ -26,17 +26,23 @@ from depthwalk.types import Array, Ints, Mask
 
 @compiled()
 def _simplify(s: Surface, begin: int, end: int, wanted: int) -> None:
-    """Simplify the triangles from `begin` to `end` to the `wanted` number, or as far as possible."""
+    """Simplify the triangles from `begin` to `end` to the `wanted` number, or as far as that is cheap.
+
+    Where most collapses are not allowed, as among slivers and locked places, the last ones that are would leave holes
+    in the shape, and its error would be that of all groups above.
+    """
     places, size = begin_group(s, begin, end), 0
     for k in range(places):
         number = s.lists[k].around
         if not s.places[number].locked:
             _choose(s, number, list_neighbours(s, number))
             size = update(s, size, number)
-    count = end - begin
+    count, middle, limit, highest = end - begin, (end - begin + wanted) // 2, np.inf, 0.0
     while count > wanted and size:
         start = s.lists[0].queue
         first = s.places[start]
+        if first.cost > limit:
+            break
         to = first.end
         vanished = _try(s, start, to)
         if vanished < 0:  # the next best one is tried when its turn comes
@@ -45,6 +51,9 @@ def _simplify(s: Surface, begin: int, end: int, wanted: int) -> None:
             size = update(s, size, start)
             continue
         count -= vanished
+        highest = max(highest, first.cost)
+        if count <= middle and limit == np.inf:
+            limit = STEEP * highest
         size = remove(s, size, start)
         near = list_neighbours(s, to)
         for k in range(near):
