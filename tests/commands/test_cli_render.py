@@ -16,6 +16,7 @@ import pytest
 from PIL import Image
 
 from depthwalk.commands.frame_drawing import smooth, turntable_cameras
+from depthwalk.errors import InputError
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
@@ -299,3 +300,8 @@ def test_what_smooths_pictures_by_default(render: dict[str, Any], size: tuple[in
     scene = SimpleNamespace(render=RenderSettings.model_validate(render))
     smooth(cast(Scene, scene), size)
     assert scene.render.aa == expected
+
+
+def test_a_turntable_seen_from_straight_above_is_refused() -> None:
+    with pytest.raises(InputError, match="straight up or down"):
+        turntable_cameras(Camera((1.0, 5.0, 2.0), (1.0, 0.0, 2.0)), 4)

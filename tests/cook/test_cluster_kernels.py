@@ -1,5 +1,6 @@
 """The compiled loops build mesh clusters as NumPy does: the same leaves and distances, and surfaces as near."""
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -140,3 +141,18 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Monk
         patched.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
         assert not kernels.load() and kernels.loaded() is None
     assert len(row_ids(build_clusters(sphere(1.0, 16, 8)).positions)[1])
+
+
+def test_a_numba_that_fails_leaves_the_work_to_numpy(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "numba").mkdir()
+    (tmp_path / "numba" / "__init__.py").write_text('raise ImportError("Numba needs NumPy 2.0 or less")')
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [name for name in sys.modules if name.split(".")[0] == "numba"]:
+        monkeypatch.delitem(sys.modules, name)
+    for name, value in (("_loops", None), ("_failed", False)):
+        monkeypatch.setattr(kernels, name, value)
+    assert not kernels.load() and not kernels.load()
+    (record,) = caplog.records
+    assert "Numba needs NumPy 2.0 or less" in record.getMessage()

@@ -92,3 +92,36 @@ def test_nodes_in_a_circle_are_reported(tmp_path: Path) -> None:
     path = glb.write(tmp_path / "a.glb", {"children": [1]}, {"children": [0], "mesh": 0}, roots=[0])
     with pytest.raises(InputError, match="a node that hangs from no scene"):
         read_soup(path)
+
+
+def hanging(joints: list[int], weights: bool = True) -> Glb:
+    """A square that hangs from the first joint of a skin."""
+    glb = Glb()
+    attributes = {"JOINTS_0": glb.accessor(np.zeros((4, 4), np.uint8))}
+    if weights:
+        attributes["WEIGHTS_0"] = glb.accessor(np.tile([1.0, 0, 0, 0], (4, 1)))
+    glb.mesh(attributes)
+    glb.header["skins"] = [{"joints": joints}]
+    return glb
+
+
+def test_a_joint_may_stand_outside_the_scene(tmp_path: Path) -> None:
+    glb = hanging([1])
+    glb.header["scenes"] = [{"nodes": [0]}]
+    path = glb.write(tmp_path / "a.glb", {"mesh": 0, "skin": 0}, {"translation": [0, 0, 2]})
+    assert read_soup(path).positions == pytest.approx(SQUARE + np.array([0, 0, 2]))
+
+
+@pytest.mark.parametrize(
+    ("joints", "weights", "message"),
+    [
+        ([], True, r"skins\[0\]: has 0 joints"),
+        ([7], True, r"skins\[0\]: joint 7 is no node"),
+        ([0] * 70_000, True, r"skins\[0\]: has 70000 joints, not 1 to 65536"),
+        ([1], False, "JOINTS_0 has no WEIGHTS_0"),
+    ],
+)
+def test_a_damaged_skin_is_named(tmp_path: Path, joints: list[int], weights: bool, message: str) -> None:
+    path = hanging(joints, weights).write(tmp_path / "a.glb", {"mesh": 0, "skin": 0}, {})
+    with pytest.raises(InputError, match=message):
+        read_soup(path)

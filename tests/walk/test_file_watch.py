@@ -1,11 +1,12 @@
 """Noticing that files have been saved."""
 
 import os
+import time
 from pathlib import Path
 
 import pytest
 
-from depthwalk.walk.file_watch import FileWatch
+from depthwalk.walk.file_watch import FileWatch, WatchThread
 
 
 def looks(watch: FileWatch, start: float, count: int = 4) -> list[bool]:
@@ -71,3 +72,18 @@ def test_files_are_not_looked_at_in_every_frame(files: list[Path]) -> None:
     assert not watch.has_news(0.0)
     touch(files[0])
     assert not any(watch.has_news(number / 100) for number in range(30))
+
+
+def test_a_thread_watches_until_it_is_ended(files: list[Path]) -> None:
+    watch = WatchThread(lambda: files)
+    assert not watch.take_news()
+    time.sleep(0.6)
+    touch(files[0], "new")
+    end = time.monotonic() + 10
+    while not (found := watch.take_news()) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert found and not watch.take_news()
+    watch.end()
+    touch(files[0], "again")
+    time.sleep(1.2)
+    assert not watch.take_news()

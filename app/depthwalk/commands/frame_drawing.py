@@ -40,10 +40,13 @@ def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
 def turntable_cameras(camera: Camera, count: int) -> list[Camera]:
     """Return `count` cameras that go around the target of `camera` once, upright, the way the key N turns in a window.
 
-    The first is `camera`; the one after the last would be it again, so that a video can be repeated.
+    The first is `camera`; the one after the last would be it again, so that a video can be repeated. Raises InputError
+    for a camera that looks straight up or down, which would stay where it is.
     """
     target = glm.dvec3(*camera.target)
     away = glm.dvec3(*camera.position) - target
+    if math.hypot(away.x, away.z) < 1e-6 * glm.length(away):
+        raise InputError("--turntable: the camera looks straight up or down; choose another --camera-direction")
     turns = (glm.angleAxis(-math.tau * number / count, glm.dvec3(0, 1, 0)) for number in range(count))
     return [replace(camera, position=components(target + turn * away)) for turn in turns]
 

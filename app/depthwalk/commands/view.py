@@ -97,13 +97,14 @@ def main(
 
 
 def _files_of(scene: "Scene") -> list[Path]:
-    """Return the files that a scene uses; without those of meshes if one of them cannot be read, which is reported."""
+    """Return the files that a scene uses; of assets that cannot be read, their own files without textures."""
     from depthwalk.commands.reports import input_files
 
     try:
         return input_files(scene, None)
     except InputError:
-        return [scene.path]
+        named = [getattr(asset, name, None) for asset in scene.assets for name in ("mesh", "texture", "dpci", "baked")]
+        return [scene.path, *(file for file in named if isinstance(file, Path))]
 
 
 def shipped_file(*name: str) -> Path:

@@ -10,6 +10,7 @@ from depthwalk.ingest.gltf_accessors import Accessors
 
 Header = dict[str, Any]
 _Matrices = NDArray[np.float64]  # (n, 4, 4)
+_MOST_JOINTS = 1 << 16  # of a skin: vertices number them with 16 bits
 
 
 def is_posed(header: Header) -> bool:
@@ -52,15 +53,20 @@ def pose(header: Header, accessors: Accessors) -> bool:
     roots = header["scenes"][header.get("scene", 0)].setdefault("nodes", [])
     nodes = header["nodes"]
     world = _world_matrices(nodes, roots)
-    skins: dict[int, _Matrices] = {}
+    below = {child for node in nodes for child in node.get("children", [])}
+    everywhere = _world_matrices(nodes, [*roots, *(number for number in range(len(nodes)) if number not in below)])
+    last: tuple[int, _Matrices] | None = None  # of the skins, whose matrices may take much memory
     shown = [node for number, node in enumerate(nodes) if number in world and _is_posed(header, node)]
     for node in shown:
         skin = None
         if "skin" in node:
             number = node["skin"]
-            if number not in skins:
-                skins[number] = _joint_matrices(header["skins"][number], world, accessors)
-            skin = skins[number]
+            if last is None or last[0] != number:
+                try:
+                    last = number, _joint_matrices(header["skins"][number], everywhere, accessors)
+                except ValueError as error:
+                    raise ValueError(f"skins[{number}]: {error}") from None
+            skin = last[1]
         weights = _weights(header, node)
         primitives = header["meshes"][node["mesh"]]["primitives"]
         header["meshes"].append({"primitives": [_posed(each, weights, skin, accessors, header) for each in primitives]})
@@ -100,7 +106,12 @@ def _local_matrix(node: Header) -> _Matrices:
 
 def _joint_matrices(skin: Header, world: dict[int, _Matrices], accessors: Accessors) -> _Matrices:
     """Return for each joint of a skin the matrix (4, 4) from the mesh, as it was bound, to the scene."""
-    joints = np.array([world[number] for number in skin["joints"]])
+    numbers = skin["joints"]
+    if not 0 < len(numbers) <= _MOST_JOINTS:
+        raise ValueError(f"has {len(numbers)} joints, not 1 to {_MOST_JOINTS}")
+    if missing := [number for number in numbers if number not in world]:
+        raise ValueError(f"joint {missing[0]} is no node")
+    joints = np.array([world[number] for number in numbers])
     if "inverseBindMatrices" not in skin:
         return joints
     bound = accessors.read(skin["inverseBindMatrices"], len(joints)).astype(np.float64).reshape(-1, 4, 4)
@@ -140,6 +151,10 @@ def _blended(
     part = 0
     while f"JOINTS_{part}" in attributes:
         joints = accessors.read(attributes[f"JOINTS_{part}"], count)
+        if joints.max(initial=0) >= len(skin):
+            raise ValueError(f"a vertex hangs from joint {joints.max()} of a skin with {len(skin)}")
+        if f"WEIGHTS_{part}" not in attributes:
+            raise ValueError(f"JOINTS_{part} has no WEIGHTS_{part}")
         weights = accessors.read(attributes[f"WEIGHTS_{part}"], count).astype(np.float64)
         for joint, weight in zip(joints.T, weights.T, strict=True):
             whole += weight[:, None, None] * skin[joint.astype(np.int64), :3]

@@ -9,6 +9,7 @@ import importlib.util
 import logging
 import shutil
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -21,6 +22,7 @@ from depthwalk.cache import cache_folder
 log = logging.getLogger(__name__)
 
 _COMPLETE = "complete"  # a file in a folder whose loops are all compiled; its time is that of their last use
+_KEEPING = threading.RLock()  # numba has one folder for all code that is compiled at a time
 _UNUSED = 21 * 86_400  # seconds after which the code of another state of files is removed
 
 
@@ -58,14 +60,15 @@ def is_writable(loops: Path, purpose: str) -> bool:
 @contextmanager
 def kept(loops: Path) -> Iterator[None]:
     """Let numba keep in the package's folder what is compiled within the `with` block; record that it is complete."""
-    import numba
+    with _KEEPING:
+        import numba
 
-    config: Any = numba.config
-    default, config.CACHE_DIR = config.CACHE_DIR, str(folder(loops))
-    try:
-        yield
-    finally:
-        config.CACHE_DIR = default  # for other users of numba in this process
+        config: Any = numba.config
+        default, config.CACHE_DIR = config.CACHE_DIR, str(folder(loops))
+        try:
+            yield
+        finally:
+            config.CACHE_DIR = default  # for other users of numba in this process
     mark_complete(loops)
     remove_unused(loops)
 

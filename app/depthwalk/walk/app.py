@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
-from depthwalk.walk.file_watch import FileWatch
+from depthwalk.walk.file_watch import WatchThread
 from depthwalk.walk.framing import home_in
 from depthwalk.walk.input import Input
 from depthwalk.walk.key_actions import key_actions
@@ -112,7 +113,8 @@ class Walk:
         watched: Callable[[Scene], Sequence[Path]] | None = None,
     ) -> None:
         self.window, self.background, self._read = window, BackgroundWork(library), read
-        self._watched, self._watch = watched or (lambda scene: ()), FileWatch(())
+        self._watched = watched
+        self._watch: WatchThread | None = None
         self._read_at = time.time_ns()  # when the scene began to be read
         self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
@@ -144,7 +146,7 @@ class Walk:
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self.state.home_is_framed = scene.camera is None and home == framed
         self._show_renderer()
-        self._watch = FileWatch(self._watched(scene), self._read_at)
+        self._watch_files(scene)
         self.state.arrive()
         self.loading.end()
         tour = "P plays the tour, " if playback else ""
@@ -192,6 +194,8 @@ class Walk:
     def _show(self, scene: Scene) -> None:
         """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
         again, library = scene.path == self.state.scene.path, self.background.library.sibling(scene.assets)
+        if again:  # also if it cannot be shown: a file that it lacks may come
+            self._watch_files(scene)
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
@@ -204,7 +208,15 @@ class Walk:
         self.state.obstacles = self.background.obstacles(renderer)
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
-        self._watch = FileWatch(self._watched(scene), self._read_at)
+        if not again:
+            self._watch_files(scene)
+
+    def _watch_files(self, scene: Scene) -> None:
+        """Watch the files of `scene`, and no others, if files are to be watched."""
+        if self._watched is not None:
+            if self._watch is not None:
+                self._watch.end()
+            self._watch = WatchThread(partial(self._watched, scene), self._read_at)
 
     def loop(self, before_frame: Callable[[], None], change: Callable[[], Sequence[slice]] | None = None) -> None:
         """Draw frames until the window closes or a callback raises; then save what is being recorded."""
@@ -259,7 +271,7 @@ class Walk:
     def step(self) -> None:
         """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
         self.device.check()  # in every iteration, even at rest: the window's content may be lost
-        if self._watch.has_news(self._clock.now) and self.next_file is None:
+        if self.next_file is None and self._watch is not None and self._watch.take_news():
             self.next_file = self.state.scene.path
         if self.next_file is not None:
             self.frames.finish()
@@ -320,6 +332,8 @@ class Walk:
 
     def release(self) -> None:
         """Free every GL object in reverse order of creation, then the window, and stop background work."""
+        if self._watch is not None:
+            self._watch.end()
         try:
             self._on_gpu.close()
         finally:

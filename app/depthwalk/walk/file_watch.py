@@ -1,7 +1,8 @@
 """Notice that a file of the scene has been saved, so that the window reloads it (`depthwalk view --watch`)."""
 
+import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 _SECONDS = 0.4  # between two looks
@@ -47,6 +48,39 @@ class FileWatch:
     def _states(self) -> tuple[tuple[int, int] | None, ...]:
         """Return time and size of each file; None for one that cannot be looked at."""
         return tuple(map(_state, self._files))
+
+
+class WatchThread:
+    """Watch files in a thread, as disks may be slow.
+
+    Parameters
+    ----------
+    files
+        Finds the files, called in the thread: the scene's meshes are read for the textures that they name.
+    since
+        As of `FileWatch`.
+    """
+
+    def __init__(self, files: Callable[[], Iterable[Path]], since: int | None = None) -> None:
+        self._ended, self._news = threading.Event(), threading.Event()
+        threading.Thread(target=self._run, args=(files, since), name="watch", daemon=True).start()
+
+    def take_news(self) -> bool:
+        """Return whether files have changed since this was last true."""
+        if not self._news.is_set():
+            return False
+        self._news.clear()
+        return True
+
+    def end(self) -> None:
+        """Stop watching."""
+        self._ended.set()
+
+    def _run(self, files: Callable[[], Iterable[Path]], since: int | None) -> None:
+        watch = FileWatch(files(), since)
+        while not self._ended.wait(_SECONDS):
+            if watch.has_news(time.monotonic()):
+                self._news.set()
 
 
 def _state(file: Path) -> tuple[int, int] | None:
