@@ -21,6 +21,7 @@ from depthwalk.geometry.vectors import lengths
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.reference.gbuffer import unpacked_surfaces
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.field_of_view import spread_rays
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
@@ -115,8 +116,7 @@ def _drawn(headless: HeadlessRenderer, view: View) -> tuple[Array, Array, Array,
         texture = targets.ambient_visibility.texture
         found = np.frombuffer(texture.read(alignment=1), np.float32).reshape(texture.height, texture.width, 2)
     normal = unpacked_surfaces(surface).normal.reshape(height, width, 3)
-    x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ view.ray_from_screen.T
+    rays = spread_rays(view, width, height).reshape(height, width, 3)
     distance = np.where(depth < 1, view_distance(depth, *fitted.depth_range), 0)
     point = view.position + rays * distance[..., None]
     some = slice(None, None, _EVERY), slice(None, None, _EVERY)

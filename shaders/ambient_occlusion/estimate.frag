@@ -46,10 +46,10 @@ float horizon_cosine(vec3 point, vec3 to_viewer, vec3 normal, ivec2 pixel, vec2 
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy), pixel = shown_pixel(texel);
-    float distance = distance_at(pixel);
+    float depth = texelFetch(depth_texture, pixel, 0).r, distance = distance_of(depth);
     visibility = vec2(1.0, distance);
-    if (texelFetch(depth_texture, pixel, 0).r == 1.0) return;
-    vec3 point = seen_point(pixel), to_viewer = -normalize(point);
+    if (depth == 1.0) return;
+    vec3 point = seen_point(pixel, distance), to_viewer = -normalize(point);
     vec3 normal = normal_of(texelFetch(surface_texture, pixel, 0).xy);
     vec3 right = normalize(ray_from_screen[0]), up = normalize(ray_from_screen[1]);
     float reach = radius / (distance * pixel_angle);    // pixels

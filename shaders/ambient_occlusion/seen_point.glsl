@@ -7,4 +7,5 @@ vec3 ray_through(ivec2 pixel) {
     return ray_from_screen * vec3((vec2(pixel) + 0.5) / vec2(textureSize(depth_texture, 0)) * 2.0 - 1.0, 1.0);
 }
 
-vec3 seen_point(ivec2 pixel) { return ray_through(pixel) * distance_at(pixel); }
+vec3 seen_point(ivec2 pixel, float distance) { return ray_through(pixel) * distance; }
+vec3 seen_point(ivec2 pixel) { return seen_point(pixel, distance_at(pixel)); }

@@ -9,7 +9,7 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy), pixel = shown_pixel(texel);
     visibility = texelFetch(ambient_visibility, texel, 0).xy;
     if (texelFetch(depth_texture, pixel, 0).r == 1.0) return;
-    vec3 point = seen_point(pixel), normal = normal_of(texelFetch(surface_texture, pixel, 0).xy);
+    vec3 point = seen_point(pixel, visibility.y), normal = normal_of(texelFetch(surface_texture, pixel, 0).xy);
     vec2 total = vec2(0.0);
     for (int y = -2; y < 2; ++y)
         for (int x = -2; x < 2; ++x) total += weighted_visibility(texel + ivec2(x, y), point, normal);

@@ -17,6 +17,7 @@ from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.cook.seamed_mesh import Vertices
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.kernels import compiled_code
 from depthwalk.types import Ints
 from shapes import joined, leaves, sphere
 
@@ -151,8 +152,8 @@ def test_a_numba_that_fails_leaves_the_work_to_numpy(
     monkeypatch.syspath_prepend(tmp_path)
     for name in [name for name in sys.modules if name.split(".")[0] == "numba"]:
         monkeypatch.delitem(sys.modules, name)
-    for name, value in (("_loops", None), ("_failed", False)):
-        monkeypatch.setattr(kernels, name, value)
+    monkeypatch.setattr(kernels, "_loops", None)
+    monkeypatch.setattr(compiled_code, "_failed", set())
     assert not kernels.load() and not kernels.load()
     (record,) = caplog.records
     assert "Numba needs NumPy 2.0 or less" in record.getMessage()

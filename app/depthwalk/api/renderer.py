@@ -222,8 +222,6 @@ class Renderer:
         """
         if direction is not None and not (len(direction) == 3 and 0 < math.hypot(*direction) < math.inf):
             raise InputError(f"direction {direction}: must be three numbers, not all of them 0")
-        if direction is not None:
-            direction = [component / max(map(abs, direction)) for component in direction]  # no square of one is 0
         self._follow()
         return self._headless.frame_all(along=direction)
 

@@ -102,9 +102,6 @@ def parse_camera(
         raise InputError(f"--camera-direction {direction}: must not be zero")
     if along is not None and (position or target):
         raise InputError("--camera-direction: places the camera; leave out --camera-position and --camera-target")
-    if along is not None:
-        x, y, z = (component / max(map(abs, along)) for component in along)  # so that no square of one is 0
-        along = x, y, z
     return CameraOptions(
         direction=along,
         position=_point("--camera-position", position),

@@ -1,6 +1,6 @@
 """Write the reports of a command without overwriting any of its input files."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from depthwalk.bake.cache import sidecar
@@ -52,7 +52,15 @@ def asset_files(asset: Asset) -> list[Path]:
     return [found for found in files if found is not None]
 
 
-def input_files(scene: Scene, path: Path | None) -> list[Path]:
+def readable_files(asset: Asset) -> list[Path]:
+    """Return what `asset_files` does; only the asset's own file where others cannot be found out."""
+    try:
+        return asset_files(asset)
+    except InputError:
+        return [own_file(asset)]
+
+
+def input_files(scene: Scene, path: Path | None, of_asset: Callable[[Asset], list[Path]] = asset_files) -> list[Path]:
     """Return every file that a scene uses, so that no output overwrites one.
 
     Parameters
@@ -61,6 +69,8 @@ def input_files(scene: Scene, path: Path | None) -> list[Path]:
         The scene.
     path
         A camera path's file, to be returned as well; None for none.
+    of_asset
+        Returns the files of an asset.
 
     Returns
     -------
@@ -74,7 +84,7 @@ def input_files(scene: Scene, path: Path | None) -> list[Path]:
     """
     ground = scene.environment.ground
     files = [scene.path, path, ground.texture if ground else None]
-    files += [file for asset in scene.assets for file in asset_files(asset)]
+    files += [file for asset in scene.assets for file in of_asset(asset)]
     return [file for file in files if file is not None]
 
 

@@ -97,14 +97,10 @@ def main(
 
 
 def _files_of(scene: "Scene") -> list[Path]:
-    """Return the files that a scene uses; of assets that cannot be read, their own files without textures."""
-    from depthwalk.commands.reports import input_files
+    """Return the files that a scene uses; of assets that cannot be read, only their own."""
+    from depthwalk.commands.reports import input_files, readable_files
 
-    try:
-        return input_files(scene, None)
-    except InputError:
-        named = [getattr(asset, name, None) for asset in scene.assets for name in ("mesh", "texture", "dpci", "baked")]
-        return [scene.path, *(file for file in named if isinstance(file, Path))]
+    return input_files(scene, None, readable_files)
 
 
 def shipped_file(*name: str) -> Path:

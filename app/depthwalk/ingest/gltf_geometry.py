@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.ingest.gltf_accessors import Accessors, Numbers, is_converted
-from depthwalk.ingest.gltf_pose import is_posed, pose
+from depthwalk.ingest.gltf_pose import is_posed, pose, top_nodes
 
 TRANSFORM = "KHR_texture_transform"
 _GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
@@ -75,8 +75,7 @@ def _with_scene(header: Header, nodes: list[Header]) -> bool:
     """Give a file without scenes one of all nodes that are no node's children; return whether it had none."""
     if header.get("scenes") or not nodes:
         return False
-    children = {child for node in nodes for child in node.get("children", [])}
-    header["scenes"] = [{"nodes": [number for number in range(len(nodes)) if number not in children]}]
+    header["scenes"] = [{"nodes": top_nodes(nodes)}]
     header["scene"] = 0
     return True
 

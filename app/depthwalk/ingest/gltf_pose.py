@@ -53,8 +53,8 @@ def pose(header: Header, accessors: Accessors) -> bool:
     roots = header["scenes"][header.get("scene", 0)].setdefault("nodes", [])
     nodes = header["nodes"]
     world = _world_matrices(nodes, roots)
-    below = {child for node in nodes for child in node.get("children", [])}
-    everywhere = _world_matrices(nodes, [*roots, *(number for number in range(len(nodes)) if number not in below)])
+    outside = [number for number in top_nodes(nodes) if number not in world]
+    everywhere = _world_matrices(nodes, outside) | world
     last: tuple[int, _Matrices] | None = None  # of the skins, whose matrices may take much memory
     shown = [node for number, node in enumerate(nodes) if number in world and _is_posed(header, node)]
     for node in shown:
@@ -77,6 +77,12 @@ def pose(header: Header, accessors: Accessors) -> bool:
             nodes.append({"mesh": len(header["meshes"]) - 1})
             roots.append(len(nodes) - 1)
     return bool(shown)
+
+
+def top_nodes(nodes: list[Header]) -> list[int]:
+    """Return the numbers of the nodes that are no node's children."""
+    children = {child for node in nodes for child in node.get("children", [])}
+    return [number for number in range(len(nodes)) if number not in children]
 
 
 def _world_matrices(nodes: list[Header], roots: list[int]) -> dict[int, _Matrices]:

@@ -5,6 +5,7 @@ of a package of loops has its own folder; folders that have not been used for so
 """
 
 import hashlib
+import importlib
 import importlib.util
 import logging
 import shutil
@@ -15,6 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from depthwalk.cache import cache_folder
@@ -55,6 +57,39 @@ def is_writable(loops: Path, purpose: str) -> bool:
         )
         return False
     return True
+
+
+_failed: set[Path] = set()  # packages of loops with which numba has failed
+
+
+def loaded(loops: Path, module: str, purpose: str) -> ModuleType | None:
+    """Import a module of loops, compiling what is not compiled yet; half a second if all is, some twenty if nothing is.
+
+    Parameters
+    ----------
+    loops
+        The folder with the package's files.
+    module
+        The full name of the module that imports all its loops.
+    purpose
+        What the loops do, for the warning.
+
+    Returns
+    -------
+    ModuleType | None
+        The module; None where numba is not installed, or, with a warning, where it fails or the cache folder cannot be
+        written.
+    """
+    if loops in _failed or not is_available() or not is_writable(loops, purpose):
+        return None
+    try:
+        with kept(loops):
+            return importlib.import_module(module)
+    except Exception as error:  # of any kind, where numba does not fit NumPy or the processor
+        _failed.add(loops)
+        reason = str(error).strip()[:200] or type(error).__name__
+        log.warning("%s by NumPy, which is slower, since numba fails: %s", purpose, reason)
+        return None
 
 
 @contextmanager

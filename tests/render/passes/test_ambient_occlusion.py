@@ -11,6 +11,7 @@ from depthwalk.reference.gbuffer import packed_surfaces, unpacked_surfaces
 from depthwalk.reference.light import Surfaces
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes.ambient_occlusion import AmbientOcclusionPass
+from depthwalk.render.view.field_of_view import spread_rays
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.effect_settings import AmbientOcclusionParams
@@ -30,8 +31,7 @@ def put(pass_: Alone, depth: Array, normal: Array) -> SeenSurfaces:
     pass_.targets.surface.write(words.tobytes())
     pass_.targets.depth.write(depth.astype(np.float32).tobytes())
     view = pass_.view
-    x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ view.ray_from_screen.T
+    rays = spread_rays(view, width, height).reshape(height, width, 3)
     distance = np.minimum(view_distance(depth.astype(np.float32), *view.depth_range), view.depth_range[1])
     right, up = (column / np.linalg.norm(column) for column in view.ray_from_screen.T[:2])
     return SeenSurfaces(
@@ -66,8 +66,7 @@ def rough(rng: np.random.Generator, size: tuple[int, int]) -> tuple[Array, Array
 def corner() -> tuple[Array, Array]:
     """Depths and normals of a floor 1.5 m below the viewer and a wall 4 m ahead."""
     width, height = VIEW.size
-    x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ VIEW.ray_from_screen.T
+    rays = spread_rays(VIEW, width, height).reshape(height, width, 3)
     floor, wall = -1.5 / np.minimum(rays[..., 1], -1e-6), -4.0 / rays[..., 2]
     distance, near, far = np.minimum(floor, wall), *VIEW.depth_range
     normal = np.where((floor < wall)[..., None], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])

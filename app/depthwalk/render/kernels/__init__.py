@@ -55,14 +55,12 @@ def load() -> bool:
 
     Returns
     -------
-    Whether they are loaded. They are not if numba is not installed, or, with a warning, if the cache folder cannot be
-    written.
+    Whether they are loaded. They are not if numba is not installed, or, with a warning, if it fails or the cache folder
+    cannot be written.
     """
     global _loops
-    if available() and _loops is None and compiled_code.is_writable(_FILES, _PURPOSE):
-        with compiled_code.kept(_FILES):
-            from depthwalk.render.kernels import loops
-        _loops = loops
+    if available() and _loops is None:
+        _loops = compiled_code.loaded(_FILES, f"{__name__}.loops", _PURPOSE)
     return _loops is not None
 
 

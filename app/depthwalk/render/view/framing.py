@@ -55,6 +55,7 @@ def camera_on(
     if not len(objects):
         return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
     middle, radius = bounds.sphere()
+    away = away / max(map(abs, components(away)))  # so that no square of a small number is 0
     rigid = view_from_world(Camera(components(away), (0.0, 0.0, 0.0), fov))
     right, up, back = np.array(glm.dmat3(rigid).to_list()).T  # rows of the rotation, world
     across, down = np.array([aspect, 1.0]) * math.tan(fov / 2) * _FILLED
