@@ -12,7 +12,7 @@ from PIL import Image
 import depthwalk as dw
 from balls import write_balls
 from depthwalk.api.scene import Scene
-from depthwalk.scene.node_schema import RepresentationName
+from depthwalk.scene.schema import RepresentationName
 from modes import AaName
 
 SIZE = (96, 72)

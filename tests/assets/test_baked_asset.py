@@ -19,9 +19,9 @@ from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.asset_schema import DpciParams
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import BakedAsset, MeshAsset
+from depthwalk.scene.schema import DpciParams
 
 FILES = ("ball.dpci.npz", "ball.dpci.exr")
 

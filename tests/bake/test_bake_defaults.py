@@ -6,7 +6,7 @@ import depthwalk as dw
 from depthwalk.assets.asset_files import model_params
 from depthwalk.bake.params import ModelParams
 from depthwalk.commands.bake import main
-from depthwalk.scene.asset_schema import DpciParams
+from depthwalk.scene.schema import DpciParams
 
 NAMES = "resolution", "layers", "method", "parts", "axis", "coordinates"
 EXPECTED = {name: getattr(ModelParams(), name) for name in NAMES}

@@ -7,9 +7,9 @@ import pytest
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.asset_schema import DpciParams
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
+from depthwalk.scene.schema import DpciParams
 
 
 @pytest.fixture

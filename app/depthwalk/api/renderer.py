@@ -24,7 +24,7 @@ from depthwalk.render.passes import default_passes
 from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.node_schema import RepresentationName
+from depthwalk.scene.schema import RepresentationName
 from depthwalk.types import Picture
 
 log = logging.getLogger(__name__)

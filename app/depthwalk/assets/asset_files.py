@@ -21,8 +21,8 @@ from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.mesh_head import read_head
 from depthwalk.ingest.sources import Sources, hash_files
-from depthwalk.scene.asset_schema import DpciParams, MesoParams
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
+from depthwalk.scene.schema import DpciParams, MesoParams
 
 if TYPE_CHECKING:
     from depthwalk.ingest.image import PlanarImage

@@ -8,10 +8,10 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.formats import is_cooked_file, is_model_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh
-from depthwalk.scene.asset_schema import MesoParams
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import is_path_file, load_path
 from depthwalk.scene.scene import BakedAsset, DepthImageAsset, Scene
+from depthwalk.scene.schema import MesoParams
 
 
 def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, str]) -> str:

@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError, suggest
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_INSTANCES
 from depthwalk.scene.arrays import HEIGHT_FIELDS, OF_MESH, Objects, Representation
-from depthwalk.scene.asset_schema import AssetParams, BakedAssetParams, DepthImageAssetParams
 from depthwalk.scene.document import Loc
-from depthwalk.scene.node_schema import (
+from depthwalk.scene.scene import Nodes, place_nodes, place_objects
+from depthwalk.scene.schema import (
+    AssetParams,
+    BakedAssetParams,
+    DepthImageAssetParams,
     GridItemParams,
     GridParams,
     GroupItemParams,
@@ -26,7 +29,6 @@ from depthwalk.scene.node_schema import (
     ScatterItemParams,
     ScatterParams,
 )
-from depthwalk.scene.scene import Nodes, place_nodes, place_objects
 from depthwalk.scene.similarity import Similarity, identities
 from depthwalk.scene.validate import Source
 

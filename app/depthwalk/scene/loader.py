@@ -15,13 +15,11 @@ from depthwalk.errors import InputError, missing_file, suggest_file
 from depthwalk.ingest.formats import check_baked_suffix, check_suffix, is_baked_file, is_model_file
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.asset_schema import AssetParams, BakedAssetParams, DpciParams, MeshAssetParams
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.flatten import flatten, list_items, reference_errors
-from depthwalk.scene.node_schema import PlacesParams
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
-from depthwalk.scene.schema import SceneFile
+from depthwalk.scene.schema import AssetParams, BakedAssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
 from depthwalk.scene.similarity import Similarity
 from depthwalk.scene.validate import Source, check_model, raise_all
 

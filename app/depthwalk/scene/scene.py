@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.scene.arrays import Camera, Objects
-from depthwalk.scene.asset_schema import DpciParams, IntrinsicsParams, PanoramaParams
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.schema import DpciParams, IntrinsicsParams, PanoramaParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
 
 if TYPE_CHECKING:
