@@ -17,8 +17,8 @@ T = TypeVar("T")
 class Map(Protocol):
     """Describe `map`, and similar functions that call from several threads at once and keep the order of results."""
 
-    def __call__(self, function: Callable[[S], T], things: Iterable[S], /) -> Iterator[T]:
-        """Yield `function` of each of `things`, in their order."""
+    def __call__(self, function: Callable[[S], T], items: Iterable[S], /) -> Iterator[T]:
+        """Yield `function` of each of `items`, in their order."""
         ...
 
 
@@ -36,7 +36,7 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
     Yields
     ------
     Map
-        Calls a function for many things, in several threads.
+        Calls a function for many items, in several threads.
     """
     workers = workers or default_workers()
     if workers == 1:
@@ -91,7 +91,7 @@ def usable_cores() -> int:
 
 
 def batches(count: int, size: int) -> list[slice]:
-    """Divide a sequence of `count` things into consecutive slices of at most `size` things each.
+    """Divide a sequence of `count` items into consecutive slices of at most `size` items each.
 
     If `count` is 0, the result is one empty slice.
     """

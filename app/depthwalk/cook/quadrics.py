@@ -87,8 +87,8 @@ def clustered_surface(
     for corner in corners:
         weight += np.bincount(corner, area, len(point))
     boundary = open_edges(point, triangles, normal, opposite)
-    firm = np.ones(len(boundary[0])) if at_end is None else _firmness(boundary[0], boundary[1], at_end)
-    quadric = _quadrics(point, corners, normal, area, boundary, firm)
+    weights = np.ones(len(boundary[0])) if at_end is None else _boundary_weights(boundary[0], boundary[1], at_end)
+    quadric = _quadrics(point, corners, normal, area, boundary, weights)
     if features is not None:
         quadric += _feature_quadric(corners, features, area)
         quadric /= 2
@@ -145,25 +145,25 @@ def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
     return np.stack([(a * x + b * y + c * z) / determinant for a, b, c in rows], -1)
 
 
-def _firmness(start: Ints, end: Ints, at_end: Mask) -> Array:
+def _boundary_weights(start: Ints, end: Ints, at_end: Mask) -> Array:
     """Return the weights of boundary edges between vertices (m,)."""
     return np.where(at_end.take(start) & at_end.take(end), _END_WEIGHT, 1.0)
 
 
 def _quadrics(
-    point: Array, corners: Ints, normal: Array, area: Array, boundary: tuple[Ints, Ints, Array], firm: Array
+    point: Array, corners: Ints, normal: Array, area: Array, boundary: tuple[Ints, Ints, Array], weights: Array
 ) -> Array:
     """Return the quadric (10, n) of each vertex, from its triangles and its boundary edges.
 
-    corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: the result of `open_edges`; firm:
-    (m,), the weight of each boundary edge.
+    corners: (3, t), of the triangles; normal (t, 3) and area (t,), theirs; boundary: the result of `open_edges`;
+    weights: (m,), of the boundary edges.
     """
     quadric = np.zeros((len(_PAIRS[0]), len(point)))
     _add_planes(quadric, corners, normal, point.take(corners[0], 0), area)
     start, end, outward = boundary
     length = lengths(outward)
     upright = outward / np.maximum(length, 1e-30)[:, None]
-    _add_planes(quadric, (start, end), upright, point.take(start, 0), firm * length**2)
+    _add_planes(quadric, (start, end), upright, point.take(start, 0), weights * length**2)
     return quadric
 
 

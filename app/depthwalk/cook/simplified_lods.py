@@ -6,9 +6,11 @@ thirds of their triangles are there, however smooth the surface. Here the finest
 triangle looks into the one that shows it best (`view_selection`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cached_property
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,6 +45,11 @@ _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
+_LEAST_COVER = 0.95  # of the voxels that the grid touches: what a level of foliage must touch, too
+_MERGED_TOLERANCES = (
+    1.0,
+    0.5,
+)  # shares of a level's tolerance, within which merged leaves are simplified: both are tried
 _MIN_AREA = 0.75  # of the area of the first coarse level: a fine surface with less is not used as a level
 _MIN_TRIANGLES = 24  # fewest triangles of a level
 _MAX_SHARE = 0.65  # of the finer level's triangles: a surface with more is not worth a level
@@ -94,16 +101,15 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
     used = np.zeros(len(point), bool)
     used[triangles] = True
     probes = point[np.random.default_rng(0).permutation(np.flatnonzero(used & ~yields))[:_PROBES]]
-    surfaces = _surfaces(point, triangles, rank, texel, most, parallel)
+    cover = _Cover(point, triangles, _DILATION_VOXEL * texel)
+    surfaces = _surfaces(point, triangles, rank, texel, most, cover, parallel)
     finest_surface = next(surfaces)
-    foliage = len(finest_surface[0].triangles) > most
-    voxel = _DILATION_VOXEL * texel
-    target = count_voxels(point[triangles], voxel) if foliage else 0
+    foliage = len(finest_surface.surface.triangles) > most
 
-    def measured(level: tuple[ClusteredSurface, float]) -> tuple[Array, float]:
-        surface, tolerance = level
-        vertices = dilate_foliage(surface, target, voxel, tolerance) if foliage else surface.point
-        corners = vertices[surface.triangles]
+    def measured(level: _Level) -> tuple[Array, float]:
+        surface, tolerance, corners = level.surface, level.tolerance, level.dilated
+        if corners is None:
+            corners = cover.restored(surface, tolerance) if foliage else surface.point[surface.triangles]
         return corners, max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
 
     # Threads measure a level while the next one is built.
@@ -118,29 +124,56 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
     return list(levels[finest:]), error[finest:]
 
 
+class _Level(NamedTuple):
+    """A level whose error is not known yet: a surface and its tolerance, metres.
+
+    dilated: its triangles (t, 3, 3) after dilation, metres, where they have been needed already.
+    """
+
+    surface: ClusteredSurface
+    tolerance: float
+    dilated: Array | None = None
+
+
+class _Cover:
+    """Keep levels of foliage as large as the grid, by the voxels that they touch."""
+
+    def __init__(self, point: Array, triangles: Ints, voxel: float) -> None:
+        """Take the grid, points (n, 3) and triangles (t, 3), and the edge of a voxel, metres; count nothing yet."""
+        self._point, self._triangles, self._voxel = point, triangles, voxel
+
+    @cached_property
+    def _target(self) -> int:
+        return count_voxels(self._point[self._triangles], self._voxel)
+
+    def restored(self, surface: ClusteredSurface, tolerance: float) -> Array:
+        """Return the triangles (t, 3, 3) of a level, metres, dilated by at most its tolerance, metres."""
+        return dilate_foliage(surface, self._target, self._voxel, tolerance)[surface.triangles]
+
+    def is_restored(self, corners: Array) -> bool:
+        """Return whether triangles (t, 3, 3), metres, are as large as the grid."""
+        return count_voxels(corners, self._voxel) >= _LEAST_COVER * self._target
+
+
 def _surfaces(
-    point: Array, triangles: Ints, rank: Ints, texel: float, most: float, parallel: Map
-) -> Iterator[tuple[ClusteredSurface, float]]:
-    """Yield the surfaces of the levels, finest first, with their tolerances, metres.
+    point: Array, triangles: Ints, rank: Ints, texel: float, most: float, cover: _Cover, parallel: Map
+) -> Iterator[_Level]:
+    """Yield the levels, finest first.
 
     point (n, 3), triangles (t, 3): of the grid; rank (n,): see `cluster_vertices`; texel: metres; most: a number of
-    triangles that only foliage exceeds.
+    triangles that only foliage exceeds; cover: of the grid.
     """
 
     def clustered(voxel: float) -> tuple[Array, Ints]:
         return cluster_vertices(point, triangles, rank, voxel * texel)
 
-    def coarse_levels(voxel: float, bulged: bool) -> list[tuple[ClusteredSurface, float]]:
-        return _coarse_levels(_coarse_surface(*clustered(voxel), bulged), texel, parallel)
-
-    coarse_beside = begin(lambda: coarse_levels(_COARSE_VOXEL, bulged=True), parallel)
+    coarse_beside = begin(lambda: _coarse_levels(_coarse_surface(*clustered(_COARSE_VOXEL)), texel, parallel), parallel)
     kept, fine_triangles = kept_vertices(point, triangles, rank, _FINE_VOXEL * texel)
     fine = _fine_surface(point[kept].astype(np.float64), fine_triangles, rank[kept] == _END, parallel)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
-    # Merged leaves are not on an arc.
-    coarse = coarse_levels(_FOLIAGE_VOXEL, bulged=False) if foliage else coarse_beside()
-    coarsest, _ = coarse[0]
+    coarse = _foliage_levels(clustered, texel, cover, parallel) if foliage else coarse_beside()
+    coarsest = coarse[0].surface
     between = (_BETWEEN,) if foliage else ()
     for tolerance in sorted(_FINE_TOLERANCES + between + _FOLIAGE_TOLERANCES):
         if tolerance > _FINE_TOLERANCES[0]:
@@ -151,24 +184,63 @@ def _surfaces(
         if tolerance in _FOLIAGE_TOLERANCES and len(coarsest.triangles) > _MAX_SHARE * len(fine.triangles):
             break
         before = len(fine.triangles)
-        yield fine, tolerance * texel
-    for surface, tolerance in coarse:
-        if len(surface.triangles) < _MIN_TRIANGLES:
+        yield _Level(fine, tolerance * texel)
+    for level in coarse:
+        count = len(level.surface.triangles)
+        if count < _MIN_TRIANGLES:
             return
-        if len(surface.triangles) <= _MAX_SHARE * before:
-            before = len(surface.triangles)
-            yield surface, tolerance
+        if count <= _MAX_SHARE * before:
+            before = count
+            yield level
 
 
-def _coarse_levels(coarse: ClusteredSurface, texel: float, parallel: Map) -> list[tuple[ClusteredSurface, float]]:
+def _coarse_levels(coarse: ClusteredSurface, texel: float, parallel: Map) -> list[_Level]:
     """Return a surface at ever larger tolerances, metres, down to the first that has too few triangles for a level."""
-    levels: list[tuple[ClusteredSurface, float]] = []
+    levels: list[_Level] = []
     for level in range(_COARSE_LEVELS):
         tolerance = _COARSE_TOLERANCE * _GROWTH**level * texel
         coarse = collapse_edges(coarse, tolerance, parallel)
-        levels.append((coarse, tolerance))
+        levels.append(_Level(coarse, tolerance))
         if len(coarse.triangles) < _MIN_TRIANGLES:
             break
+    return levels
+
+
+def _foliage_levels(
+    clustered: Callable[[float], tuple[Array, Ints]], texel: float, cover: _Cover, parallel: Map
+) -> list[_Level]:
+    """Return the levels of foliage, as `_coarse_levels` does for other surfaces.
+
+    Once only a few of many leaves are left, dilation cannot make up for the others, and crowns would become bare from
+    afar. From there on, leaves are merged within voxels as large as the tolerance, which leaves a closed surface.
+
+    clustered: `cluster_vertices` of the grid, by the voxel in texels; texel: metres; cover: of the grid.
+    """
+
+    def merged(voxel: float) -> ClusteredSurface:
+        return _coarse_surface(*clustered(voxel), bulged=False)  # merged leaves are not on an arc
+
+    def candidates(finer: ClusteredSurface, tolerance: float) -> Iterator[ClusteredSurface]:
+        yield collapse_edges(finer, tolerance, parallel)
+        for share in _MERGED_TOLERANCES:
+            yield collapse_edges(merged(tolerance / texel), share * tolerance, parallel)
+
+    def coarser(finer: ClusteredSurface, tolerance: float) -> _Level | None:
+        for surface in candidates(finer, tolerance):
+            if len(surface.triangles) >= _MIN_TRIANGLES:
+                corners = cover.restored(surface, tolerance)
+                if cover.is_restored(corners):
+                    return _Level(surface, tolerance, corners)
+        return None
+
+    first, tolerance = merged(_FOLIAGE_VOXEL), _COARSE_TOLERANCE * texel
+    levels = [_Level(collapse_edges(first, tolerance, parallel), tolerance)]
+    for _ in range(1, _COARSE_LEVELS):
+        tolerance *= _GROWTH
+        level = coarser(levels[-1].surface, tolerance)
+        if level is None:
+            break
+        levels.append(level)
     return levels
 
 
