@@ -1,6 +1,6 @@
 // Computes the linear radiance of the sky in a world direction, of unit length. Twin: render/lighting/sky.py.
 // PREETHAM: Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight"; SKY_IMAGE: an equirectangular
-// picture (twin: reference/sky_image.py); else from horizon to zenith.
+// picture (twin: reference/image_sky.py); else from horizon to zenith.
 #ifdef PREETHAM
 #from depthwalk.render.lighting.sky import RGB_FROM_XYZ
 uniform vec3 perez[5];      // A to E of Y, x and y
@@ -17,7 +17,7 @@ vec3 sky_at(vec3 direction) {
 }
 #elif defined SKY_IMAGE
 #include "common/view.glsl"
-#from depthwalk.render.lighting.sky_image import HORIZON_ORDER, HORIZON_TERMS
+#from depthwalk.render.lighting.image_sky import HORIZON_ORDER, HORIZON_TERMS
 uniform sampler2D sky_image;    // row 0 at the zenith, the middle column toward -z; repeats horizontally
 uniform float sky_turn;         // radians, counter-clockwise seen from above
 uniform float sky_intensity;

@@ -63,7 +63,7 @@ def load_sky_image(path: Path) -> NDArray[np.float32]:
 
 
 def shrunk(texels: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
-    """Reduce a picture (H, W, 3) to (`height`, `width`, 3), each texel the mean of those that it covers."""
+    """Reduce a picture (H, W, 3) to (`height`, `width`, 3), each texel the mean of those whose centres it covers."""
     from PIL import Image
 
     channels = [

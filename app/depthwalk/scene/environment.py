@@ -72,8 +72,7 @@ class SkyParams(FileParams):
         for key in NOT_OF_IMAGE if is_image else OF_IMAGE:
             # Where a single value is set, as by the panel, all others are given too.
             if key in value and value[key] != cls.model_fields[key].default:
-                other = "other models" if is_image else "the model image"
-                raise ValueError(f"{key!r} is for {other}, not for {value.get('model', 'gradient')}")
+                raise ValueError(f"{key!r} is {'not for' if is_image else 'only for'} the model image")
         if is_image and value.get("image") is None:
             raise ValueError("the model image needs 'image', the file of the picture")
         return value

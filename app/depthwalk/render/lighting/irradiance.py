@@ -23,7 +23,7 @@ from depthwalk.render.lighting.sky import (
     no_images,
     sunlight,
 )
-from depthwalk.render.lighting.sky_image import ImageSky
+from depthwalk.render.lighting.image_sky import ImageSky
 from depthwalk.types import Array
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """Model the sky: its radiance by direction, as two colours or as daylight, and the colour of the sun.
 
-`sky_image` is about pictures of a sky.
+`image_sky` is about pictures of a sky.
 
 Daylight is the analytic model of Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight". Here it
 is evaluated for many directions at once, for the light that falls on surfaces; shaders/common/sky.glsl evaluates it per
@@ -17,7 +17,7 @@ import numpy as np
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.errors import InputError
-from depthwalk.render.lighting.sky_image import ImageSky, SkyImage
+from depthwalk.render.lighting.image_sky import ImageSky, SkyImage
 from depthwalk.types import Array
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.render.frame import Frame
 from depthwalk.render.lamp_inputs import LampInputs
-from depthwalk.render.lighting.sky_image import ImageSky, SkyImage
+from depthwalk.render.lighting.image_sky import ImageSky, SkyImage
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 from depthwalk.scene.effect_settings import LightParams
 

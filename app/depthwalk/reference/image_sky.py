@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from depthwalk.render.lighting.sky_image import ImageSky
+from depthwalk.render.lighting.image_sky import ImageSky
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
 

@@ -23,6 +23,7 @@ _MOST_LIGHT = 65504.0  # that a half float holds
 _LIGHT_WIDTH = 512  # texels, 0.7° each, across the picture from which light is summed
 _HORIZON = np.radians(5)  # height of the band above the horizon that fog is coloured by
 _SPOT, _RING = np.cos(np.radians([10, 15]))  # cosines of the angles within which a sun and its surroundings lie
+_RING_SHARE = 0.9  # of the ring that must be darker than the spot: at the edge of a wide lamp only half of it is
 _LEAST_SUN = 0.02  # part of the picture's light; a weaker spot is left where it is
 # Integrals of the squares of `polynomials` over the sphere.
 _NORM = 4 * np.pi * np.array([1, 1 / 3, 4 / 5, 1 / 3, 1 / 3, 4 / 15, *[1 / 15] * 3])
@@ -243,7 +244,7 @@ def _without_sun(radiance: Array, direction: Array, weight: Array) -> tuple[Arra
     cosine = direction @ direction[int(np.argmax(brightness))]
     spot, ring = cosine >= _SPOT, (cosine < _SPOT) & (cosine >= _RING)
     if ring.any():
-        around = weight[ring] @ radiance[ring] / weight[ring].sum()
+        around = np.quantile(radiance[ring], _RING_SHARE, axis=0)
         excess = np.maximum(radiance[spot] - around, 0)
         light = weight[spot] @ excess
         if light @ LUMINANCE > _LEAST_SUN * (weight @ brightness):
