@@ -29,9 +29,7 @@ def written(folder: Path, data: bytes) -> Path:
     light=arrays(np.float32, st.tuples(st.integers(1, 5), st.integers(1, 300), st.just(3)),
                  elements=st.sampled_from(np.float32([0, 0.25, 1, 3, 40000, 1e-9])))
 )  # fmt: skip
-def test_what_was_written_is_read(
-    tmp_path_factory: pytest.TempPathFactory, light: np.ndarray, coded: bool
-) -> None:
+def test_what_was_written_is_read(tmp_path_factory: pytest.TempPathFactory, light: np.ndarray, coded: bool) -> None:
     """Each colour keeps eight bits of its brightest component."""
     found = read_radiance(written(tmp_path_factory.getbasetemp(), radiance(light, coded)))
     assert found.dtype == np.float32 and found.shape == light.shape

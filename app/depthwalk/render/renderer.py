@@ -24,8 +24,8 @@ from depthwalk.render.draw.translucency_planner import TranslucencyPlanner
 from depthwalk.render.frame import Common, Frame, Pass, common_settings
 from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
 from depthwalk.render.image import has_texture
-from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.lighting.image_sky import SkyImages
+from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, PhaseInputs
 from depthwalk.render.pass_sequence import PassSequence
 from depthwalk.render.passes import default_passes

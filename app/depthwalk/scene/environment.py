@@ -63,6 +63,12 @@ class SkyParams(FileParams):
         "own ground",
     )
 
+    @property
+    def used_keys(self) -> frozenset[str]:
+        """Return the keys that matter for its model."""
+        unused = NOT_OF_IMAGE if self.model == "image" else OF_IMAGE
+        return frozenset(type(self).model_fields).difference(unused)
+
     @model_validator(mode="before")
     @classmethod
     def _keys_of_its_model(cls, value: Any) -> Any:

@@ -16,7 +16,6 @@ from depthwalk.reference.fog import fog_colour
 from depthwalk.reference.image_sky import pixel_level, sky_radiance
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lighting.harmonics import polynomials
-from depthwalk.render.lighting.irradiance import irradiance, lighting, sphere_directions
 from depthwalk.render.lighting.image_sky import (
     ImageSky,
     SkyImages,
@@ -25,6 +24,7 @@ from depthwalk.render.lighting.image_sky import (
     texel_directions,
     turned_light,
 )
+from depthwalk.render.lighting.irradiance import irradiance, lighting, sphere_directions
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera
@@ -146,7 +146,7 @@ def test_what_lights_the_scene() -> None:
 
 
 def test_programs_without_pictures_say_so() -> None:
-    with pytest.raises(InputError, match="sky.png: a picture as the sky is not supported here"):
+    with pytest.raises(InputError, match=r"sky\.png: a picture as the sky is not supported here"):
         lighting(environment())
 
 
@@ -248,5 +248,5 @@ def test_another_picture_replaces_the_first_and_memory_is_freed(tmp_path: Path) 
 def test_a_picture_that_cannot_be_used_is_found_before_the_first_frame(tmp_path: Path) -> None:
     (tmp_path / "a.hdr").write_bytes(b"#?RADIANCE")
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), sky={"model": "image", "image": tmp_path / "a.hdr"})
-    with pytest.raises(InputError, match="a.hdr: the header has no end"):
+    with pytest.raises(InputError, match=r"a\.hdr: the header has no end"):
         HeadlessRenderer(scene, ShapeLibrary([box(1, 1, 1)], resolution=16), SIZE)

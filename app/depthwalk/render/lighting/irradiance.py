@@ -14,6 +14,7 @@ import numpy as np
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.render.lighting.harmonics import LAMBERT, polynomials
+from depthwalk.render.lighting.image_sky import ImageSky
 from depthwalk.render.lighting.sky import (
     PaintedSky,
     Sky,
@@ -23,7 +24,6 @@ from depthwalk.render.lighting.sky import (
     no_images,
     sunlight,
 )
-from depthwalk.render.lighting.image_sky import ImageSky
 from depthwalk.types import Array
 
 if TYPE_CHECKING:
