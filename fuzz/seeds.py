@@ -247,7 +247,7 @@ def skies() -> list[Files]:
     made: list[Files] = [{"sky.hdr": radiance(light)}, {"sky.hdr": radiance(light, coded=False)}]
     made += [{"sky.hdr": radiance(np.full_like(light, 0.5)).replace(b"-Y 8 +X", b"+Y 8 -X")}]
     made += [{"sky.exr": exr(channels)}, {"sky.exr": exr({"Y": channels["R"].astype(np.float16)})}]
-    return [*made, {"sky.png": picture("PNG", "RGB", np.uint8(light * 60))}]
+    return [*made, {"sky.png": picture("PNG", "RGB", (light * 60).astype(np.uint8))}]
 
 
 def ranges() -> list[Files]:

@@ -128,7 +128,7 @@ def test_camera_options_replace_the_scenes(run: Callable[..., Any], tiny_scene: 
 def test_a_picture_of_the_sky_lights_a_mesh(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     """Red light from everywhere, from a file that lies elsewhere; turned, it looks the same."""
     sky = tmp_path / "red.png"
-    sky.write_bytes(png_bytes(np.tile(np.uint8([200, 0, 0]), (8, 16, 1))))
+    sky.write_bytes(png_bytes(np.tile(np.array([200, 0, 0], np.uint8), (8, 16, 1))))
     mesh, options = tiny_scene.with_name("ball.ply"), ("--sky", sky, *SMALL)
     for name, more in (("a.png", ()), ("b.png", ("--set", "environment.sky.turn=90"))):
         result = run("render", mesh, "-o", tmp_path / name, *options, *more)

@@ -27,7 +27,7 @@ def written(folder: Path, data: bytes) -> Path:
 @pytest.mark.parametrize("coded", [True, False])
 @given(
     light=arrays(np.float32, st.tuples(st.integers(1, 5), st.integers(1, 300), st.just(3)),
-                 elements=st.sampled_from(np.float32([0, 0.25, 1, 3, 40000, 1e-9])))
+                 elements=st.sampled_from([0, 0.25, 1, 3, 40000, 1e-9]))
 )  # fmt: skip
 def test_what_was_written_is_read(tmp_path_factory: pytest.TempPathFactory, light: np.ndarray, coded: bool) -> None:
     """Each colour keeps eight bits of its brightest component."""
@@ -37,7 +37,7 @@ def test_what_was_written_is_read(tmp_path_factory: pytest.TempPathFactory, ligh
 
 
 def test_exact_values_and_directions_of_rows(tmp_path: Path) -> None:
-    light = np.float32([[[1, 0.5, 0.25], [0, 0, 0]], [[256, 128, 64], [0.125, 0.125, 0.125]]])
+    light = np.array([[[1, 0.5, 0.25], [0, 0, 0]], [[256, 128, 64], [0.125, 0.125, 0.125]]], np.float32)
     data = radiance(light)
     assert (read_radiance(written(tmp_path, data)) == light).all()
     assert (read_radiance(written(tmp_path, data.replace(b"-Y", b"+Y"))) == light[::-1]).all()

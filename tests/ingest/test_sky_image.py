@@ -23,7 +23,7 @@ def load(folder: Path, name: str, data: bytes) -> np.ndarray:
 
 
 def test_formats(tmp_path: Path) -> None:
-    bytes_ = np.uint8(LIGHT * 28)
+    bytes_ = (LIGHT * 28).astype(np.uint8)
     assert (load(tmp_path, "a.exr", exr(CHANNELS)) == LIGHT).all()
     half = {name: channel.astype(np.float16) for name, channel in CHANNELS.items()}
     assert load(tmp_path, "b.EXR", exr(half | {"A": half["R"]})) == pytest.approx(LIGHT, rel=1e-3)
@@ -35,7 +35,11 @@ def test_formats(tmp_path: Path) -> None:
 
 
 def test_light_is_finite_and_not_negative(tmp_path: Path) -> None:
-    odd = {"R": np.float32([[np.nan, np.inf]]), "G": np.float32([[-1, -np.inf]]), "B": np.float32([[3e38, 0.5]])}
+    odd = {
+        "R": np.array([[np.nan, np.inf]], np.float32),
+        "G": np.array([[-1, -np.inf]], np.float32),
+        "B": np.array([[3e38, 0.5]], np.float32),
+    }
     light = load(tmp_path, "a.exr", exr(odd))
     assert light.tolist() == [[[0, 0, 1e10], [1e10, 0, 0.5]]]
 

@@ -24,18 +24,15 @@ def sky_radiance(sky: ImageSky, direction: Array, level: Array) -> Array:
     Array
         (n, 3) linear RGB.
     """
-    azimuth = np.arctan2(direction[:, 0], -direction[:, 2])
-    across = 0.5 + (azimuth + sky.turn) / (2 * np.pi)
-    down = np.arctan2(np.hypot(direction[:, 0], direction[:, 2]), direction[:, 1]) / np.pi
     finest = np.clip(level, 0, len(sky.image.levels) - 1)
     below = np.minimum(np.floor(finest).astype(int), len(sky.image.levels) - 2)
     radiance = np.zeros((len(direction), 3))
     for number in np.unique(below):
         rows = below == number
         part = (finest[rows] - number)[:, None]
-        near, far = (_bilinear(sky.image.levels[number + n], across[rows], down[rows]) for n in (0, 1))
+        near, far = (sky.radiance(direction[rows], number + n) for n in (0, 1))
         radiance[rows] = near * (1 - part) + far * part
-    return np.asarray(sky.intensity * radiance)
+    return radiance
 
 
 def pixel_level(sky: ImageSky, view: View, ray: Array) -> Array:
@@ -58,18 +55,3 @@ def pixel_level(sky: ImageSky, view: View, ray: Array) -> Array:
     """
     pixel = 1 / view.focal_pixels / np.linalg.norm(ray, axis=1) ** 1.5
     return np.asarray(np.log2(pixel * len(sky.image.levels[0]) / np.pi))
-
-
-def _bilinear(texels: Array, across: Array, down: Array) -> Array:
-    """Filter texels (H, W, 3) at texture coordinates (n,); they repeat horizontally and end vertically."""
-    height, width = texels.shape[:2]
-    x, y = across * width - 0.5, np.clip(down * height - 0.5, 0, height - 1)
-    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
-    right_part, lower_part = (x - left)[:, None], (y - top)[:, None]
-    upper, lower = texels[top].astype(float), texels[np.minimum(top + 1, height - 1)].astype(float)
-    every = np.arange(len(x))
-
-    def row(of: Array) -> Array:
-        return np.asarray(of[every, left % width] * (1 - right_part) + of[every, (left + 1) % width] * right_part)
-
-    return np.asarray(row(upper) * (1 - lower_part) + row(lower) * lower_part)

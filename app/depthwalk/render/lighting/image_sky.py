@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.colour import LUMINANCE
-from depthwalk.ingest.sky_image import shrunk
 from depthwalk.render.lighting.harmonics import LAMBERT, polynomials
 from depthwalk.types import Array
 
@@ -100,7 +99,7 @@ class ImageSky:
         """Return the light that surfaces receive, (9, 3) coefficients of `polynomials`, with or without its sun's."""
         image = self.image
         own = image.ambient if with_sun else image.ambient_without_sun
-        return np.asarray(self.intensity * turned_light(own, self.turn))
+        return turned_light(own, self.turn) * self.intensity
 
     def sun(self) -> tuple[Array, Array] | None:
         """Return the unit vector to the picture's sun and the colour of its light, both (3,); None if it has none."""
@@ -110,6 +109,26 @@ class ImageSky:
         cosine, sine = np.cos(self.turn), np.sin(self.turn)
         to_sun = np.array([cosine * x + sine * z, y, cosine * z - sine * x])
         return to_sun, self.image.sun * self.intensity
+
+    def radiance(self, direction: Array, level: int = 0) -> Array:
+        """Return the light from given directions, filtered bilinearly.
+
+        Parameters
+        ----------
+        direction
+            (n, 3) unit vectors, world.
+        level
+            The mip level; 0 is the whole picture.
+
+        Returns
+        -------
+        Array
+            (n, 3) linear RGB.
+        """
+        azimuth = np.arctan2(direction[:, 0], -direction[:, 2])
+        across = 0.5 + (azimuth + self.turn) / (2 * np.pi)
+        down = np.arctan2(np.hypot(direction[:, 0], direction[:, 2]), direction[:, 1]) / np.pi
+        return self.intensity * _bilinear(self.image.levels[level], across, down)
 
     def fog(self, direction: Array) -> Array:
         """Return the colour of fog in directions (n, 3), unit vectors: that of the horizon, smoothed, (n, 3).
@@ -122,7 +141,7 @@ class ImageSky:
         powers = around[:, None] ** np.arange(1, HORIZON_ORDER + 1)
         basis = np.stack([powers.real, powers.imag], -1).reshape(len(direction), -1)
         terms = self.horizon
-        return np.maximum(terms[0] + basis @ terms[1:], 0)
+        return np.asarray(np.maximum(terms[0] + basis @ terms[1:], 0))
 
 
 class SkyImages:
@@ -147,6 +166,8 @@ class SkyImages:
 
 def prepare_sky_image(texels: NDArray[np.float32]) -> SkyImage:
     """Compute from a picture (H, W, 3), linear RGB with row 0 at the zenith, what a sky needs."""
+    from depthwalk.ingest.sky_image import shrunk  # here, since few scenes have a picture
+
     levels = [texels]
     while (height := levels[-1].shape[0]) > 1:
         levels.append(shrunk(levels[-1], max(levels[-1].shape[1] // 2, 1), height // 2))
@@ -271,3 +292,18 @@ def _horizon(radiance: Array, direction: Array, weight: Array) -> Array:
         for wave in (np.cos(k * azimuth), np.sin(k * azimuth)):
             terms.append(2 * damping * (share * wave) @ radiance[band])
     return np.stack(terms)
+
+
+def _bilinear(texels: NDArray[np.float16], across: Array, down: Array) -> Array:
+    """Filter texels (H, W, 3) at texture coordinates (n,); they repeat horizontally and end vertically."""
+    height, width = texels.shape[:2]
+    x, y = across * width - 0.5, np.clip(down * height - 0.5, 0, height - 1)
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    right_part, lower_part = (x - left)[:, None], (y - top)[:, None]
+    upper, lower = texels[top].astype(float), texels[np.minimum(top + 1, height - 1)].astype(float)
+    every = np.arange(len(x))
+
+    def row(of: Array) -> Array:
+        return np.asarray(of[every, left % width] * (1 - right_part) + of[every, (left + 1) % width] * right_part)
+
+    return np.asarray(row(upper) * (1 - lower_part) + row(lower) * lower_part)
