@@ -45,4 +45,5 @@ PICTURE = _words(
     b"IHDR|IDAT|PLTE|tRNS|IEND|acTL|fdAT|RIFF|WEBP|VP8X|ALPH|GIF89a|II*\0|MM\0*|BM|\xff\xd8\xff|DDS |DXT1|P6\n"
 )
 DEPTH = _words(b"channels|dataWindow|compression|IHDR|IDAT|tRNS|'descr': |'shape': ")
+SKY = _words(b"#?RADIANCE|FORMAT=32-bit_rle_rgbe\n|\n\n|-Y 8 +X 16\n|+Y |-X |\x02\x02\0\x10|channels|dataWindow")
 BAKED = _words(b"side.0|part1.|border.|dataWindow|channels|depthwalk.steps|depthwalk.key")

@@ -81,6 +81,14 @@ def check_texture(texels: Any) -> None:
     holds(max(texels.shape) <= limits.MAX_TEXTURE_SIDE and texels.size > 0, "a texture has texels, and not too many")
 
 
+def check_sky(light: Any) -> None:
+    """Check what `load_sky_image` returns."""
+    _shaped(light, (None, None, 3), np.float32, "light")
+    holds(abs(light.shape[1] - 2 * light.shape[0]) <= 2 and light.size > 0, "a sky is twice as wide as high")
+    holds(light.shape[1] <= limits.MAX_SKY_WIDTH, "a sky is reduced to the size that is drawn")
+    holds(bool(np.isfinite(light).all() and (light >= 0).all()), "light is finite and not negative")
+
+
 def check_planar(image: PlanarImage | RangeImage) -> None:
     """Check what the readers of depth images and range images return."""
     shape = image.depth.shape

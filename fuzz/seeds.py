@@ -240,6 +240,16 @@ def textures() -> list[Files]:
     return made
 
 
+def skies() -> list[Files]:
+    """Pictures of skies of all kinds, twice as wide as high."""
+    light = np.random.default_rng(3).uniform(0, 4, (8, 16, 3)).astype(np.float32)
+    channels = {name: np.ascontiguousarray(light[..., c]) for c, name in enumerate("RGB")}
+    made: list[Files] = [{"sky.hdr": radiance(light)}, {"sky.hdr": radiance(light, coded=False)}]
+    made += [{"sky.hdr": radiance(np.full_like(light, 0.5)).replace(b"-Y 8 +X", b"+Y 8 -X")}]
+    made += [{"sky.exr": exr(channels)}, {"sky.exr": exr({"Y": channels["R"].astype(np.float16)})}]
+    return [*made, {"sky.png": picture("PNG", "RGB", (light * 60).astype(np.uint8))}]
+
+
 def ranges() -> list[Files]:
     """Depth files of all kinds, each read as relief, meso-structure, range image or panorama, as its name says."""
     j, i = np.mgrid[:8, :9]
@@ -341,7 +351,35 @@ def exr(channels: dict[str, NDArray[Any]]) -> bytes:
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    return _written(lambda path: OpenEXR.File(header, channels).write(str(path)), "x.exr")
+    return _written(lambda path: OpenEXR.File(header, {**channels}).write(str(path)), "x.exr")  # it changes them
+
+
+def radiance(light: NDArray[np.float32], coded: bool = True) -> bytes:
+    """Return a Radiance picture (.hdr) of (H, W, 3) linear RGB; coded: as runs, if it is 8 pixels wide or wider."""
+    mantissa, exponent = np.frexp(light.max(-1))
+    scale = np.ldexp(np.float32(1), 8 - exponent)[..., None]
+    rows = np.concatenate([light * scale, (exponent + 128)[..., None]], -1)
+    rows = np.where(mantissa[..., None] > 0, rows, 0).astype(np.uint8)
+    height, width = light.shape[:2]
+    data = [f"#?RADIANCE\n# a sky\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()]
+    for row in rows:
+        if not coded or width < 8:
+            data.append(row.tobytes())
+            continue
+        data.append(bytes([2, 2, width >> 8, width & 255]))
+        data += [_runs(row[:, channel].tobytes()) for channel in range(4)]
+    return b"".join(data)
+
+
+def _runs(values: bytes) -> bytes:
+    """Return bytes coded as runs of equal ones, and of single ones that differ."""
+    coded = b""
+    while values:
+        equal = len(values) - len(values.lstrip(values[:1]))
+        count = min(equal, 127)
+        coded += bytes([128 + count]) + values[:1] if count > 1 else b"\x01" + values[:1]
+        values = values[count:]
+    return coded
 
 
 def picture(form: str, mode: str = "RGBA", values: NDArray[Any] | None = None) -> bytes:

@@ -19,6 +19,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh, load_mesh
 from depthwalk.ingest.range_image import Intrinsics, load_depth_image, load_panorama, load_range_image
+from depthwalk.ingest.sky_image import load_sky_image
 from depthwalk.ingest.solid import is_solid
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
@@ -210,6 +211,14 @@ TARGETS = (
         ),
         words=dictionary.PICTURE,
         changes=_PNG,
+    ),
+    Target(
+        name="sky",
+        seeds=seeds.skies,
+        read=lambda path: properties.check_sky(load_sky_image(path)),
+        modules=("depthwalk.ingest.sky_image", "depthwalk.ingest.radiance_hdr", "depthwalk.ingest.exr"),
+        words=dictionary.SKY,
+        changes={".exr": (change_exr,), **_PNG},
     ),
     Target(
         name="range",

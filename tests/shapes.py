@@ -28,6 +28,7 @@ from depthwalk.cook.cook import CookedObject, CookOptions
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.files import write_bytes
 from depthwalk.ingest.mesh import Material, Mesh, MeshLevel, Part
+from depthwalk.ingest.sky_image import load_sky_image
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import RenderSettings
@@ -297,6 +298,9 @@ class ShapeLibrary:
 
     def texture(self, path: Path) -> NoReturn:
         raise AssertionError(f"no texture in this test: {path}")
+
+    def sky_image(self, path: Path) -> NDArray[np.float32]:
+        return load_sky_image(path)
 
 
 def scene_of(

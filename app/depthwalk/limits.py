@@ -56,6 +56,10 @@ MAX_TEXTURE_SIDE = 16_384
 MAX_TEXTURE_PIXELS = 16_384 * 16_384
 """Texels of a texture: a full square of MAX_TEXTURE_SIDE takes 1 GiB decoded, before its mip-maps."""
 
+MAX_SKY_WIDTH = 4_096
+"""Texels across a sky's picture on the GPU, where it takes 90 MB with its mip-maps; wider ones are reduced. A view of
+75° sees 850 of them."""
+
 MAX_TRANSLUCENT_TRIANGLES = 250_000
 """Translucent triangles of a mesh, and as many that glow: they are drawn as polygons at any distance, and sorting this
 many takes 30 ms."""

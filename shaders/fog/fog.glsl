@@ -32,6 +32,8 @@ float fog_to_sky(vec3 direction) {
 vec3 fog_towards(vec3 direction) {
 #ifdef FOG_COLOUR
     return fog_colour;
+#elif defined SKY_IMAGE
+    return horizon_at(direction);
 #else
     // Not normalised: straight up and down all azimuths meet, where the glow about the sun must have faded.
     return sky_at(vec3(direction.x, 0.0, direction.z));

@@ -17,6 +17,7 @@ from PIL import Image
 
 from depthwalk.commands.frame_drawing import smooth, turntable_cameras
 from depthwalk.errors import InputError
+from depthwalk.pictures import png_bytes
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
@@ -121,6 +122,32 @@ def test_camera_options_replace_the_scenes(run: Callable[..., Any], tiny_scene: 
     assert z[32, 48] == pytest.approx(7.0, abs=0.01)
     expected = np.isfinite(ball_distance(96, 64, 20, eye=8.0))
     assert np.mean(np.isfinite(z) == expected) > 0.98
+
+
+@pytest.mark.gl
+def test_a_picture_of_the_sky_lights_a_mesh(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
+    """Red light from everywhere, from a file that lies elsewhere; turned, it looks the same."""
+    sky = tmp_path / "red.png"
+    sky.write_bytes(png_bytes(np.tile(np.array([200, 0, 0], np.uint8), (8, 16, 1))))
+    mesh, options = tiny_scene.with_name("ball.ply"), ("--sky", sky, *SMALL)
+    for name, more in (("a.png", ()), ("b.png", ("--set", "environment.sky.turn=90"))):
+        result = run("render", mesh, "-o", tmp_path / name, *options, *more)
+        assert (result.exit_code, result.stderr) == (0, "")
+    (_, pixels), (_, turned) = read_png(tmp_path / "a.png"), read_png(tmp_path / "b.png")
+    assert pixels[0, 0].tolist() == [200, 0, 0] and pixels[32, 48, 0] > 100 and (pixels[..., 1:] == 0).all()
+    assert np.abs(pixels.astype(int) - turned).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("sky", "defect"),
+    [
+        ("no.hdr", "no.hdr: no such file"),
+        ("scene.yaml", "scene.yaml: '.yaml' is not a picture of a sky (use .hdr, .exr, .png, .jpg)"),
+    ],
+)
+def test_what_is_no_sky(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, sky: str, defect: str) -> None:
+    result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--sky", tiny_scene.with_name(sky))
+    assert result.exit_code == 2 and result.stderr.strip() == f"{tiny_scene.parent}/{defect}"
 
 
 @pytest.mark.gl

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from depthwalk.commands.cluster_render import spans
-from depthwalk.commands.frame_keys import frame_keys
+from depthwalk.commands.frame_keys import frame_keys, given_sky
 from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
@@ -51,6 +51,16 @@ def test_cameras_settings_and_looks_decide(tiny_scene: Path) -> None:
         key_of(tiny_scene, aa="fxaa"),
     ]
     assert len(set(keys)) == len(keys)
+
+
+def test_the_picture_of_the_sky_decides(tiny_scene: Path, tmp_path: Path) -> None:
+    (sky := tmp_path / "sky.png").write_bytes(b"one")
+    scenes = [load_scene(tiny_scene, sky=given) for given in (None, sky)]
+    keys = [frame_keys(scene, ()).key(CAMERA) for scene in scenes]
+    sky.write_bytes(b"another")
+    keys.append(frame_keys(scenes[1], ()).key(CAMERA))
+    keys.append(frame_keys(scenes[1], (), *given_sky(sky)).key(CAMERA))
+    assert len(set(keys)) == 4 and given_sky(None) == ()
 
 
 def test_neither_names_nor_depth_images_beside_a_mesh_decide(tiny_scene: Path) -> None:

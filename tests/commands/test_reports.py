@@ -10,12 +10,15 @@ from depthwalk.scene.loader import load_scene
 
 
 def test_all_files_of_a_scene_are_inputs(tiny_scene: Path) -> None:
-    """Its mesh, the depth images that may lie beside, the path and the ground's picture."""
+    """Its mesh, the depth images that may lie beside, the path and the pictures of ground and sky."""
     folder = tiny_scene.parent
-    (folder / "grass.png").touch()
-    tiny_scene.write_text(tiny_scene.read_text() + "environment: {ground: {texture: grass.png}}\n")
+    for name in ("grass.png", "sky.hdr"):
+        (folder / name).touch()
+    around = "environment: {ground: {texture: grass.png}, sky: {model: image, image: sky.hdr}}\n"
+    tiny_scene.write_text(tiny_scene.read_text() + around)
     found = input_files(load_scene(tiny_scene), folder / "walk.yaml")
-    assert {file.name for file in found} == {"scene.yaml", "walk.yaml", "grass.png", "ball.ply", "ball.dpci.exr"}
+    pictures = {"grass.png", "sky.hdr"}
+    assert {file.name for file in found} == {"scene.yaml", "walk.yaml", "ball.ply", "ball.dpci.exr"} | pictures
     assert folder / "walk.yaml" not in input_files(load_scene(tiny_scene), None)
 
 

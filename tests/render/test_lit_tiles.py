@@ -13,7 +13,8 @@ from depthwalk.reference.light import Surfaces
 from depthwalk.reference.tile_light import filtered_light, forward_light
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.impostors.tile_records import WARP_RECORD
-from depthwalk.render.lighting.irradiance import lighting, polynomials
+from depthwalk.render.lighting.harmonics import polynomials
+from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation

@@ -5,8 +5,17 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from depthwalk.errors import InputError
 from depthwalk.limits import MAX_LIGHTS
-from depthwalk.scene.environment import MAX_SHADOW_ANGLE, CameraParams, Environment, LampParams, SunParams, WalkParams
+from depthwalk.scene.environment import (
+    MAX_SHADOW_ANGLE,
+    CameraParams,
+    Environment,
+    LampParams,
+    SkyParams,
+    SunParams,
+    WalkParams,
+)
 
 LAMP: dict[str, Any] = {"position": [0, 3, 0]}
 
@@ -21,6 +30,35 @@ def test_an_empty_group_switches_on() -> None:
     environment = Environment.model_validate({"sky": {}, "ground": {}, "fog": {}})
     assert environment.sky and environment.ground and environment.fog
     assert environment.ground.half_size == 10_000
+
+
+@pytest.mark.parametrize(
+    ("sky", "defect"),
+    [
+        ({"model": "image"}, "the model image needs 'image', the file of the picture"),
+        ({"image": "a.hdr"}, "'image' is only for the model image"),
+        ({"model": "preetham", "turn": 90.0}, "'turn' is only for the model image"),
+        ({"sun": True}, "'sun' is only for the model image"),
+        ({"model": "image", "image": "a.hdr", "horizon": "#ffffff"}, "'horizon' is not for the model image"),
+        ({"model": "image", "image": "a.hdr", "turbidity": 3.0}, "'turbidity' is not for the model image"),
+        ({"model": "image", "image": "a.hdr", "sun_size": 0.5}, "'sun_size' is not for the model image"),
+    ],
+)
+def test_a_picture_has_keys_of_its_own(sky: dict[str, Any], defect: str) -> None:
+    with pytest.raises(ValidationError, match=defect):
+        SkyParams.model_validate(sky)
+
+
+def test_a_sky_can_be_changed_and_refused_changes_leave_it() -> None:
+    painted = SkyParams.model_validate({"zenith": "#102030"})
+    with pytest.raises(InputError, match=r"model: the model image needs 'image'|model: 'zenith' is not for"):
+        painted.model = "image"
+    assert painted.model == "gradient"
+    shown = SkyParams.model_validate({"model": "image", "image": "a.hdr"})
+    shown.turn, shown.light = 45.0, True
+    with pytest.raises(InputError, match="model: 'image' is only for the model image"):
+        shown.model = "gradient"
+    assert (shown.model, shown.turn, shown.light) == ("image", 45, True)
 
 
 @pytest.mark.parametrize("direction", [[0, 0, 0], [1e-9, 0, 0]])

@@ -114,6 +114,11 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
         ("version.minor", "1", "--set version.minor: version is 1, it has no keys"),
         ("camera.fov", "60", "--set camera.fov: camera: missing key 'position'"),
         ("a..b", "1", "--set a..b: must be a dotted path such as render.lod.bias"),
+        (
+            "environment.sky",
+            "{model: image, image: no.hdr}",
+            "--set environment.sky: image: file 'no.hdr' not found",
+        ),
         ("environment.ground.texture", "no.png", "--set environment.ground.texture: file 'no.png' not found"),
         ("version", "[1", "--set version: value:1:1: not valid YAML: expected ',' or ']' before the end of the text"),
     ],

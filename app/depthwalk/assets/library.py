@@ -112,6 +112,12 @@ class SceneLibrary(MeshLibrary):
         """Return the texels (H, W, 4) uint8, sRGB with alpha, row 0 at the top, of the image file `path`."""
         return load_texture(path)
 
+    def sky_image(self, path: Path) -> NDArray[np.float32]:
+        """Return the texels (H, W, 3) float32, linear, row 0 at the zenith, of the sky in the image file `path`."""
+        from depthwalk.ingest.sky_image import load_sky_image  # here, since few scenes have any
+
+        return load_sky_image(path)
+
     def key(self, asset: int) -> str:
         """Return the key in the cache of the depth images of the asset numbered `asset`.
 

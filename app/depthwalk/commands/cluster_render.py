@@ -24,6 +24,7 @@ def render_on_cluster(
     path: Path,
     asset_roots: Sequence[Path],
     settings: Sequence[str],
+    sky: Path | None,
     size: tuple[int, int],
     representation: RepresentationName,
     output: Output,
@@ -38,7 +39,7 @@ def render_on_cluster(
         The scene, with its render settings as the frames are drawn.
     frames
         The numbers of the frames.
-    scene, path, asset_roots, settings, size, representation, output
+    scene, path, asset_roots, settings, sky, size, representation, output
         See `RenderJob`; names of files may be relative.
 
     Returns
@@ -60,6 +61,7 @@ def render_on_cluster(
         path=path.resolve(),
         asset_roots=tuple(root.resolve() for root in asset_roots),
         settings=tuple(settings),
+        sky=sky and sky.resolve(),
         size=size,
         representation=representation,
         output=output if output.is_remote else replace(output, name=str(Path(output.name).absolute())),

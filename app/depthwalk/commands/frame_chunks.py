@@ -15,7 +15,7 @@ from depthwalk.cluster import worker, zygote
 from depthwalk.cluster.connection import Cluster
 from depthwalk.cluster.tasks import Progress, Task, TaskError, run_tasks
 from depthwalk.commands.frame_drawing import draw_frame, smooth
-from depthwalk.commands.frame_keys import FrameKeys, frame_keys
+from depthwalk.commands.frame_keys import FrameKeys, frame_keys, given_sky
 from depthwalk.commands.option_values import open_scene, representation
 from depthwalk.commands.options import RepresentationName
 from depthwalk.commands.output import Output, has_frame, write_still
@@ -45,6 +45,8 @@ class RenderJob:
         Folders, besides the scene's own, in which to look for its files, absolute.
     settings
         The --set options.
+    sky
+        The picture of the option --sky, absolute; None if it is not given.
     size
         (width, height) of the pictures, pixels.
     representation
@@ -59,6 +61,7 @@ class RenderJob:
     path: Path
     asset_roots: tuple[Path, ...]
     settings: tuple[str, ...]
+    sky: Path | None
     size: tuple[int, int]
     representation: RepresentationName
     output: Output
@@ -66,7 +69,7 @@ class RenderJob:
 
     def load(self) -> tuple[Scene, CameraPath, FrameKeys]:
         """Read scene and path; return them with the keys of the frames. Raises InputError for invalid files."""
-        scene = open_scene(self.scene, self.asset_roots, self.settings)
+        scene = open_scene(self.scene, self.asset_roots, self.settings, self.sky)
         if self.output.suffix != ".exr":  # its distances belong to the centres of pixels
             smooth(scene, self.size)
         return scene, load_path(self.path), self.keys(scene)
@@ -74,7 +77,8 @@ class RenderJob:
     def keys(self, scene: Scene) -> FrameKeys:
         """Return the keys of the frames of this job, whose scene is `scene`."""
         output = self.output
-        return frame_keys(scene, self.settings, self.size, str(self.representation), output.transparent, output.suffix)
+        look = self.size, str(self.representation), output.transparent, output.suffix
+        return frame_keys(scene, self.settings, *look, *given_sky(self.sky))
 
 
 def draw_on(

@@ -75,6 +75,11 @@ def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKey
     return FrameKeys(digest.hexdigest())
 
 
+def given_sky(sky: Path | None) -> tuple[str, ...]:
+    """Return what `look` must tell of the option --sky: that it is given, as the file counts among the scene's."""
+    return () if sky is None else ("sky",)
+
+
 def _contents(scene: Scene) -> list[Path]:
     """Return the files that determine a scene's appearance; depth images beside a mesh follow from the mesh."""
     derived = {sidecar(asset.mesh) for asset in scene.assets if isinstance(asset, MeshAsset)}

@@ -194,7 +194,9 @@ def representation(name: RepresentationName) -> "Representation | None":
     return None if name is RepresentationName.SCENE else Representation[name.name]
 
 
-def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None) -> "Scene":
+def open_scene(
+    path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None, sky: Path | None = None
+) -> "Scene":
     """Load a scene for a command.
 
     Parameters
@@ -205,6 +207,8 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
         Folders, besides the scene's own, in which to look for its files; None for none.
     settings
         The --set options; None for none.
+    sky
+        The picture of the option --sky; None leaves the scene's sky.
 
     Returns
     -------
@@ -218,7 +222,7 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
     """
     from depthwalk.scene.loader import load_scene
 
-    return load_scene(path, asset_roots or (), parse_settings(settings))
+    return load_scene(path, asset_roots or (), parse_settings(settings), sky)
 
 
 def still_representation(
@@ -236,7 +240,9 @@ def still_representation(
     return representation(name)
 
 
-def open_in_window(path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None) -> "Scene":
+def open_in_window(
+    path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None, sky: Path | None = None
+) -> "Scene":
     """Load a scene as `open_scene` does, but with polygons for a light mesh without a scene.
 
     Two cores draw its triangles in a few milliseconds and would bake its depth images for up to a minute. They are
@@ -244,7 +250,7 @@ def open_in_window(path: Path, asset_roots: Sequence[Path] | None, settings: Seq
     """
     from depthwalk.scene.arrays import Representation
 
-    scene = open_scene(path, asset_roots, settings)
+    scene = open_scene(path, asset_roots, settings, sky)
     if _is_plain_mesh(path, settings) and path.stat().st_size <= _LIGHT_FILE:
         scene.objects.representation[:] = Representation.MESH
     return scene

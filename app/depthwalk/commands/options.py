@@ -143,6 +143,15 @@ AssetRoots = Annotated[
         "--asset-root", metavar="DIR", help="Additional folder in which to look for the scene's files; repeatable."
     ),
 ]
+Sky = Annotated[
+    Path | None,
+    typer.Option(
+        "--sky",
+        metavar="IMAGE",
+        help="Show and light the scene by this picture of all directions: equirectangular .hdr, .exr, .jpg or .png.",
+        show_default=False,
+    ),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option(

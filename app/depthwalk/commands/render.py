@@ -36,6 +36,7 @@ from depthwalk.commands.options import (
     Resolution,
     Settings,
     ShownScene,
+    Sky,
     Verbose,
 )
 from depthwalk.commands.program import guarded, without_garbage_collection
@@ -87,6 +88,7 @@ def main(
     camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     no_background: NoBackground = False,
+    sky: Sky = None,
     asset_root: AssetRoots = None,
     settings: Settings = None,
     cache_limit: CacheLimit = None,
@@ -107,13 +109,13 @@ def main(
     _check_turntable(turntable, path)
     with without_garbage_collection():
         from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth, turntable_cameras
-        from depthwalk.commands.frame_keys import frame_keys
+        from depthwalk.commands.frame_keys import frame_keys, given_sky
         from depthwalk.commands.output import Output, check_output
         from depthwalk.commands.reports import input_files
         from depthwalk.render.up_axis import stand_upright
         from depthwalk.scene.path import load_path
 
-        loaded = open_scene(scene, asset_root, settings)
+        loaded = open_scene(scene, asset_root, settings, sky)
         walk = load_path(path) if path else None
         turns = max(round(turntable * _TURNTABLE_FPS), 1) if turntable else 0  # frames
         numbers = parse_frames(frames, len(walk.frames()) if walk else turns) if walk or turns else range(1)
@@ -126,7 +128,7 @@ def main(
     if where and path:
         from depthwalk.commands.cluster_render import render_on_cluster
 
-        job = scene, path, asset_root or [], settings or [], size, representation_name, output
+        job = scene, path, asset_root or [], settings or [], sky, size, representation_name, output
         if not render_on_cluster(where, loaded, numbers, *job):
             raise typer.Exit(FAILURE)
         return
@@ -136,7 +138,8 @@ def main(
     )
     keys: list[str] = []
     if output.is_series and walk:
-        named = frame_keys(loaded, settings or (), size, str(representation_name), no_background, output.suffix)
+        look = size, str(representation_name), no_background, output.suffix
+        named = frame_keys(loaded, settings or (), *look, *given_sky(sky))
         keys = [named.key(camera) for camera in cameras]
     with ExitStack() as stack:
         with without_garbage_collection():

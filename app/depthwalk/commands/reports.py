@@ -82,8 +82,8 @@ def input_files(scene: Scene, path: Path | None, of_asset: Callable[[Asset], lis
     InputError
         If the names of its files cannot be read from a mesh.
     """
-    ground = scene.environment.ground
-    files = [scene.path, path, ground.texture if ground else None]
+    ground, sky = scene.environment.ground, scene.environment.sky
+    files = [scene.path, path, ground.texture if ground else None, sky.image if sky else None]
     files += [file for asset in scene.assets for file in of_asset(asset)]
     return [file for file in files if file is not None]
 

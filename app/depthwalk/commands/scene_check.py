@@ -92,9 +92,17 @@ def _readers(scene: Scene) -> Iterator[Callable[[], object]]:
         )
         if asset.dpci is not None and asset.dpci.meso is not None:
             yield partial(_read_meso, asset.dpci.meso)
-    ground = scene.environment.ground
+    ground, sky = scene.environment.ground, scene.environment.sky
     if ground is not None and ground.texture is not None:
         yield partial(load_texture, ground.texture)
+    if sky is not None and sky.image is not None:
+        yield partial(_read_sky, sky.image)
+
+
+def _read_sky(path: Path) -> None:
+    from depthwalk.ingest.sky_image import load_sky_image  # here, since few scenes have any
+
+    load_sky_image(path)
 
 
 def _read_meso(params: MesoParams) -> None:

@@ -16,7 +16,7 @@ _SIZE = "--resolution", "--dpci-resolution"
 _ELSEWHERE = {
     "--size": _SIZE, "--width": _SIZE, "--height": _SIZE, "--fov": ("--camera-view-angle",),
     "--position": ("--camera-position",), "--target": ("--camera-target",), "--silent": ("--quiet",),
-    "--transparent": ("--no-background",),
+    "--transparent": ("--no-background",), "--hdri": ("--sky",), "--hdri-file": ("--sky",),
 }  # fmt: skip
 
 UsageError: Any = typer.BadParameter.__base__  # of the click that this typer brings along

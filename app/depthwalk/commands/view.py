@@ -23,6 +23,7 @@ from depthwalk.commands.options import (
     RepresentationOption,
     Resolution,
     Settings,
+    Sky,
     Verbose,
     named_file,
 )
@@ -50,6 +51,7 @@ def main(
     camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     watch: Annotated[bool, typer.Option("--watch", help="Reload the scene when one of its files is saved.")] = False,
+    sky: Sky = None,
     asset_root: AssetRoots = None,
     settings: Settings = None,
     cache_limit: CacheLimit = None,
@@ -65,7 +67,7 @@ def main(
     first = scene or shipped_file("garden.yaml")
 
     def read(file: Path) -> "Scene":
-        return open_in_window(file, asset_root, settings if file == first else None)
+        return open_in_window(file, asset_root, *((settings, sky) if file == first else (None, None)))
 
     with ExitStack() as closed_at_end:
         with without_garbage_collection():

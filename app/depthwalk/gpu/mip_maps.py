@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 Texels = NDArray[np.uint8] | NDArray[np.int8]
+Halves = NDArray[np.float16]
 
 _TEXTURE_2D, _MAX_LEVEL = 0x0DE1, 0x813D
 _FORMATS = {1: 0x1903, 2: 0x8227, 3: 0x1907, 4: 0x1908}  # GL_RED, GL_RG, GL_RGB, GL_RGBA, by components
 _INTERNAL = {1: 0x8229, 2: 0x822B, 3: 0x8051, 4: 0x8058}  # GL_R8, GL_RG8, GL_RGB8, GL_RGBA8
 SNORM = {1: 0x8F94, 2: 0x8F95}  # GL_R8_SNORM, GL_RG8_SNORM
-_UNSIGNED, _SIGNED = 0x1401, 0x1400  # GL_UNSIGNED_BYTE, GL_BYTE
+_HALF = {3: 0x881B}  # GL_RGB16F
+# GL_UNSIGNED_BYTE, GL_BYTE, GL_HALF_FLOAT, with the formats of textures that hold such numbers
+_NUMBERS = {"uint8": (0x1401, _INTERNAL), "int8": (0x1400, SNORM), "float16": (0x140B, _HALF)}
 _FUNCTION = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)  # on Windows OpenGL has another calling convention
 _TEX_IMAGE = _FUNCTION(None, *[ctypes.c_int] * 8, ctypes.c_void_p)
 _TEX_PARAMETER = _FUNCTION(None, *[ctypes.c_int] * 3)
@@ -57,7 +60,9 @@ def _halved(texels: Texels) -> Texels:
     return halved
 
 
-def set_mip_maps(context: moderngl.Context, texture: moderngl.Texture, pictures: Sequence[Texels]) -> None:
+def set_mip_maps(
+    context: moderngl.Context, texture: moderngl.Texture, pictures: Sequence[Texels] | Sequence[Halves]
+) -> None:
     """Replace the mip-maps of a 2-D texture.
 
     Parameters
@@ -65,18 +70,18 @@ def set_mip_maps(context: moderngl.Context, texture: moderngl.Texture, pictures:
     context
         The context, which must be the current one; its texture unit 0 is left with the texture.
     texture
-        A texture of 8-bit components that was just created, so that GL still assumes rows without padding.
+        A texture of 8-bit components, or of half floats, that was just created, so that GL still assumes rows without
+        padding.
     pictures
-        Levels 1, 2, …, as `mip_maps` returns them.
+        Levels 1, 2, …, as `mip_maps` returns them, or three half floats per texel, (H, W, 3) contiguous.
     """
     texture.use(0)
     for level, texels in enumerate(pictures, start=1):
         height, width, components = texels.shape
-        signed = texels.dtype == np.int8
-        kind, number = (SNORM[components], _SIGNED) if signed else (_INTERNAL[components], _UNSIGNED)
+        number, kinds = _NUMBERS[texels.dtype.name]
         form = _FORMATS[components]
         _load(context, "glTexImage2D", _TEX_IMAGE)(
-            _TEXTURE_2D, level, kind, width, height, 0, form, number, texels.ctypes.data
+            _TEXTURE_2D, level, kinds[components], width, height, 0, form, number, texels.ctypes.data
         )
     _load(context, "glTexParameteri", _TEX_PARAMETER)(_TEXTURE_2D, _MAX_LEVEL, len(pictures))
 

@@ -4,11 +4,12 @@
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.mip_maps import SNORM, Texels, mip_maps, set_mip_maps
@@ -114,6 +115,25 @@ class TextureMaker(ABC):
             return made
 
         return self._flat((width, height), create, _TRILINEAR)
+
+    def sky_texture(self, levels: Sequence[NDArray[np.float16]]) -> moderngl.Texture:
+        """Create and return a texture of an equirectangular picture: filtered trilinearly, repeating horizontally.
+
+        Parameters
+        ----------
+        levels
+            (H, W, 3) float16, the whole picture, and all its mip-maps down to one row; upper rows first.
+        """
+        height, width, components = levels[0].shape
+
+        def create() -> moderngl.Texture:
+            made = self._context.texture((width, height), components, levels[0].tobytes(), dtype="f2")
+            set_mip_maps(self._context, made, levels[1:])
+            return made
+
+        texture = self._flat((width, height), create, _TRILINEAR)
+        texture.repeat_x = True
+        return texture
 
     def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes | None, dtype: str

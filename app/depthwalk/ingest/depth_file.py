@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
-from depthwalk.errors import InputError, missing_file
+from depthwalk.errors import InputError
+from depthwalk.ingest.exr import read_channels
 from depthwalk.ingest.image import BROKEN, open_image
 from depthwalk.ingest.npy import map_npy
 from depthwalk.ingest.sources import read_bytes
@@ -92,22 +93,7 @@ def _read_npy(path: Path) -> Raw:
 
 def _read_exr(path: Path) -> Raw:
     """Return channel Z of the first part, or its only channel, and where its channel A, if any, is not 0."""
-    import OpenEXR
-
-    if not path.is_file():
-        raise missing_file(path)
-    try:
-        with OpenEXR.File(str(path), header_only=True) as file:
-            low, high = (np.asarray(corner, int) for corner in file.parts[0].header["dataWindow"])
-            planes = sum(len(part.header["channels"]) for part in file.parts)
-        width, height = (high - low + 1).tolist()
-        _check_size(path, (height, width), planes)
-        with OpenEXR.File(str(path), separate_channels=True) as file:
-            channels = {name: channel.pixels for name, channel in file.parts[0].channels.items()}
-    except InputError:
-        raise
-    except Exception:  # the binding raises RuntimeError, ValueError and others for the same causes
-        raise InputError(f"{path}: cannot be read as an OpenEXR image") from None
+    channels = read_channels(path, lambda width, height, planes: _check_size(path, (height, width), planes))
     alpha = channels.pop("A", None)
     values = channels.get("Z", next(iter(channels.values())) if len(channels) == 1 else None)
     if values is None or values.ndim != 2:

@@ -29,6 +29,7 @@ OTHER_MESH_SUFFIXES = (
 )
 BAKED_SUFFIX, COOKED_SUFFIX = ".dpci.exr", ".dpci.npz"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
+SKY_SUFFIXES = (".hdr", ".exr", *IMAGE_SUFFIXES)
 
 
 def check_suffix(path: Path) -> None:
@@ -45,6 +46,12 @@ def check_baked_suffix(path: Path) -> None:
         raise InputError(
             f"{path}: does not hold depth images ({COOKED_SUFFIX} or {BAKED_SUFFIX}); a mesh is named by the key 'mesh'"
         )
+
+
+def check_sky_suffix(path: Path) -> None:
+    """Raise InputError unless the name of the file `path` ends like that of a picture that can be a sky."""
+    if path.suffix.lower() not in SKY_SUFFIXES:
+        raise InputError(f"{path}: {path.suffix!r} is not a picture of a sky (use {', '.join(SKY_SUFFIXES[:4])})")
 
 
 def is_mesh_file(path: Path) -> bool:

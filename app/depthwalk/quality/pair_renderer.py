@@ -183,6 +183,9 @@ class _OneObject:
     def texture(self, path: Path) -> NDArray[np.uint8]:
         raise LookupError(f"the scene of one object names no textures: {path}")
 
+    def sky_image(self, path: Path) -> NDArray[np.float32]:
+        raise LookupError(f"the scene of one object has no sky: {path}")
+
 
 def one_asset_scene(settings: RenderSettings, environment: Environment, *others: tuple[float, float, float]) -> Scene:
     """Return a scene with an object, asset 0 of a library, upright at the origin.

@@ -92,11 +92,6 @@ def fog_before_sky(viewer_y: float, rise: Array, density: float, height: float, 
 def fog_colour(sky: Sky, direction: Array) -> Array:
     """Return the colour of fog that has no colour set: that of the sky at the horizon, on the same side.
 
-    The horizontal component of the direction represents the direction to the horizon. It gets shorter the steeper one
-    looks, so that the angle to the sun tends to a right angle, whatever the azimuth; a unit vector would show a star
-    there, with all horizons in one point.
-    horizons in one point.
-
     Parameters
     ----------
     sky
@@ -109,4 +104,4 @@ def fog_colour(sky: Sky, direction: Array) -> Array:
     Array
         (n, 3) linear RGB.
     """
-    return sky.radiance(direction * [1, 0, 1])
+    return sky.fog(direction)

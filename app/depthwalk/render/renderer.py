@@ -24,6 +24,7 @@ from depthwalk.render.draw.translucency_planner import TranslucencyPlanner
 from depthwalk.render.frame import Common, Frame, Pass, common_settings
 from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
 from depthwalk.render.image import has_texture
+from depthwalk.render.lighting.image_sky import SkyImages
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, PhaseInputs
 from depthwalk.render.pass_sequence import PassSequence
@@ -56,6 +57,11 @@ class Renderer:
     library : reads, bakes and caches the assets when they are first needed.
     passes : the passes of a frame in their order, for this renderer alone; None: `default_passes()`.
 
+    Raises
+    ------
+    InputError
+        For the picture of a sky that cannot be used.
+
     Attributes
     ----------
     settings : the render settings of the scene.
@@ -80,6 +86,9 @@ class Renderer:
     def __init__(
         self, device: Device, scene: Scene, library: Library, passes: Sequence[Pass[Any]] | None = None
     ) -> None:
+        self._sky_images = SkyImages(library.sky_image)
+        if scene.environment.sky is not None and scene.environment.sky.image is not None:
+            self._sky_images(scene.environment.sky.image)  # files that cannot be used are found before the first frame
         self.device = device
         self.scene = scene
         self.settings = scene.render
@@ -187,7 +196,7 @@ class Renderer:
         # 2. Draw the objects: each phase is planned, uploaded and drawn, and hides some of those that are left.
         self.assets.budget = self.settings.gpu_memory
         residency = FrameResidency(self.world, self.assets, self.upload_seconds, releases=not kind.yields)
-        light = lighting(self.scene.environment)
+        light = lighting(self.scene.environment, self._sky_images)
         frame_of = partial(
             Frame,
             view=view,

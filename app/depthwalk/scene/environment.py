@@ -3,7 +3,7 @@
 Colours are sRGB from 0 to 1, lengths metres, angles degrees, as in the file.
 """
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -20,24 +20,68 @@ def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
 
 MIN_SPEED, MAX_SPEED = 0.001, 10_000.0  # m/s
 MAX_SHADOW_ANGLE = 150  # degrees; beyond this a flat map has few texels left for the middle of the cone
+OF_IMAGE = "image", "turn", "intensity", "sun"
+"""Keys of a sky that is a picture alone."""
+NOT_OF_IMAGE = "zenith", "horizon", "turbidity", "sun_size"
+"""Keys of a sky that is no picture."""
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
 class SkyParams(FileParams):
-    """Describe a sky: two colours blended from the horizon to the zenith, or clear daylight around the sun."""
+    """Describe a sky: two colours blended upward, clear daylight around the sun, or a picture of all directions."""
 
-    model: Literal["gradient", "preetham"] = param(
+    model: Literal["gradient", "preetham", "image"] = param(
         "gradient",
-        "Two colours (gradient), or daylight scattered in air (Preetham et al. 1999). In the latter, `sun` is "
-        "the sun above the atmosphere, which dims and reddens it, and whose light makes the sky bright",
+        "Two colours (gradient), daylight scattered in air (Preetham et al. 1999), or a picture (image). In daylight, "
+        "`sun` is the sun above the atmosphere, which dims and reddens it, and whose light makes the sky bright",
     )
     zenith: Colour = param((0.25, 0.46, 0.78), "Colour overhead, with `gradient`", unit="sRGB")
     horizon: Colour = param((0.80, 0.87, 0.93), "Colour at the horizon, with `gradient`", unit="sRGB")
     turbidity: float = param(2.5, "Haze, with `preetham`: 2 very clear, 3 clear, 6 hazy, 10 close to fog", ge=2, le=10)
-    sun_size: float = param(
-        0.0, "Diameter of the visible sun; 0.53 in reality, 0 draws none", unit="degrees", ge=0, le=20
+    image: FilePath | None = param(
+        None,
+        "Picture, with `image`: equirectangular, twice as wide as high; .hdr, .exr, or 8 bits such as .jpg. Its "
+        "middle is seen looking along -z",
     )
-    light: bool = param(False, "Light the scene by the sky and by what the ground reflects of it, instead of `ambient`")
+    turn: float = param(
+        0.0, "Turn of the picture about +Y, counter-clockwise seen from above", unit="degrees", ge=-360, le=360
+    )
+    intensity: float = param(1.0, "Multiplies the light of the picture", ge=0, le=1000)
+    sun: bool = param(
+        False, "Let the brightest spot of the picture, if it is small, be the sun, instead of that of `environment`"
+    )
+    sun_size: float = param(
+        0.0,
+        "Diameter of the visible sun, except with `image`; 0.53 in reality, 0 draws none",
+        unit="degrees",
+        ge=0,
+        le=20,
+    )
+    light: bool = param(
+        False,
+        "Light the scene by the sky, instead of `ambient`, and by what the ground reflects of it; a picture has its "
+        "own ground",
+    )
+
+    @property
+    def used_keys(self) -> frozenset[str]:
+        """Return the keys that matter for its model."""
+        unused = NOT_OF_IMAGE if self.model == "image" else OF_IMAGE
+        return frozenset(type(self).model_fields).difference(unused)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keys_of_its_model(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        is_image = value.get("model") == "image"
+        for key in NOT_OF_IMAGE if is_image else OF_IMAGE:
+            # Where a single value is set, as by the panel, all others are given too.
+            if key in value and value[key] != cls.model_fields[key].default:
+                raise ValueError(f"{key!r} is {'not for' if is_image else 'only for'} the model image")
+        if is_image and value.get("image") is None:
+            raise ValueError("the model image needs 'image', the file of the picture")
+        return value
 
 
 class FogParams(FileParams):

@@ -12,11 +12,12 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError, missing_file, suggest_file
-from depthwalk.ingest.formats import check_baked_suffix, check_suffix, is_baked_file, is_model_file
+from depthwalk.ingest.formats import check_baked_suffix, check_sky_suffix, check_suffix, is_baked_file, is_model_file
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
+from depthwalk.scene.fields import FileParams
 from depthwalk.scene.flatten import flatten, list_items, reference_errors
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
 from depthwalk.scene.schema import AssetParams, BakedAssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
@@ -28,7 +29,10 @@ if TYPE_CHECKING:
 
 
 def load_scene(
-    path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
+    path: Path | str,
+    asset_roots: Sequence[Path | str] = (),
+    overrides: Mapping[str, str] | None = None,
+    sky: Path | None = None,
 ) -> Scene:
     """Load a scene file; a mesh or a file of depth images is loaded as a scene that holds nothing else.
 
@@ -43,6 +47,9 @@ def load_scene(
         Folders, besides the scene's own, in which to look for its files; the program's own assets come last.
     overrides
         Values to replace: YAML text by dotted path in the file, as `--set` gives them; None replaces none.
+    sky
+        A picture that becomes the sky, instead of what the scene says, and lights the scene; it may lie anywhere. None
+        leaves the scene's own.
 
     Returns
     -------
@@ -59,11 +66,11 @@ def load_scene(
     document = _model_document(path) if is_model else read_document(path)
     if document.holds(("keyframes",)):
         raise InputError(f"{path}: is a camera path, not a scene; give it as --path")
-    file, source = check_model(document, SceneFile, overrides)
+    file, source = check_model(document, SceneFile, _with_sky(overrides, sky))
     rows = list_items(file.objects, source)
     finder = _finder(path.resolve() if is_model else path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
-    environment = _environment(file.environment, finder)
+    environment = _environment(file.environment, finder, sky)
     named = {
         row.loc: finder.find((*row.loc, "file"), row.spec.file) for row in rows if isinstance(row.spec, PlacesParams)
     }
@@ -263,9 +270,26 @@ def _read_places(files: dict[Loc, Path]) -> dict[Loc, Similarity]:
     return {loc: read_places(file) for loc, file in files.items()}
 
 
-def _environment(environment: Environment, finder: FileFinder) -> Environment:
-    ground = environment.ground
-    if ground is None or ground.texture is None:
-        return environment
-    texture = finder.find(("environment", "ground", "texture"), ground.texture)
-    return environment.model_copy(update={"ground": ground.model_copy(update={"texture": texture})})
+def _with_sky(overrides: Mapping[str, str] | None, sky: Path | None) -> Mapping[str, str] | None:
+    """Return `overrides` after those by which the picture `sky` becomes the sky. Raises InputError if it cannot."""
+    if sky is None:
+        return overrides
+    if not sky.is_file():
+        raise missing_file(sky)
+    check_sky_suffix(sky)
+    named = json.dumps(sky.name, ensure_ascii=False)
+    return {"environment.sky": f"{{model: image, image: {named}, sun: true, light: true}}", **(overrides or {})}
+
+
+def _environment(environment: Environment, finder: FileFinder, given_sky: Path | None) -> Environment:
+    """Return `environment` with absolute paths. given_sky: the picture of its sky that the command line names."""
+    ground, sky = environment.ground, environment.sky
+    found: dict[str, FileParams] = {}
+    if ground is not None and ground.texture is not None:
+        texture = finder.find(("environment", "ground", "texture"), ground.texture)
+        found["ground"] = ground.model_copy(update={"texture": texture})
+    if sky is not None and sky.image is not None:
+        loc = "environment", "sky", "image"
+        image = given_sky.resolve() if given_sky else finder.find_named(loc, sky.image, check_sky_suffix)
+        found["sky"] = sky.model_copy(update={"image": image})
+    return environment.model_copy(update=found) if found else environment

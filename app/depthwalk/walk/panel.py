@@ -7,6 +7,7 @@ from pyglm import glm
 from depthwalk.geometry.vectors import components
 from depthwalk.params import Params
 from depthwalk.scene.arrays import Representation
+from depthwalk.scene.environment import SkyParams
 from depthwalk.scene.render_settings import PictureParams
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import LABEL_WIDTH, draw_group
@@ -142,7 +143,7 @@ def _draw_environment(state: State) -> None:
         draw_group(environment, only=("background",))
     for name, part in (("sky", environment.sky), ("fog", environment.fog)):
         if part is not None and imgui.tree_node(name):
-            refusal = draw_group(part)
+            refusal = draw_group(part, only=part.used_keys if isinstance(part, SkyParams) else ())
             imgui.tree_pop()
             if refusal:
                 state.tell(refusal)

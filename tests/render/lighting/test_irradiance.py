@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from depthwalk.colour import linear_from_srgb
+from depthwalk.render.lighting.harmonics import polynomials
 from depthwalk.render.lighting.irradiance import (
     GROUND,
     POLYNOMIALS,
     UPRIGHT_POLYNOMIALS,
     irradiance,
     lighting,
-    polynomials,
     skylight,
     sphere_directions,
 )

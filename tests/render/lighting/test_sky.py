@@ -13,7 +13,8 @@ from depthwalk.gpu.program import Program
 from depthwalk.reference.fog import fog_before_sky, fog_density, fog_through
 from depthwalk.reference.tone import TONES
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.lighting.irradiance import lighting, polynomials
+from depthwalk.render.lighting.harmonics import polynomials
+from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.lighting.sky import daylight, environment_sky, sunlight
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock

@@ -13,7 +13,8 @@ from depthwalk.reference.gbuffer import unpacked_surfaces
 from depthwalk.reference.light import Surfaces, lamp_light, phong, reflected
 from depthwalk.render.frame import Frame, common_settings
 from depthwalk.render.headless import HeadlessRenderer
-from depthwalk.render.lighting.irradiance import irradiance, lighting, polynomials, sphere_directions
+from depthwalk.render.lighting.harmonics import polynomials
+from depthwalk.render.lighting.irradiance import irradiance, lighting, sphere_directions
 from depthwalk.render.lighting.light_clusters import SLICES, SQUARE, visible_lamps
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.shadows.casters import Shadows

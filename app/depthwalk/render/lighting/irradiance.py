@@ -13,10 +13,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from depthwalk.colour import linear_from_srgb
-from depthwalk.render.lighting.sky import Sky, Triple, direction_to_sun, environment_sky, sunlight
+from depthwalk.render.lighting.harmonics import LAMBERT, polynomials
+from depthwalk.render.lighting.image_sky import ImageSky
+from depthwalk.render.lighting.sky import (
+    PaintedSky,
+    Sky,
+    Triple,
+    direction_to_sun,
+    environment_sky,
+    no_images,
+    sunlight,
+)
 from depthwalk.types import Array
 
 if TYPE_CHECKING:
+    from depthwalk.render.lighting.sky import ReadImage
     from depthwalk.scene.environment import Environment
 
 
@@ -72,21 +83,28 @@ class Lighting:
         return bool(np.abs(self.ambient[UPRIGHT_POLYNOMIALS:]).max() <= _NEGLIGIBLE * np.abs(self.ambient).max())
 
 
-def lighting(environment: "Environment") -> Lighting:
+def lighting(environment: "Environment", read: "ReadImage" = no_images) -> Lighting:
     """Derive the light of sun and sky from the environment, once per frame for all passes.
 
     Parameters
     ----------
     environment
         What surrounds the objects. Its `ambient` light is used unless its sky gives light.
+    read
+        Returns the picture of the sky in a file.
 
     Returns
     -------
     Lighting
         The light, linear RGB.
     """
-    to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), environment_sky(environment)
+    to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), environment_sky(environment, read)
+    takes_sun = environment.sky is not None and environment.sky.sun
+    if isinstance(sky, ImageSky) and takes_sun:
+        to_sun, sun = sky.sun() or (to_sun, np.zeros(3))
     if environment.sky is not None and environment.sky.light:
+        if isinstance(sky, ImageSky):
+            return Lighting(to_sun=to_sun, sun=sun, ambient=sky.ambient(with_sun=not takes_sun), sky=sky)
         red, green, blue = (float(max(to_sun[1], 0)) * sun).tolist()  # on level ground
         return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (red, green, blue)), sky=sky)
     ambient = np.zeros((POLYNOMIALS, 3))
@@ -96,7 +114,7 @@ def lighting(environment: "Environment") -> Lighting:
 
 
 @lru_cache(maxsize=8)
-def skylight(sky: Sky, ground_sun: Triple) -> Array:
+def skylight(sky: PaintedSky, ground_sun: Triple) -> Array:
     """Return the light that surfaces receive from a sky, and from ground that reflects sky and sun by `GROUND`.
 
     Parameters
@@ -118,23 +136,6 @@ def skylight(sky: Sky, ground_sun: Triple) -> Array:
     return irradiance(np.where(above[:, None], radiance, GROUND * (up + np.array(ground_sun))))
 
 
-def polynomials(normal: Array) -> Array:
-    """Evaluate spherical harmonics up to the second order, not normalised, in given directions.
-
-    Parameters
-    ----------
-    normal
-        (n, 3) unit vectors.
-
-    Returns
-    -------
-    Array
-        (n, 9) values; the first three polynomials depend on y only.
-    """
-    x, y, z = normal.T
-    return np.column_stack([np.ones_like(x), y, 3 * y * y - 1, x, z, x * x - z * z, x * y, y * z, z * x])
-
-
 def irradiance(radiance: Array) -> Array:
     """Project the light from all directions onto `polynomials` of a surface's normal.
 
@@ -154,8 +155,7 @@ def irradiance(radiance: Array) -> Array:
     direction, weight = sphere_directions()
     basis = polynomials(direction)
     norm = weight * (basis**2).sum(0)
-    lambert = np.array([1, 2 / 3, 1 / 4, 2 / 3, 2 / 3, *[1 / 4] * 4])  # by the order of each polynomial
-    return np.asarray((lambert / norm * weight)[:, None] * (basis.T @ radiance))
+    return np.asarray((LAMBERT / norm * weight)[:, None] * (basis.T @ radiance))
 
 
 @lru_cache(maxsize=1)

@@ -1,16 +1,23 @@
 """Model the sky: its radiance by direction, as two colours or as daylight, and the colour of the sun.
 
+`image_sky` is about pictures of a sky.
+
 Daylight is the analytic model of Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight". Here it
 is evaluated for many directions at once, for the light that falls on surfaces; shaders/common/sky.glsl evaluates it per
 pixel, from the uniforms of a sky.
 """
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from depthwalk.colour import linear_from_srgb
+from depthwalk.errors import InputError
+from depthwalk.render.lighting.image_sky import ImageSky, SkyImage
 from depthwalk.types import Array
 
 if TYPE_CHECKING:
@@ -52,8 +59,36 @@ _WAVELENGTHS = np.array([0.68, 0.55, 0.44])  # µm; they stand for red, green an
 _TWILIGHT = np.radians(3.0)  # angle of the sun below the horizon at which the sky's light has fallen to a tenth
 
 
+class PaintedSky(ABC):
+    """Give a sky's radiance by a formula."""
+
+    @abstractmethod
+    def radiance(self, direction: Array) -> Array:
+        """Return the colour of the sky in given directions.
+
+        Parameters
+        ----------
+        direction
+            (n, 3) unit vectors, world.
+
+        Returns
+        -------
+        Array
+            (n, 3) linear RGB.
+        """
+
+    def fog(self, direction: Array) -> Array:
+        """Return the colour of fog in directions (n, 3), unit vectors: that of the horizon on the same side, (n, 3).
+
+        The horizontal part of the direction stands for the horizon. It gets shorter the steeper one looks, so that the
+        angle to the sun tends to a right angle, whatever the azimuth; a unit vector would show a star there, with all
+        horizons in one point.
+        """
+        return self.radiance(direction * [1, 0, 1])
+
+
 @dataclass(frozen=True, kw_only=True)
-class Gradient:
+class Gradient(PaintedSky):
     """Model a sky of two colours, mixed by the square root of a direction's y.
 
     Attributes
@@ -92,7 +127,7 @@ class Gradient:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Daylight:
+class Daylight(PaintedSky):
     """Model a clear to hazy sky about the sun.
 
     Attributes
@@ -137,7 +172,13 @@ class Daylight:
         return {"perez": list(self.perez), "at_zenith": self.at_zenith, "sky_sun": self.sun}
 
 
-Sky = Gradient | Daylight
+Sky = Gradient | Daylight | ImageSky
+ReadImage = Callable[[Path], SkyImage]
+
+
+def no_images(path: Path) -> SkyImage:
+    """Refuse to read the picture of a sky, in programs that draw none. Raises InputError."""
+    raise InputError(f"{path}: a picture as the sky is not supported here")
 
 
 def _perez(coefficients: Array, up: Array, cosine: Array) -> Array:
@@ -168,13 +209,15 @@ def direction_to_sun(environment: "Environment") -> Array:
     return np.asarray(to_sun / np.linalg.norm(to_sun))
 
 
-def environment_sky(environment: "Environment") -> Sky:
+def environment_sky(environment: "Environment", read: ReadImage = no_images) -> Sky:
     """Return the sky that is seen behind everything.
 
     Parameters
     ----------
     environment
         What surrounds the objects; without a sky, its plain background is used.
+    read
+        Returns the picture of a sky in a file.
 
     Returns
     -------
@@ -187,6 +230,8 @@ def environment_sky(environment: "Environment") -> Sky:
         return Gradient(zenith=background, horizon=background)
     if sky.model == "gradient":
         return Gradient(zenith=_triple(linear_from_srgb(sky.zenith)), horizon=_triple(linear_from_srgb(sky.horizon)))
+    if sky.image is not None:
+        return ImageSky(image=read(sky.image), turn=float(np.radians(sky.turn)), intensity=sky.intensity)
     return daylight(direction_to_sun(environment), sky.turbidity, environment.sun.intensity)
 
 
@@ -236,7 +281,7 @@ def sunlight(environment: "Environment") -> Array:
         (3,) linear RGB.
     """
     sun = linear_from_srgb(environment.sun.colour) * environment.sun.intensity
-    if environment.sky is None or environment.sky.model == "gradient":
+    if environment.sky is None or environment.sky.model != "preetham":
         return sun
     to_sun = direction_to_sun(environment)
     angle = float(np.degrees(np.arccos(max(to_sun[1], 0.0))))

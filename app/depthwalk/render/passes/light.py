@@ -15,6 +15,7 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.render.frame import Frame
 from depthwalk.render.lamp_inputs import LampInputs
+from depthwalk.render.lighting.image_sky import ImageSky, SkyImage
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
 from depthwalk.scene.effect_settings import LightParams
 
@@ -34,6 +35,7 @@ class LightPass(PixelPass[LightParams]):
         """Create the textures that hold lamps; `gl` owns them."""
         super().setup(gl)
         self._lamps = LampInputs(gl)
+        self._sky: tuple[SkyImage, moderngl.Texture] | None = None  # the picture shown last
 
     def fuses_with_next(self, frame: Frame, params: LightParams) -> bool:
         """Return whether all of `frame` is lit here; in forward mode depth images are lit already."""
@@ -50,6 +52,8 @@ class LightPass(PixelPass[LightParams]):
         if frame.targets.sun_maps is not None:
             defines += ("SHADOWS",)
         textures: dict[str, moderngl.Texture | RecordTexture] = {}
+        if isinstance(light.sky, ImageSky) and not frame.transparent:
+            textures["sky_image"] = self._sky_texture(light.sky.image)
         if (ambient := frame.targets.ambient_visibility) is not None:
             defines += ("AMBIENT_OCCLUSION",)
             textures |= ambient.textures
@@ -64,6 +68,15 @@ class LightPass(PixelPass[LightParams]):
             strip_pixels=_STRIP_PIXELS,
             even_sky=even_sky,
         )
+
+    def _sky_texture(self, image: SkyImage) -> moderngl.Texture:
+        """Return the texture of the picture that is the sky; that of another one is freed."""
+        if self._sky is None or self._sky[0] is not image:
+            if self._sky is not None:
+                self.gl.free(self._sky[1])
+                self._sky = None
+            self._sky = image, self.gl.sky_texture(image.levels)
+        return self._sky[1]
 
 
 def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:

@@ -80,6 +80,10 @@ class Library(AssetCapabilities, Protocol):
         """Return the texels (H, W, 4) uint8, sRGB and alpha, top row first, of the image file `path`."""
         ...
 
+    def sky_image(self, path: Path) -> NDArray[np.float32]:
+        """Return the texels (H, W, 3) float32, linear, row 0 at the zenith, of the sky in the image file `path`."""
+        ...
+
 
 class Background(Protocol):
     """Load, bake and cook depth images in the background, so that no frame waits for them."""
