@@ -14,6 +14,7 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array
 
@@ -45,6 +46,7 @@ class Alone:
         fields = {
             "view": self.view,
             "common": common_settings(settings or RenderSettings()),
+            "environment": Environment(),
             "transparent": False,
             "objects_part": None,
         }

@@ -1,16 +1,20 @@
 // Looks up the surface that a viewer sees at a point of an object, in the object frame.
 #include "common/depth_images.glsl"
 
-// No visible surface faces away from the viewer, but its normal may: by less than 20° where it is blended at silhouettes, and
-// by any angle on simplified leaves, whose two sides are one surface that looks up the normal of either, which made far trees
-// dark. Beyond this cosine it is flipped. Relief keeps its normal: where it is steeper than displaced, it is in its own shadow.
+// No visible surface faces away from the viewer, but its normal may: by less than 20° where it is blended at silhouettes, or where
+// a thin wall's other side is looked up; and by any angle on simplified leaves, whose two sides are one surface that looks up the
+// normal of either, which made far trees dark. Beyond this cosine it is flipped; below, the nearest normal that does not face away
+// takes its place, or light from behind would show on single pixels. Relief keeps its normal: where it is steeper than
+// displaced, it is in its own shadow.
 const float AVERTED = 0.35;
 
 // image, footprint: as for `surface_at`; view: unit, from the viewer to p.
 Surface seen_surface(vec3 p, int image, float footprint, vec3 view) {
     Surface surface = surface_at(p, image, footprint);
 #ifndef MESO
-    if (dot(surface.normal, view) > AVERTED) surface.normal = -surface.normal;
+    float averted = dot(surface.normal, view);
+    if (averted > AVERTED) surface.normal = -surface.normal;
+    else if (averted > 0.0) surface.normal = normalize(surface.normal - averted * view);
 #endif
     return surface;
 }

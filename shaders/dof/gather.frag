@@ -3,6 +3,7 @@
 #from depthwalk.render.view.lens import SHARP_RADIUS, RAY_DENSITY, LEAST_HALF, NEARLY, MIN_RAYS
 #include "dof/circle.glsl"
 #include "dof/passed_on.glsl"
+#include "common/dither.glsl"
 uniform sampler2D sharp_texture;    // the picture as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile, and around it
 uniform sampler2D gathered_texture; // of `reduced`, half as wide and high, passed on already
@@ -39,6 +40,7 @@ void main() {
         vec4 found = gathered(covered);
         if (covered > 0.01) {
             result = found / covered;
+            result.rgb = dithered(result.rgb);
             return;
         }
     }

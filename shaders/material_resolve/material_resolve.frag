@@ -3,6 +3,7 @@
 // FORWARD: light it here too, in the object frame; SHADOWS: the sun casts shadows.
 // LIT_TILES: objects with impostor tiles are lit already, in pass 1; SURFACE_TOO: their normals are needed all the same.
 // SHOW_TILES: objects with impostor tiles are painted, each in a colour of its own.
+#from depthwalk.render.lod.selection import USUAL_COSINE
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 #include "common/gbuffer.glsl"
@@ -48,7 +49,9 @@ void main() {
     sight_up = rotate_back(rotation, ray_from_screen[1]) * (reach * 2.0 / view_size.y);
 #endif
     vec3 view = normalize(point - viewer.xyz);
-    Surface surface = seen_surface(point, image_of(visibility), length(from_viewer) * pixel_angle / viewer.w, view);
+    // Beyond that angle the picture stretches what it shows so much that texels would be too coarse for it.
+    float seen_away = min(length(from_viewer), distance_of(visibility) / USUAL_COSINE);
+    Surface surface = seen_surface(point, image_of(visibility), seen_away * pixel_angle / viewer.w, view);
 #ifdef SHOW_TILES
     if (object_texel(object_of(visibility), SURFACE_RECORD_MATERIAL_DEPTH).y > 0.0) {
         surface.albedo = fract(float(object_of(visibility)) * vec3(0.618, 0.414, 0.732));

@@ -1,6 +1,7 @@
 // Converts linear, premultiplied light to sRGB (IEC 61966-2-1) with straight alpha.
 // SUPERSAMPLED: shows the mean of a square of texels.
 #include "common/pixel.glsl"
+#include "common/dither.glsl"
 #include "common/srgb.glsl"
 #include "output/tone.glsl"
 #from depthwalk.render.target_table import MOST_LIGHT
@@ -24,5 +25,5 @@ void draw_output(inout Pixel pixel) {
 #else
     vec4 shown = shown_of(pixel.lit);
 #endif
-    pixel.screen = vec4(srgb_from_linear(shown.rgb), shown.a);
+    pixel.screen = vec4(dithered(srgb_from_linear(shown.rgb)), shown.a);
 }

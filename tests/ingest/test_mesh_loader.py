@@ -1,6 +1,7 @@
 """Geometry: counts, frames, normals, colours and parts."""
 
 import logging
+import re
 import time
 from contextlib import nullcontext
 from pathlib import Path
@@ -16,6 +17,8 @@ from trimesh.visual.texture import TextureVisuals
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, check_mesh, load_mesh
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh_head import read_head
+from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.types import Array
 from files import written
 
@@ -167,6 +170,30 @@ def test_ply_vertex_colours(tmp_path: Path) -> None:
     by_place = {tuple(p): tuple(c) for p, c in zip(places, colours.tolist(), strict=True)}
     assert {tuple(p): tuple(c) for p, c in zip(mesh.positions.tolist(), mesh.colours.tolist(), strict=True)} == by_place
     assert mesh.materials[0].base_colour == (1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize("ends", [b"\n", b"\r\n"])
+@pytest.mark.parametrize("kind", ["vertex_colors", "face_colors"])
+def test_ply_colours_by_the_names_of_older_programs(tmp_path: Path, kind: str, ends: bytes) -> None:
+    cube = trimesh.creation.box()
+    colours = np.arange(24 if kind == "vertex_colors" else 36, dtype=np.uint8).reshape(-1, 3) * 7
+    cube.visual = trimesh.visual.ColorVisuals(cube, **{kind: colours})
+    usual = cube.export(file_type="ply")
+    head, body = usual.split(b"end_header\n")
+    (tmp_path / "usual.ply").write_bytes(usual)
+    older = re.sub(rb" (red|green|blue)\n", rb" diffuse_\1\n", head).replace(b"\n", ends)
+    (tmp_path / "older.ply").write_bytes(older + b"end_header" + ends + body)
+    expected, found = (load_mesh(tmp_path / f"{name}.ply") for name in ("usual", "older"))
+    assert len(np.unique(expected.colours, axis=0)) > 1
+    np.testing.assert_array_equal(found.colours, expected.colours)
+    assert [read_head(tmp_path / f"{name}.ply").has_diffuse_colours for name in ("usual", "older")] == [False, True]
+
+
+def test_usual_names_of_ply_colours_come_first() -> None:
+    lines = "property uchar red\nproperty uchar diffuse_red\n"
+    both, other = f"element vertex 3\n{lines}", "element face 1\nproperty uchar diffuse_red\n"
+    assert with_usual_colours(both.encode()) == both.encode()
+    assert with_usual_colours((both + other).encode()) == (both + other.replace("diffuse_", "")).encode()
 
 
 def test_ply_face_colours(tmp_path: Path) -> None:

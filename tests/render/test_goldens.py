@@ -1,6 +1,6 @@
 """Small pictures of everything that is drawn, against the ones kept in tests/images."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -12,6 +12,7 @@ from depthwalk.bake.planar import bake_planar
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 from studio import Studio
@@ -33,6 +34,13 @@ def still_life() -> ShapeLibrary:
 
 
 PLACES = ((0, (-1.4, 0, 0), 0.0, 1.0), (1, (0.2, 0, 0.3), 0.5, 1.0), (2, (1.7, 0, -0.4), -0.4, 1.0))
+
+
+def undithered(*placed: tuple[int, Sequence[float], float, float], **values: Any) -> Scene:
+    """A scene as `scene_of` makes it, whose pictures show no noise: some passes change less than that does."""
+    scene = scene_of(*placed, **values)
+    scene.render.output.dither = False
+    return scene
 
 
 @pytest.fixture(scope="module")
@@ -60,14 +68,14 @@ def test_golden(
     position: tuple[float, float, float],
 ) -> None:
     placed = [place for place in PLACES if representation is not Representation.MESH or place[0] < 2]
-    scene = scene_of(*placed, representation=representation, **SKY)
+    scene = undithered(*placed, representation=representation, **SKY)
     pixels = studio.picture(scene, library, Camera(position, (0.2, 0.6, 0), 0.8), size=(192, 128))
     goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software)
 
 
 def test_golden_multisampled(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
     """Depth images, a mesh, their shadows, the ground and the sky, of four samples per pixel."""
-    scene = scene_of(*PLACES, **SKY, sun={"direction": (-0.4, -0.8, -0.6)})
+    scene = undithered(*PLACES, **SKY, sun={"direction": (-0.4, -0.8, -0.6)})
     scene.objects.representation[1] = Representation.MESH
     scene.render.aa, scene.render.shadows.enabled = "msaa", True
     pixels = studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(192, 128))
@@ -76,7 +84,7 @@ def test_golden_multisampled(studio: Studio, library: ShapeLibrary, request: pyt
 
 def test_golden_of_ambient_occlusion(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
     """Depth images, a mesh and the ground, in ambient light alone."""
-    scene = scene_of(*PLACES, **SKY, sun={"intensity": 0.0})
+    scene = undithered(*PLACES, **SKY, sun={"intensity": 0.0})
     scene.objects.representation[1] = Representation.MESH
     scene.render.ambient_occlusion.enabled = True
     pixels = studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(192, 128))
@@ -95,7 +103,7 @@ def test_golden_of_lamps(studio: Studio, library: ShapeLibrary, request: pytest.
         "sun": {"intensity": 0.05},
         "lights": lights,
     }
-    scene = scene_of(*PLACES, **SKY | night)
+    scene = undithered(*PLACES, **SKY | night)
     pixels = studio.picture(scene, library, Camera((0.3, 2.2, 4.6), (0.1, 0.4, 0), 0.8), size=(192, 128))
     goldens.compare("lamp-shadows", pixels, request.config.getoption("--update-goldens"), studio.device.software)
 
@@ -115,9 +123,10 @@ def picture(studio: Studio, library: ShapeLibrary) -> Callable[..., Any]:
     """Draws depth images and a mesh, every pass off that a picture can do without, but for what is asked for."""
 
     def draw(settings: dict[str, Any], environment: dict[str, Any]) -> Array:
-        scene = scene_of(*PLACES, representation=Representation.DPCI, **(SKY | environment))
+        scene = undithered(*PLACES, representation=Representation.DPCI, **(SKY | environment))
         scene.objects.representation[0] = Representation.MESH
         cast(SimpleNamespace, scene).render = RenderSettings.model_validate({"lod": {"magnification": 0}} | settings)
+        scene.render.output.dither = False
         return studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(160, 120))
 
     return draw

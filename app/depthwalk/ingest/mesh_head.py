@@ -9,6 +9,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
 from depthwalk.ingest.gltf_geometry import is_other_geometry
 from depthwalk.ingest.mtl import MtlMaterial, material_libraries, read_materials
+from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.sources import Sources, arguments, find_all, text, texture_name
 
 _WITH_MATERIALS = (".obj", ".gltf", ".glb")
@@ -35,6 +36,9 @@ class MeshHead:
         Whether materials may emit light.
     has_other_geometry
         Whether earlier versions read other geometry from it: an unposed skin, or other texture coordinates.
+    has_diffuse_colours
+        Whether it is a PLY file that names its colours as MeshLab and older scanners did, which earlier versions
+        ignored.
     """
 
     files: tuple[Path, ...]
@@ -44,6 +48,7 @@ class MeshHead:
     is_all_translucent: bool = False
     has_glow: bool = False
     has_other_geometry: bool = False
+    has_diffuse_colours: bool = False
 
 
 def read_head(path: Path, texture: Path | None = None, sources: Sources | None = None) -> MeshHead:
@@ -138,5 +143,10 @@ def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
 
 def _ply_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     """Return the information in the header of a PLY file."""
-    names = [text(name) for name in arguments(data[: data.find(b"end_header")], rb"comment[ \t]+TextureFile")]
-    return MeshHead(files=(path, *find_all(names, [path.parent], sources)), is_textured=bool(names))
+    header = data[: data.find(b"end_header")]
+    names = [text(name) for name in arguments(header, rb"comment[ \t]+TextureFile")]
+    return MeshHead(
+        files=(path, *find_all(names, [path.parent], sources)),
+        is_textured=bool(names),
+        has_diffuse_colours=with_usual_colours(header) is not header,
+    )

@@ -29,6 +29,7 @@ from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
 from depthwalk.limits import MAX_COPIED_TRIANGLES
@@ -110,7 +111,9 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
         data = _checked_stl(data, path)
     elif suffix == ".ply":
         head = data[: data.find(b"end_header")]
-        if (readable := as_utf8(head)) is not head:  # only if needed: a copy takes as much memory as the file
+        if (
+            readable := with_usual_colours(as_utf8(head))
+        ) is not head:  # only if needed: a copy takes as much memory as the file
             data = readable + data[len(head) :]
     elif suffix in GLTF_SUFFIXES:
         data = _expressed(data, path, folder)

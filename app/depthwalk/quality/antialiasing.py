@@ -86,6 +86,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     Rows also state by how much the anti-aliasing `OURS` is better than others.
     """
     for scene in scenes:
+        scene.render.output.dither = False  # the reference has no noise either
         truths = {name: _truth(scene, size, representation, report) for name, representation in REPRESENTATIONS.items()}
         for name, representation in REPRESENTATIONS.items():
             with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation) as headless:

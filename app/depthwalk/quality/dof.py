@@ -60,6 +60,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     for scene in scenes:
         lens = scene.render.dof
         lens.focal_length, lens.f_number = FOCAL_LENGTH, F_NUMBER
+        scene.render.output.dither = False  # what changes shall be what the lens changes
         with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size) as headless:
             view = View(scene.camera or headless.frame_all(), size)
             scene.render.aa = "none"

@@ -173,12 +173,12 @@ class LensGather:
     def _programs_of(self, defines: tuple[str, ...], shaders: tuple[Any, ...]) -> dict[str, Program]:
         """Return the programs that draw tiles and call the functions of passes behind."""
         if (defines, shaders) not in self._tile_programs:
-            files = {"reduced_even": ("reduced", "EVEN_TILES"), "reduced": ("reduced",), "even": ("even",)}
-            files |= {"gather": ("gather",)}
+            files = {"reduced_even": ("reduced", "EVEN_TILES", "REDUCED"), "reduced": ("reduced", "REDUCED")}
+            files |= {"even": ("even",), "gather": ("gather",)}
             self._tile_programs[defines, shaders] = {
                 name: Program(self._gl, _VERTEX, f"dof/{file}.frag", (*own, *defines), includes=shaders)
                 for name, (file, *own) in files.items()
-            } | {"upsample": Program(self._gl, _VERTEX, "dof/upsample.frag")}
+            } | {"upsample": Program(self._gl, _VERTEX, "dof/upsample.frag", defines)}
         return self._tile_programs[defines, shaders]
 
     def _gather_reduced(

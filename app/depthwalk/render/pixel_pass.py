@@ -52,7 +52,8 @@ class PixelInputs:
     uniforms : the values of its other uniforms by their names.
     strip_pixels : how many pixels may be drawn in one part of the pass (`Pass.parts`).
     even_sky : whether the function leaves the same colour at all pixels where nothing is, if those before it do, and
-        draws all others. Software rasterisers then clear to that colour, which takes a tenth of the time.
+        draws all others. Software rasterisers then clear to that colour, which takes a tenth of the time. EVEN_SKY is
+        defined where all functions of a program say so and it draws such pixels.
     """
 
     defines: tuple[str, ...] = ()
@@ -225,10 +226,11 @@ class PixelPrograms:
             *(("TRANSPARENT",) if group[0].frame.transparent else ()),
         )
         into, halves = self._halves(group, readers)
-        programs = {half: self._program(passes, (*defines, *half)) for half in halves}
+        even = ("EVEN_SKY",) if all(own.even_sky for own in inputs) else ()
+        programs = {half: self._program(passes, (*defines, *half, *(even if "SKY" in half else ()))) for half in halves}
         for program in programs.values():
             program.set(**uniforms)
-        if _SKY_TESTED in halves and all(own.even_sky for own in inputs):
+        if even and _SKY_TESTED in halves:
             del halves[_SKY_TESTED]
             colour = self._sky_colour(programs[_SKY_TESTED], uniforms, textures.values(), only_texture(into).dtype)
             with self._gl.state(into=into, depth_write=False):

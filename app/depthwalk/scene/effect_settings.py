@@ -188,3 +188,8 @@ class OutputParams(Params):
     exposure: float = param(
         0.0, "Brightens the picture before tone mapping; each +1 doubles its light", unit="EV", ge=-16, le=16
     )
+    dither: bool = param(
+        True,
+        "In scenes with sky, fog or lamps: add a pattern of less than half a step of 8 bits, so that smooth gradients "
+        "show no bands",
+    )

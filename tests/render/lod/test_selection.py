@@ -1,9 +1,20 @@
 """Levels of detail by error and by triangles."""
 
+import math
+
 import numpy as np
 import pytest
 
-from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level, levels_within
+from depthwalk.render.lod.selection import (
+    affordable_level,
+    error_at_a_metre,
+    error_level,
+    greatest_stretch,
+    levels_within,
+    stretch,
+)
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
 from depthwalk.scene.object_settings import LodParams
 from stage import view_of
 
@@ -27,6 +38,26 @@ def test_allowed_errors_grow_with_the_bias_and_shrink_with_the_picture() -> None
     plain = error_at_a_metre(view, LodParams(error=0.5))
     assert plain * view.focal_pixels == pytest.approx(0.5)
     assert error_at_a_metre(view, LodParams(error=0.5, bias=1.0)) == pytest.approx(2 * plain)
+
+
+def test_wide_pictures_stretch_what_is_far_off_their_axis() -> None:
+    """As two points next to each other on a ray's sphere are projected, and beyond 60° alone."""
+    view = View(Camera((1.0, 2.0, 3.0), (1.0, 2.0, 0.0), math.radians(150)), (400, 300))
+    angles = np.radians([0, 40, 60, 65, 70, 75])
+    around = np.stack([np.sin(angles), 0 * angles, -np.cos(angles)], -1)
+    further = np.stack([np.sin(angles + 1e-5), 0 * angles, -np.cos(angles + 1e-5)], -1)
+    projected = [points[:, 0] / -points[:, 2] for points in (around, further)]
+    expected = np.maximum((projected[1] - projected[0]) / 1e-5 * 0.25, 1.0)
+    assert stretch(view, view.position + 5 * around) == pytest.approx(expected, rel=1e-3)
+    corner = math.hypot(1.0, *view.half_extent)
+    assert stretch(view, view.position + np.array([[0.0, 0.0, 4.0]])) == pytest.approx((0.5 * corner) ** 2)
+    assert greatest_stretch(view) == pytest.approx((0.5 * corner) ** 2)
+
+
+@pytest.mark.parametrize(("fov", "size"), [(80, (1920, 1080)), (60, (2560, 1080)), (90, (1024, 768))])
+def test_usual_pictures_are_not_stretched(fov: float, size: tuple[int, int]) -> None:
+    view = View(Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), math.radians(fov)), size)
+    assert (stretch(view, np.array([[9.0, 5.0, -1.0], [0.0, 0.0, 1.0]])) == 1).all() and greatest_stretch(view) == 1
 
 
 def test_the_last_objects_become_coarser_first_until_there_are_few_enough_triangles() -> None:

@@ -7,6 +7,7 @@ from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.draw.draw_lists import ClusterDraws, DrawList, draw_batches
 from depthwalk.render.lod.cluster_selection import ClusterCut, select_clusters
 from depthwalk.render.lod.mesh_lod import mesh_level
+from depthwalk.render.lod.selection import stretch
 from depthwalk.render.resources.placed_records import placed_records
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, viewer_in_object
@@ -34,7 +35,7 @@ def cluster_draws(view: View, objects: Objects, table: AssetTable, error: float)
     if not len(objects):
         return ClusterDraws.none()
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-    nearest = table.nearest(objects.asset, viewer)
+    nearest = table.nearest(objects.asset, viewer) / stretch(view, objects.position)
     level = mesh_level(view, objects, nearest, table.meshes.error, error)
     order = np.lexsort((level, objects.asset))
     objects, viewer, nearest, level = objects.take(order), viewer[order], nearest[order], level[order]

@@ -4,12 +4,14 @@ Pixels are shaded asset by asset: every asset has a depth of its own, so that a 
 depth, as in Nanite and Bevy).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render import kernels
+from depthwalk.render.lod.selection import greatest_stretch
 from depthwalk.render.view.bounds import extents
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
@@ -152,4 +154,4 @@ def least_footprints(view: View, asset: Rows, materials: MaterialRecords, table:
     nearest = table.nearest(asset, materials.records["viewer"][1:, :3].astype(np.float64))
     footprint = np.full(len(materials.assets), np.inf)
     np.minimum.at(footprint, np.searchsorted(materials.assets, asset), nearest / view.detail_pixels)
-    return footprint
+    return footprint / math.sqrt(greatest_stretch(view))  # as shaders/material_resolve/ takes the distance there

@@ -19,7 +19,7 @@ from depthwalk.render.impostors.warp_planes import MIN_PLANE_DISTANCE, warp_face
 from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
 from depthwalk.render.lod.mesh_choice import MESH_TEXELS, TRIANGLES_PER_PIXEL, MeshChooser
 from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
-from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
+from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level, greatest_stretch, stretch
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
@@ -186,7 +186,8 @@ def describe(view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> Obje
     The detail of the m objects.
     """
     loops = kernels.loaded()
-    if loops is not None and lod.mode != "paper" and lod.cases == "complete":
+    usual = lod.mode != "paper" and lod.cases == "complete" and greatest_stretch(view) == 1
+    if loops is not None and usual:
         return _compiled(loops, view, scene, rows, lod)
     viewer, objects = _viewers(view, scene, rows), scene.objects.take(rows)
     level = choose_levels(view, objects, scene.bounds.take(rows), viewer, scene.table, lod)
@@ -232,7 +233,7 @@ def _described(
 
 
 def _compiled(loops: ModuleType, view: View, scene: SceneArrays, rows: Rows, lod: LodParams) -> ObjectDetail:
-    """Choose detail as `describe` does, by compiled `loops`; not for the paper's rules."""
+    """Choose detail as `describe` does, by compiled `loops`; not for the paper's rules, nor for very wide pictures."""
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     volumes = table.volumes
     viewer, level, pieces, triangles, method, step = loops.describe(
@@ -293,16 +294,17 @@ def choose_levels(
     (n,) levels, 0 the finest.
     """
     asset, max_level = objects.asset, table.levels[objects.asset]
-    distance = np.linalg.norm(bounds.centre - view.position, axis=1)
+    distance, longer = np.linalg.norm(bounds.centre - view.position, axis=1), stretch(view, bounds.centre)
     if lod.mode == "paper":
         step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.whole_size[1])
         max_level = np.minimum(max_level, int(np.log2(lod.max_step)))
         level = paper_level(step, lod.bias, max_level)
     else:
-        level = error_level(table.error[asset], error_at_a_metre(view, lod) * table.nearest(asset, viewer))
+        nearest = table.nearest(asset, viewer) / longer
+        level = error_level(table.error[asset], error_at_a_metre(view, lod) * nearest)
     pixels = (
         table.area[asset] * objects.scale**2 * (view.detail_pixels / np.maximum(distance, bounds.bounding_radius)) ** 2
-    )
+    ) * longer**1.5  # as 1/cos³ of the angle off the axis
     affordable = affordable_level(table.triangles[asset], pixels, lod.triangles_per_pixel)
     return np.maximum(level, np.minimum(affordable, max_level))
 

@@ -27,7 +27,7 @@ from depthwalk.render.impostors.tile_scheduler import TileScheduler, TileWork
 from depthwalk.render.impostors.warp_planes import warp_faces
 from depthwalk.render.lod.fallback_rule import IsResident
 from depthwalk.render.lod.mesh_lod import mesh_level
-from depthwalk.render.lod.selection import levels_within
+from depthwalk.render.lod.selection import levels_within, stretch
 from depthwalk.render.resources.placed_records import PLACED_RECORD, captured_records, placed_records
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.asset_table import AssetTable
@@ -324,7 +324,8 @@ def _mesh_list(
     if len(rows):
         own = scene.objects.take(rows)
         viewer = viewer_in_object(view, own.position, own.rotation, own.scale)
-        own_level = mesh_level(view, own, table.nearest(own.asset, viewer), table.meshes.error, polygons.error)
+        nearest = table.nearest(own.asset, viewer) / stretch(view, scene.bounds.centre[rows])
+        own_level = mesh_level(view, own, nearest, table.meshes.error, polygons.error)
         meshes, level = Objects.joined([own, fallbacks]), np.concatenate([own_level, levels])
     asset = meshes.asset
     order = np.lexsort((level, asset))

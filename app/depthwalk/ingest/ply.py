@@ -1,0 +1,35 @@
+"""Rewrite headers of PLY files, so that the reader finds colours under other names than the usual ones.
+
+The names of properties in a PLY file are a convention (Turk 1994, "The PLY Polygon File Format"): colours are `red`,
+`green` and `blue` today. MeshLab and older scanners wrote `diffuse_red`, `diffuse_green` and `diffuse_blue`.
+"""
+
+import re
+from itertools import pairwise
+
+_ELEMENT = re.compile(rb"^element[ \t]", re.MULTILINE)
+_USUAL = re.compile(rb"^property[ \t]+\w+[ \t]+(?:red|green|blue)[ \t\r]*$", re.MULTILINE)
+_DIFFUSE = re.compile(rb"^(property[ \t]+\w+[ \t]+)diffuse_(red|green|blue)(?=[ \t\r]*$)", re.MULTILINE)
+
+
+def with_usual_colours(header: bytes) -> bytes:
+    """Return the header of a PLY file with `red` in place of `diffuse_red`, and so on.
+
+    Elements that have a colour by a usual name keep all of their names.
+
+    Parameters
+    ----------
+    header
+        The file up to `end_header`, lines that end with line feeds, or carriage returns and line feeds.
+
+    Returns
+    -------
+    bytes
+        The header; `header` itself if there is nothing to rename.
+    """
+    if not _DIFFUSE.search(header):
+        return header
+    starts = [0, *(element.start() for element in _ELEMENT.finditer(header)), len(header)]
+    elements = [header[start:end] for start, end in pairwise(starts)]
+    renamed = b"".join(element if _USUAL.search(element) else _DIFFUSE.sub(rb"\1\2", element) for element in elements)
+    return header if renamed == header else renamed
