@@ -78,11 +78,13 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     sources = sources or Sources()
     head = read_head(spec.mesh, spec.texture, sources)
     digest = hash_files(head.files, sources)
-    # The marks invalidate results from before alpha was heeded, translucent parts left out, and skins posed.
+    # The marks invalidate results from before alpha was heeded, translucent parts left out, skins posed and normal maps
+    # read.
     marks = {
         "+cut-outs": head.has_cut_outs,
         "+translucency": head.is_translucent,
         "+other-geometry": head.has_other_geometry,
+        "+normal-maps": head.has_normal_maps,
     }
     for mark, has in marks.items():
         if has:
