@@ -56,6 +56,9 @@ MAX_TEXTURE_SIDE = 16_384
 MAX_TEXTURE_PIXELS = 16_384 * 16_384
 """Texels of a texture: a full square of MAX_TEXTURE_SIDE takes 1 GiB decoded, before its mip-maps."""
 
+MAX_NORMAL_SCALE = 100.0
+"""Factor on x and y of the normals in a normal map: a slope of one in a hundred then stands at 45°."""
+
 MAX_TRANSLUCENT_TRIANGLES = 250_000
 """Translucent triangles of a mesh, and as many that glow: they are drawn as polygons at any distance, and sorting this
 many takes 30 ms."""

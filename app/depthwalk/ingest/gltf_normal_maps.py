@@ -10,6 +10,7 @@ from typing import Any
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.gltf_geometry import shares_coordinates
+from depthwalk.limits import MAX_NORMAL_SCALE
 
 _MARK = "\x1f"  # unit separator: between the name of a material and the scale of its normal map
 _KEY = "normalTexture"
@@ -79,8 +80,8 @@ def name_and_scale(name: str | None) -> tuple[str | None, float]:
 
 
 def _scale(texture: dict[str, Any], where: str) -> float:
-    """Return the scale of a normal map. Raises InputError if it is not a finite number."""
+    """Return the scale of a normal map, within its limits. Raises InputError if it is not a finite number."""
     value = texture.get("scale", 1.0)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
         raise InputError(f"{where}: the scale of its normal map must be a number, not {str(value)[:40]}")
-    return float(value)
+    return float(min(max(value, -MAX_NORMAL_SCALE), MAX_NORMAL_SCALE))  # a whole number may be too large to convert

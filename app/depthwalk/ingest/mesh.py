@@ -40,7 +40,7 @@ class Material:
         Normals in tangent space, row 0 at the top: x towards u, y towards v, z outward, as (component + 1) / 2 · 255;
         alpha is not used. None: the surface has the normals of its vertices.
     normal_scale : float
-        Factor on x and y of the normals in `normal_map`.
+        Factor on x and y of the normals in `normal_map`, −100 to 100.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)

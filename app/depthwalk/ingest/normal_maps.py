@@ -6,8 +6,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.limits import MAX_NORMAL_SCALE
+
 _BLUER = 24  # of 255: a picture with that much more blue than red and green, on average, holds normals
-_STRONGEST = 100.0  # scale; a slope of one in a hundred then stands upright
 
 
 def is_height_map(texture: NDArray[np.uint8]) -> bool:
@@ -47,11 +48,14 @@ def normals_from_heights(heights: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def bump_scale(argument: str) -> float:
-    """Return the factor after `-bm` in the argument of `norm` or `map_Bump`; 1 if there is none, or no number."""
+    """Return the factor after `-bm` in the argument of `norm` or `map_Bump`; 1 if there is none, or no number.
+
+    It is clipped to plus and minus `MAX_NORMAL_SCALE`.
+    """
     words = argument.split()
     following = [after for word, after in pairwise(words) if word.lower() == "-bm"]
     try:
         scale = float(following[0]) if argument.startswith("-") and following else 1.0
     except ValueError:
         return 1.0
-    return min(max(scale, -_STRONGEST), _STRONGEST) if math.isfinite(scale) else 1.0
+    return min(max(scale, -MAX_NORMAL_SCALE), MAX_NORMAL_SCALE) if math.isfinite(scale) else 1.0
