@@ -4,12 +4,13 @@
 // No visible surface faces away from the viewer, but its normal may: by less than 20° where it is blended at silhouettes, and
 // by any angle on simplified leaves, whose two sides are one surface that looks up the normal of either, which made far trees
 // dark. Beyond this cosine it is flipped. Relief keeps its normal: where it is steeper than displaced, it is in its own shadow.
+// KEEPS_NORMALS: so does the relief of normal maps.
 const float AVERTED = 0.35;
 
 // image, footprint: as for `surface_at`; view: unit, from the viewer to p.
 Surface seen_surface(vec3 p, int image, float footprint, vec3 view) {
     Surface surface = surface_at(p, image, footprint);
-#ifndef MESO
+#if !defined MESO && !defined KEEPS_NORMALS
     if (dot(surface.normal, view) > AVERTED) surface.normal = -surface.normal;
 #endif
     return surface;

@@ -111,6 +111,16 @@ def baked() -> BakedObject:
     return bake(tilted(mirrored_globe()), resolution=64, layers=1)
 
 
+def test_normals_are_kept_as_they_are_unless_leaves_are_cut_out() -> None:
+    """Which have two sides, in one surface when they are simplified."""
+    mesh = tilted(domed_square(4, 1))
+    holes = np.full((4, 4, 4), 255, np.uint8)
+    holes[:2, :, 3] = 0
+    leaf = replace(mesh, materials=(replace(mesh.materials[0], texture=holes, cutoff=0.5),))
+    bare = replace(mesh, materials=(replace(mesh.materials[0], normal_map=None),))
+    assert [bake(each, resolution=16, layers=1).keeps_normals for each in (mesh, leaf, bare)] == [True, False, False]
+
+
 @pytest.mark.slow
 def test_depth_images_are_lit_by_mapped_normals_and_connected_by_the_mesh(baked: BakedObject) -> None:
     plain = bake(mirrored_globe(), resolution=64, layers=1)
@@ -141,6 +151,7 @@ def test_files_hold_both_normals(tmp_path: Path, baked: BakedObject) -> None:
         assert before.mapped_normal is not None and after.mapped_normal is not None
         assert identical(before.mapped_normal.astype(np.float16).astype(np.float32), after.mapped_normal)
         assert identical(before.normal.astype(np.float16).astype(np.float32), after.normal)
+    assert read.keeps_normals
     assert read_header(path)["depthwalk.version"] == 12  # which earlier programs ask to bake again
 
 

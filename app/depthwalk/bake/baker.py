@@ -123,6 +123,7 @@ def bake_object(
         steps=steps,
         key=key,
         texture=None if textured is None else textured.texture,
+        keeps_normals=normal_maps is not None and all(material.cutoff is None for material in mesh.materials),
     )
 
 

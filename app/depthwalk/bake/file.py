@@ -27,6 +27,7 @@ from depthwalk.bake.file_layout import (
     FORMAT_VERSION,
     GEOMETRY,
     HAS_INTERIOR,
+    KEEPS_NORMALS,
     LEFT_OUT,
     MAPPED_VERSION,
     MESH_TRIANGLES,
@@ -171,6 +172,8 @@ def _header(baked: BakedObject) -> dict[str, Any]:
         values[MESH_TRIANGLES] = baked.mesh_triangles
     if baked.has_interior:
         values[HAS_INTERIOR] = 1
+    if baked.keeps_normals:
+        values[KEEPS_NORMALS] = 1
     header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 

@@ -15,6 +15,7 @@ PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
 LEFT_OUT = "left_out"  # optional attribute
 MESH_TRIANGLES = "mesh_triangles"  # optional
 HAS_INTERIOR = "has_interior"  # optional
+KEEPS_NORMALS = "keeps_normals"  # optional
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 TEXTURE = "texture"  # name of the part that holds the texture
 COORDINATES = "uv"  # channel of texture coordinates

@@ -63,6 +63,7 @@ def object_from(stored: dict[str, Channels], header: Header) -> BakedObject:
         texture=_texture(stored[TEXTURE]) if TEXTURE in stored else None,
         mesh_triangles=header.mesh_triangles,
         has_interior=header.has_interior,
+        keeps_normals=header.keeps_normals,
     )
 
 

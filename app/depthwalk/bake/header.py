@@ -16,6 +16,7 @@ from depthwalk.bake.file_layout import (
     FORMAT_VERSION,
     GEOMETRY,
     HAS_INTERIOR,
+    KEEPS_NORMALS,
     LEFT_OUT,
     LISTS,
     MAPPED_NORMAL,
@@ -60,7 +61,7 @@ class Header:
         See `BakedModel`; None if the file does not say.
     mesh_triangles
         See `BakedObject`; None if the file does not say.
-    has_interior
+    has_interior, keeps_normals
         See `BakedObject`.
     """
 
@@ -74,6 +75,7 @@ class Header:
     left_out: float | None = None
     mesh_triangles: int | None = None
     has_interior: bool = False
+    keeps_normals: bool = False
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
@@ -212,6 +214,7 @@ def _parsed(part: dict[str, Any]) -> Header:
         left_out=left_out,
         mesh_triangles=checked_triangles(values.get(MESH_TRIANGLES)),
         has_interior=values.get(HAS_INTERIOR) == 1,
+        keeps_normals=values.get(KEEPS_NORMALS) == 1,
     )
 
 

@@ -215,6 +215,9 @@ class BakedObject:
     has_interior
         Whether the mesh encloses a space, such as a room, whose walls are missing from the images, see `bake.interior`;
         False also if an older file does not say.
+    keeps_normals
+        Whether drawing must not turn around normals that face away from the viewer, as those of normal maps may where a
+        surface is seen at a grazing angle. Not set for meshes with cut-outs: leaves have two sides.
     """
 
     cylinder: Cylinder
@@ -229,6 +232,7 @@ class BakedObject:
     meso: Meso | None = None
     mesh_triangles: int | None = None
     has_interior: bool = False
+    keeps_normals: bool = False
 
 
 def checked_triangles(value: object) -> int | None:
