@@ -39,7 +39,7 @@ def tilted_globe_normals(normal: Array) -> Array:
     east = np.cross([0.0, 1, 0], normal)
     east /= np.linalg.norm(east, axis=-1, keepdims=True)
     along_u = np.where(normal[..., :1] > 0, east, -east)
-    return TILT[0] * along_u + TILT[1] * np.cross(normal, east) + TILT[2] * normal
+    return np.asarray(TILT[0] * along_u + TILT[1] * np.cross(normal, east) + TILT[2] * normal)
 
 
 def dome_normals(u: Array, v: Array, cells: int) -> tuple[Array, NDArray[np.bool_]]:

@@ -103,7 +103,7 @@ def test_a_scale_is_brought_into_range(tmp_path: Path, scale: float, read_as: fl
 def test_names_may_hold_anything() -> None:
     assert name_and_scale(None) == (None, 1.0)
     assert name_and_scale("a\x1fb") == ("a\x1fb", 1.0)
-    header = {"materials": [{"name": "a\x1f2", "normalTexture": {"index": 0, "scale": -3}}]}
+    header: dict[str, Any] = {"materials": [{"name": "a\x1f2", "normalTexture": {"index": 0, "scale": -3}}]}
     assert fold_normal_maps(header, Path("a.glb"))
     assert name_and_scale(header["materials"][0]["name"]) == ("a\x1f2", -3.0)
 

@@ -26,7 +26,7 @@ def test_a_globe_seen_from_any_side_has_its_analytic_normals() -> None:
     steps[1] *= np.sign(steps[0, :, :1] * steps[1, :, 1:] - steps[0, :, 1:] * steps[1, :, :1])  # seen from outside
     places = [along[:, :1] * east + along[:, 1:] * north for along in steps]
     mirrored = np.where(normal[:, :1] > 0, 1, -1) * [1, 0] + [0, 1]
-    found = mapped_normals(normal, tuple(places), tuple(steps * mirrored), np.tile(texel(TILT), (500, 1)))  # type: ignore[arg-type]
+    found = mapped_normals(normal, tuple(places), tuple(steps * mirrored), np.tile(texel(TILT), (500, 1)))
     assert found == pytest.approx(tilted_globe_normals(normal), abs=1e-9)
 
 
