@@ -26,6 +26,7 @@ GLTF_KEYS = (
     *("sparse", "normalized", "byteOffset", "byteStride", "uri", "extensionsRequired", "extensions", "matrix"),
     *("children", "mesh", "mode", "indices", "TEXCOORD_0", "COLOR_0", "NORMAL", "JOINTS_0", "count", "images"),
     *("scale", "rotation", "name", "skin", "camera", "targets", "KHR_texture_transform", "componentType"),
+    *("normalTexture", "texCoord"),
 )
 YAML = _words(
     b"&a |*a|!!int |!!float |!!binary |<<: |---\n|...\n|%YAML 1.1\n|%TAG ! x\n|0x|0b|0o8|.inf|.nan|1e999|? |> ",
@@ -33,7 +34,8 @@ YAML = _words(
 )
 PLACES = _words(b"x|y|z|yaw|scale|\"|'|,|\r|\x0b|\x1c|\x85|\n")
 OBJ = _words(
-    b"v |vt |vn |f |usemtl |mtllib |newmtl |map_Kd |Kd |Ns |Ks |#|\\\n|//|/|mesh.mtl|skin.png|../|\xff|\r\n|-1",
+    b"v |vt |vn |f |usemtl |mtllib |newmtl |map_Kd |norm |map_Bump |-bm |Kd |Ns |Ks |#|\\\n|//|/|mesh.mtl|skin.png",
+    b"../|\xff|\r\n|-1",
 )
 PLY = _words(
     b"element vertex |element face |element edge |element tristrips |property float |property double |property uchar ",

@@ -69,8 +69,9 @@ def _check_material(material: Material) -> None:
     holds((colour >= 0) & (colour <= 1), "colours and opacity lie within 0 and 1")
     emission = np.array(material.emission)
     holds((emission >= 0) & (emission <= limits.MAX_EMISSION), "emission lies within its limits")
+    holds(abs(material.normal_scale) <= limits.MAX_NORMAL_SCALE, "the scale of the normal map lies within its limits")
     holds(1 <= material.shininess <= limits.MAX_SHININESS, "shininess lies within its limits")
-    for texture in (material.texture, material.emission_texture):
+    for texture in (material.texture, material.emission_texture, material.normal_map):
         if texture is not None:
             check_texture(texture)
 
@@ -153,6 +154,9 @@ def _check_object(baked: BakedObject) -> None:
         _shaped(image.albedo, (*shape, 4), np.float32, "albedo")
         holds(max(shape) <= limits.MAX_DPCI_RESOLUTION, "images are not too large")
         holds(np.isfinite(image.normal), "normals are finite")
+        if image.mapped_normal is not None:
+            _shaped(image.mapped_normal, (*shape, 3), np.float32, "mapped normals")
+            holds(np.isfinite(image.mapped_normal), "mapped normals are finite")
         holds(np.isfinite(image.albedo), "colours are finite")
         holds(~np.isnan(image.depth) & (image.depth > -np.inf), "depths are numbers")
         holds(image.owner <= 6, "owners are faces")

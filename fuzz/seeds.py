@@ -4,6 +4,7 @@ import io
 import json
 import struct
 import tempfile
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -120,6 +121,9 @@ def objs() -> list[Files]:
     files += [{"mesh.obj": coloured.encode()}, {"textured.obj": OBJ.encode(), "picture.png": skin}]
     files += [{"mesh.obj": b"mtllib a.mtl b.mtl\n" + OBJ.encode(), "a.mtl": MTL.replace("png", "psd").encode(),
                "skin.psd": b"8BPS"}]  # fmt: skip
+    for line in ("norm -bm 0.5 skin.png", "map_Bump -bm 2 skin.png"):
+        relief = MTL.replace("Ns 90", f"Ns 90\n{line}")
+        files.append({"mesh.obj": OBJ.encode(), "mesh.mtl": relief.encode(), "skin.png": skin})
     return files + hostile("*.obj", HOSTILE / "meshes", ("broken_texture.mtl", "broken_texture.png"))
 
 
@@ -219,11 +223,14 @@ def gltfs() -> list[Files]:
             "KHR_materials_transmission": {"transmissionFactor": 0.5},
         },
     }
+    relief = json.loads(json.dumps(inner))
+    relief["materials"][0]["normalTexture"] = {"index": 0, "scale": 0.5, "texCoord": 0}
     made = [
         {"mesh.gltf": json.dumps(header).encode()} | beside,
         {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
         {"tall.glb": glb(json.dumps(strip).encode(), data)},
         {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
+        {"relief.glb": glb(json.dumps(relief).encode(), data), "skin.png": picture("PNG")},
         {"posed.glb": glb(json.dumps(_posed(inner)).encode(), data), "skin.png": picture("PNG")},
     ]
     return made + hostile("*.gl*", HOSTILE / "meshes")
@@ -297,7 +304,10 @@ def baked_models() -> tuple[Any, ...]:
 def baked() -> list[Files]:
     from depthwalk.bake.file import write_baked
 
-    return [{"model.dpci.exr": _written(partial(write_baked, model=model))} for model in baked_models()]
+    plain = baked_models()
+    images = tuple(replace(image, mapped_normal=-image.normal) for image in plain[0].parts[0].images)
+    mapped = replace(plain[0], parts=(replace(plain[0].parts[0], images=images),))
+    return [{"model.dpci.exr": _written(partial(write_baked, model=model))} for model in (*plain, mapped)]
 
 
 def cooked() -> list[Files]:

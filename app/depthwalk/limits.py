@@ -60,6 +60,9 @@ MAX_SKY_WIDTH = 4_096
 """Texels across a sky's picture on the GPU, where it takes 90 MB with its mip-maps; wider ones are reduced. A view of
 75° sees 850 of them."""
 
+MAX_NORMAL_SCALE = 100.0
+"""Factor on x and y of the normals in a normal map: a slope of one in a hundred then stands at 45°."""
+
 MAX_TRANSLUCENT_TRIANGLES = 250_000
 """Translucent triangles of a mesh, and as many that glow: they are drawn as polygons at any distance, and sorting this
 many takes 30 ms."""

@@ -5,13 +5,13 @@
 // a thin wall's other side is looked up; and by any angle on simplified leaves, whose two sides are one surface that looks up the
 // normal of either, which made far trees dark. Beyond this cosine it is flipped; below, the nearest normal that does not face away
 // takes its place, or light from behind would show on single pixels. Relief keeps its normal: where it is steeper than
-// displaced, it is in its own shadow.
+// displaced, it is in its own shadow. KEEPS_NORMALS: so does the relief of normal maps.
 const float AVERTED = 0.35;
 
 // image, footprint: as for `surface_at`; view: unit, from the viewer to p.
 Surface seen_surface(vec3 p, int image, float footprint, vec3 view) {
     Surface surface = surface_at(p, image, footprint);
-#ifndef MESO
+#if !defined MESO && !defined KEEPS_NORMALS
     float averted = dot(surface.normal, view);
     if (averted > AVERTED) surface.normal = -surface.normal;
     else if (averted > 0.0) surface.normal = normalize(surface.normal - averted * view);

@@ -1,4 +1,4 @@
-// Transforms the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED: see mesh.frag.
+// Transforms the vertices of mesh clusters from their asset's frame to clip space, as mesh.vert does. PAINTED, NORMAL_MAP: see mesh.frag.
 #include "common/cluster_vertex.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -11,19 +11,27 @@ centroid out vec3 normal;
 centroid out vec3 colour;
 centroid out vec2 uv;
 #endif
+#ifdef NORMAL_MAP
+out vec3 place;
+out vec2 place_uv;
+#endif
 
 void main() {
     int object = cluster_object(), vertex = cluster_vertex();
     vec4 origin = record_part(cluster_objects, PLACED_RECORD_TEXELS, object, 0);
     vec4 turn = record_part(cluster_objects, PLACED_RECORD_TEXELS, object, 1);
     vec4 rotation = vec4(origin.w, turn.xyz);
-    vec4 place = record_part(cluster_vertices, CLUSTER_VERTEX_TEXELS, vertex, 0);
+    vec4 position = record_part(cluster_vertices, CLUSTER_VERTEX_TEXELS, vertex, 0);
     vec4 look = record_part(cluster_vertices, CLUSTER_VERTEX_TEXELS, vertex, 1);
-    normal = rotate(rotation, vec3(place.w, look.xy));
+    normal = rotate(rotation, vec3(position.w, look.xy));
 #ifdef PAINTED
     vec3 srgb = texelFetch(cluster_colours, ivec2(vertex % RECORDS_PER_ROW, vertex / RECORDS_PER_ROW), 0).rgb;
     colour = mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(0.04045, srgb));
     uv = look.zw;
 #endif
-    gl_Position = clip_from_eye * vec4(origin.xyz + turn.w * rotate(rotation, place.xyz), 1.0);
+#ifdef NORMAL_MAP
+    place = origin.xyz + turn.w * rotate(rotation, position.xyz);
+    place_uv = look.zw;
+#endif
+    gl_Position = clip_from_eye * vec4(origin.xyz + turn.w * rotate(rotation, position.xyz), 1.0);
 }

@@ -1,7 +1,11 @@
 // Writes colour and world normal of polygons into the G-buffer.
 // PAINTED: vertices have colours, or the material has a texture. CUT_OUT: there is no surface where its alpha is low.
+// NORMAL_MAP: the material has a normal map; always PAINTED, too.
 #include "common/gbuffer.glsl"
 #include "common/visibility.glsl"
+#ifdef NORMAL_MAP
+#include "common/normal_map.glsl"
+#endif
 uniform sampler2D base_texture;
 uniform vec3 base_colour;   // linear
 uniform float specular;
@@ -15,6 +19,10 @@ centroid in vec3 normal;
 centroid in vec3 colour;
 centroid in vec2 uv;
 #endif
+#ifdef NORMAL_MAP
+in vec3 place;          // world, relative to the viewer
+in vec2 place_uv;       // its texture coordinates
+#endif
 
 layout(location = 0) out uvec2 surface;
 layout(location = 1) out uvec2 visibility;
@@ -25,11 +33,16 @@ void main() {
     vec4 texel = texture(base_texture, uv);
     albedo *= colour * texel.rgb;
 #endif
+#ifdef NORMAL_MAP
+    vec3 shading = mapped_normal(normal, place, place_uv, uv);  // before pixels are discarded, whose neighbours it needs
+#else
+    vec3 shading = normal;
+#endif
 #ifdef CUT_OUT
     if (texel.a < cutoff) discard;
 #endif
     // An open mesh shows its inside; it is lit as two-sided.
-    vec3 facing = gl_FrontFacing ? normal : -normal;
+    vec3 facing = gl_FrontFacing ? shading : -shading;
     surface = packed_surface(albedo, specular, facing, shininess);
     visibility = NO_OBJECT;
 }

@@ -1,4 +1,4 @@
-// Transforms ordinary polygons, instanced, from their asset's frame to clip space. PAINTED: see mesh.frag.
+// Transforms ordinary polygons, instanced, from their asset's frame to clip space. PAINTED, NORMAL_MAP: see mesh.frag.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 
@@ -17,6 +17,10 @@ centroid out vec3 normal;
 centroid out vec3 colour;
 centroid out vec2 uv;
 #endif
+#ifdef NORMAL_MAP
+out vec3 place;
+out vec2 place_uv;
+#endif
 
 void main() {
     vec3 from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);
@@ -24,6 +28,10 @@ void main() {
 #ifdef PAINTED
     colour = mix(in_colour / 12.92, pow((in_colour + 0.055) / 1.055, vec3(2.4)), step(0.04045, in_colour));
     uv = in_uv;
+#endif
+#ifdef NORMAL_MAP
+    place = from_viewer;
+    place_uv = in_uv;
 #endif
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
 }

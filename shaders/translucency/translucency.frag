@@ -1,9 +1,13 @@
 // Lights translucent polygons (Phong 1975) to linear light, premultiplied by their opacity, to be blended over the picture
 // (Porter and Duff 1984). Twin: reference/translucency.py.
+// NORMAL_MAP: the surface has a normal map.
 // GLOW: adds the light that opaque polygons emit. LAMPS, LAMP_SHADOWS, SHADOWS: as in light/light.glsl. FOG: there is fog.
 #include "common/phong.glsl"
 #include "common/shadow_map.glsl"
 #include "common/view.glsl"
+#ifdef NORMAL_MAP
+#include "common/normal_map.glsl"
+#endif
 #ifdef LAMPS
 #include "light/lamps.glsl"
 #endif
@@ -34,7 +38,12 @@ layout(location = 0) out vec4 lit;
 #ifndef GLOW
 // Highlights do not depend on opacity, as light is reflected where it enters the surface.
 vec3 light_from(vec3 hidden) {
-    vec3 view = normalize(from_viewer), facing = normalize(gl_FrontFacing ? normal : -normal);
+#ifdef NORMAL_MAP
+    vec3 shading = mapped_normal(normal, from_viewer, uv, uv);
+#else
+    vec3 shading = normal;
+#endif
+    vec3 view = normalize(from_viewer), facing = normalize(gl_FrontFacing ? shading : -shading);
     float away = 1.0 / gl_FragCoord.w;
     vec3 direct = sun;
 #ifdef SHADOWS

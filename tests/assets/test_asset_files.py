@@ -146,3 +146,17 @@ def test_what_was_baked_with_glass_as_a_solid_is_made_anew(tmp_path: Path) -> No
     for terms, same in (("d 1.0\nKe 1 1 1\n", True), ("d 0.5\n", False)):
         (tmp_path / "m.mtl").write_text(f"newmtl m\n{terms}")
         assert (mesh_source(spec) == plain_hash(spec)) == same
+
+
+def test_what_was_baked_without_its_normal_maps_is_made_anew(tmp_path: Path) -> None:
+    """And again when the map changes."""
+    (tmp_path / "m.obj").write_text("mtllib m.mtl\n")
+    spec = MeshAsset(name="m", mesh=tmp_path / "m.obj", texture=None, up="y", height=None, dpci=None)
+    found = set()
+    for line in ("norm n.png", "map_Bump n.png"):
+        (tmp_path / "m.mtl").write_text(f"newmtl m\n{line}\n")
+        for contents in (b"one", b"other"):
+            (tmp_path / "n.png").write_bytes(contents)
+            assert mesh_source(spec) != plain_hash(spec)
+            found.add(mesh_source(spec))
+    assert len(found) == 4

@@ -342,6 +342,14 @@ def test_info_tells_what_of_a_gltf_file_is_not_read(run: Callable[..., Any], tmp
     assert rows(run("info", glb.write(tmp_path / "b.glb")).stdout)["not read"] == "1 animation"
 
 
+def test_info_tells_of_normal_maps(run: Callable[..., Any], tmp_path: Path) -> None:
+    Image.new("RGB", (4, 2), (128, 128, 255)).save(tmp_path / "n.png")
+    (tmp_path / "a.mtl").write_text("newmtl m\nnorm n.png\n")
+    mesh = tmp_path / "a.obj"
+    mesh.write_text("mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert "normal map 4 × 2" in rows(run("info", mesh).stdout)["material 0"]
+
+
 @pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])
 def test_info_of_a_missing_file(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
     result = run("info", tmp_path / name)

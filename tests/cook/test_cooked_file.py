@@ -55,10 +55,11 @@ def test_how_many_triangles_the_mesh_has_is_kept(made: tuple[CookedObject, ...],
 
 @pytest.mark.parametrize("interior", [False, True])
 def test_whether_the_mesh_has_an_interior_is_kept(made: tuple[CookedObject, ...], folder: Path, interior: bool) -> None:
-    told = replace(made[0], outline=replace(made[0].outline, has_interior=interior))
+    told = replace(made[0], outline=replace(made[0].outline, has_interior=interior, keeps_normals=interior))
     keep_cooked("abc", CookOptions(), (told,))
     objects = find_cooked("abc", CookOptions())
     assert objects is not None and objects[0].outline.has_interior is interior
+    assert objects[0].outline.keeps_normals is interior
 
 
 def test_other_options_are_another_file(made: tuple[CookedObject, ...], folder: Path) -> None:

@@ -22,7 +22,7 @@ def test_each_kind_is_counted() -> None:
         "2 animations",
         "1 camera",
         "3 lamps",
-        "2 normal maps",
+        "2 normal maps with other texture coordinates than the colours",
         "1 occlusion map",
         "1 roughness map",
         "1 unlit material",

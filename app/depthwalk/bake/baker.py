@@ -24,6 +24,7 @@ from depthwalk.bake.images import (
     enclosing_cylinder,
     with_margins,
 )
+from depthwalk.bake.normal_maps import NormalMaps
 from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_layers, worth_adding, yield_triangles
 from depthwalk.bake.params import EVERYTHING, NOTHING, BakeParams, Refinements
 from depthwalk.bake.raycast import RayCaster
@@ -89,6 +90,7 @@ def bake_object(
     rivals: dict[Face, FaceLayers] = {}
     seen: dict[Face, FaceSamples] = {}
     textured = textured_faces(mesh, params.resolution) if params.keeps_coordinates else None
+    normal_maps = NormalMaps.of(mesh)
     if params.by_six_views:
         from depthwalk.bake.six_view import sample_six_views  # here: ray casting needs no OpenGL
 
@@ -98,7 +100,7 @@ def bake_object(
         for face in tuple(seen) or (Face if refinements.box_faces else PAPER_FACES):
             progress(f"{face.name.lower()} image")
             if face not in seen:
-                seen[face] = cast_face(mesh, caster, grids[face], params, rivals, parallel_map, textured)
+                seen[face] = cast_face(mesh, caster, grids[face], params, rivals, parallel_map, textured, normal_maps)
             layers = connect_face(caster, grids[face], seen[face], steps, refinements, parallel_map)
             if layers:
                 rivals[face] = face_layers(grids[face], layers)
@@ -121,6 +123,7 @@ def bake_object(
         steps=steps,
         key=key,
         texture=None if textured is None else textured.texture,
+        keeps_normals=normal_maps is not None and all(material.cutoff is None for material in mesh.materials),
     )
 
 
@@ -179,6 +182,7 @@ def cast_face(
     rivals: Rivals | None = None,
     parallel_map: Map = map,
     textured: TexturedFaces | None = None,
+    normal_maps: NormalMaps | None = None,
 ) -> FaceSamples:
     """Sample the surfaces that the rays of one face hit, except those that cannot be seen from outside.
 
@@ -196,6 +200,8 @@ def cast_face(
         `map`, or what `thread_map` yields to work in several threads.
     textured
         The texture in which the samples are located; None for none.
+    normal_maps
+        The normal maps of the mesh; None if it has none.
 
     Returns
     -------
@@ -221,7 +227,8 @@ def cast_face(
         worth[found] = np.concatenate(list(parallel_map(worth_it, batches(len(layer), _BATCH))))
         found &= _spread(*(mask.reshape(-1, *grid.shape) for mask in (worth, found))).reshape(found.shape)
     hits = prune_hidden(caster, rays, hits, grid.shape, found, parallel_map)
-    return face_samples(mesh, hits, grid.shape, parallel_map, textured)
+    texel = grid.texel_area(hits.distance) if normal_maps else 0.0, direction
+    return face_samples(mesh, hits, grid.shape, parallel_map, textured, normal_maps, texel)
 
 
 def _spread(worth: Mask, found: Mask) -> Mask:
@@ -280,6 +287,7 @@ def connect_face(
             albedo=seen.albedo[layer],
             cells=tuple(cells[layer]),
             owner=owner,
+            mapped_normal=None if seen.mapped_normal is None else seen.mapped_normal[layer],
         )
         for layer in range(len(depth))
     ]

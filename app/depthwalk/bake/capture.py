@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
+from depthwalk.bake.normal_maps import NormalMaps, footprint_area
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.surface import mean_shininess, surface_at
 from depthwalk.geometry.view_directions import view_axes
@@ -37,7 +38,7 @@ def capture_views(mesh: Mesh, params: CaptureParams, parallel_map: Map = map) ->
     low, high = mesh.bounds
     centre = np.asarray((low + high) / 2, np.float64)
     radius = float(np.linalg.norm(mesh.positions - centre, axis=1).max())
-    caster, side = RayCaster(mesh), params.resolution
+    caster, side, maps = RayCaster(mesh), params.resolution, NormalMaps.of(mesh)
     at = (2 * np.arange(side) + 1) / side - 1
     offsets = radius * np.stack(np.broadcast_arrays(at[None], at[:, None]), -1).reshape(-1, 2)
     within = np.flatnonzero(np.linalg.norm(offsets, axis=1) <= radius)
@@ -48,6 +49,8 @@ def capture_views(mesh: Mesh, params: CaptureParams, parallel_map: Map = map) ->
         along = np.broadcast_to(-axes[2], origin.shape)
         hits = caster.peel(origin.astype(np.float32), np.ascontiguousarray(along, np.float32), 1, 2 * start)
         normal, albedo = surface_at(mesh, hits)
+        if maps is not None:
+            normal = maps.turned(hits, normal, footprint_area((2 * radius / side) ** 2, hits.normal, along))
         solid = np.zeros(side * side, bool)
         solid[within] = hits.face[0] >= 0
         met = hits.face[0] >= 0

@@ -93,6 +93,16 @@ class FaceGrid:
         across, up = plane_axes(self.face)
         return float(size[across]) / self.width, float(size[up]) / self.height
 
+    def texel_area(self, depth: Array) -> Array:
+        """Return the area of a texel across its ray at `depth` (…), metres from the face: (…) m².
+
+        Towards the axis, the texels of the side become narrower; beyond it, wider again.
+        """
+        across, up = self.texel_size
+        if self.face is not Face.SIDE:
+            return np.full(depth.shape, across * up)
+        return np.asarray(across * up * np.abs(1 - depth / self.cylinder.radius))
+
     @property
     def longest_texel(self) -> float:
         """Return the longer side of a texel on the face itself, where depth is 0, metres."""

@@ -3,9 +3,10 @@
 Each object has one part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float,
 metres), N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key
 are in the header of every part. In a model that keeps its texture, images have a channel uv (uint; u in the low half,
-v in the high half, see `DepthImage.coordinates`), and a part `texture` has channels R G B (half, linear). The boundary
-strips of each face and level are two more parts, lists folded to 1024 columns. In a model of several objects, a
-prefix names the object of a part: `part1.side.0`, `part2.side.0`.
+v in the high half, see `DepthImage.coordinates`), and a part `texture` has channels R G B (half, linear). In one with
+normal maps, images have channels M.x M.y M.z (half): the normals to light by, while N are those of the mesh. The
+boundary strips of each face and level are two more parts, lists folded to 1024 columns. In a model of several objects,
+a prefix names the object of a part: `part1.side.0`, `part2.side.0`.
 EXR counts rows from the top and we count from the bottom; rows are flipped in `file_parts` and nowhere else.
 """
 
@@ -26,7 +27,9 @@ from depthwalk.bake.file_layout import (
     FORMAT_VERSION,
     GEOMETRY,
     HAS_INTERIOR,
+    KEEPS_NORMALS,
     LEFT_OUT,
+    MAPPED_VERSION,
     MESH_TRIANGLES,
     PLACEMENT,
     TEXTURED_VERSION,
@@ -69,6 +72,8 @@ def write_baked(path: Path, model: BakedModel) -> None:
     channels = [lists for named in contents for lists in named.values()]
     check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
     version = TEXTURED_VERSION if any(baked.texture is not None for baked in model.parts) else FORMAT_VERSION
+    if any(image.mapped_normal is not None for baked in model.parts for image in baked.images):
+        version = MAPPED_VERSION
     common = {
         ATTRIBUTE + "version": version,
         ATTRIBUTE + "checksum": channel_checksum(channels),
@@ -167,6 +172,8 @@ def _header(baked: BakedObject) -> dict[str, Any]:
         values[MESH_TRIANGLES] = baked.mesh_triangles
     if baked.has_interior:
         values[HAS_INTERIOR] = 1
+    if baked.keeps_normals:
+        values[KEEPS_NORMALS] = 1
     header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 

@@ -8,15 +8,18 @@ from depthwalk.bake.images import Face
 
 FORMAT_VERSION = 10
 TEXTURED_VERSION = 11  # of files in which an object has a texture and its images have texture coordinates
+MAPPED_VERSION = 12  # of files in which the normals of an object's images are turned by normal maps
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
 LEFT_OUT = "left_out"  # optional attribute
 MESH_TRIANGLES = "mesh_triangles"  # optional
 HAS_INTERIOR = "has_interior"  # optional
+KEEPS_NORMALS = "keeps_normals"  # optional
 LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 TEXTURE = "texture"  # name of the part that holds the texture
 COORDINATES = "uv"  # channel of texture coordinates
+MAPPED_NORMAL = ("M.x", "M.y", "M.z")  # channels of normals turned by normal maps
 TEXTURE_CHANNELS = ("R", "G", "B")
 CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
 _LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": ("a", "b", "c", "used")}
@@ -51,7 +54,7 @@ def is_texture(name: str) -> bool:
     return split_name(name)[1] == TEXTURE
 
 
-def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, ...]:
+def channel_names(name: str, steps: int, textured: bool = False, mapped: bool = False) -> tuple[str, ...]:
     """Return the names of the channels of a part of a file.
 
     Parameters
@@ -62,6 +65,8 @@ def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, .
         Number of grids of its object's images.
     textured
         Whether its object has a texture.
+    mapped
+        Whether its object has normals that are turned by normal maps.
 
     Returns
     -------
@@ -73,7 +78,7 @@ def channel_names(name: str, steps: int, textured: bool = False) -> tuple[str, .
     if is_list(name):
         return _LIST_CHANNELS[split_name(name)[1].split(".")[0]]
     cells = (f"cells.{pair}" for pair in range((steps + 1) // 2))
-    return (*CHANNELS, *cells, *((COORDINATES,) if textured else ()))
+    return (*CHANNELS, *cells, *((COORDINATES,) if textured else ()), *(MAPPED_NORMAL if mapped else ()))
 
 
 def channel_type(channel: str) -> type[np.generic]:

@@ -9,7 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.file_layout import CHANNELS, COORDINATES, LISTS, TEXTURE, TEXTURE_CHANNELS, is_list, is_texture
+from depthwalk.bake.file_layout import (
+    CHANNELS,
+    COORDINATES,
+    LISTS,
+    MAPPED_NORMAL,
+    TEXTURE,
+    TEXTURE_CHANNELS,
+    is_list,
+    is_texture,
+)
 from depthwalk.bake.grid import grid_cells
 from depthwalk.bake.header import Header
 from depthwalk.bake.images import BakedObject, BoundaryStrip, DepthImage, Face
@@ -54,6 +63,7 @@ def object_from(stored: dict[str, Channels], header: Header) -> BakedObject:
         texture=_texture(stored[TEXTURE]) if TEXTURE in stored else None,
         mesh_triangles=header.mesh_triangles,
         has_interior=header.has_interior,
+        keeps_normals=header.keeps_normals,
     )
 
 
@@ -75,6 +85,9 @@ def _channels(image: DepthImage) -> Channels:
     if image.coordinates is not None:
         u, v = np.moveaxis(image.coordinates.astype(np.uint32), -1, 0)
         named[COORDINATES] = u | v << 16
+    if image.mapped_normal is not None:
+        components = np.moveaxis(image.mapped_normal.astype(np.float16), -1, 0)
+        named |= dict(zip(MAPPED_NORMAL, components, strict=True))
     return {name: np.ascontiguousarray(plane[::-1]) for name, plane in named.items()}
 
 
@@ -175,9 +188,10 @@ def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
         raise ValueError(f"part {name} holds depths that are negative or not numbers")
     if (plane["owner"] >= len(Face)).any():
         raise ValueError(f"part {name} has texels that belong to no face")
-    normal = np.stack([plane[k] for k in ("N.x", "N.y", "N.z")], -1).astype(np.float32)
+    normal = _vectors(plane, ("N.x", "N.y", "N.z"))
+    mapped = _vectors(plane, MAPPED_NORMAL) if MAPPED_NORMAL[0] in plane else None
     albedo = np.stack([plane[k] for k in ("R", "G", "B", "specular")], -1).astype(np.float32)
-    if not (np.isfinite(normal).all() and np.isfinite(albedo).all()):
+    if not all(np.isfinite(values).all() for values in (normal, albedo, mapped) if values is not None):
         raise ValueError(f"part {name} holds normals or colours that are not numbers")
     return DepthImage(
         face=face,
@@ -188,7 +202,13 @@ def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
         cells=_unpacked_cells(face, plane, steps),
         owner=np.ascontiguousarray(plane["owner"], np.uint8),
         coordinates=_coordinates(plane[COORDINATES]) if COORDINATES in plane else None,
+        mapped_normal=mapped,
     )
+
+
+def _vectors(plane: Channels, names: Iterable[str]) -> NDArray[np.float32]:
+    """Return the vectors (H, W, 3) whose components are the channels `names`."""
+    return np.stack([plane[name] for name in names], -1).astype(np.float32)
 
 
 def _coordinates(packed: NDArray[np.uint32]) -> NDArray[np.uint16]:

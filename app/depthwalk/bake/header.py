@@ -16,8 +16,11 @@ from depthwalk.bake.file_layout import (
     FORMAT_VERSION,
     GEOMETRY,
     HAS_INTERIOR,
+    KEEPS_NORMALS,
     LEFT_OUT,
     LISTS,
+    MAPPED_NORMAL,
+    MAPPED_VERSION,
     MESH_TRIANGLES,
     PLACEMENT,
     TEXTURED_VERSION,
@@ -58,7 +61,7 @@ class Header:
         See `BakedModel`; None if the file does not say.
     mesh_triangles
         See `BakedObject`; None if the file does not say.
-    has_interior
+    has_interior, keeps_normals
         See `BakedObject`.
     """
 
@@ -72,6 +75,7 @@ class Header:
     left_out: float | None = None
     mesh_triangles: int | None = None
     has_interior: bool = False
+    keeps_normals: bool = False
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
@@ -104,22 +108,22 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     if not parts or ATTRIBUTE + "version" not in parts[0]:
         raise InputError(f"{path}: an OpenEXR file, but not one of baked depth images")
     version = parts[0][ATTRIBUTE + "version"]
-    if type(version) is not int or version not in (FORMAT_VERSION, TEXTURED_VERSION):
+    if type(version) is not int or version not in (FORMAT_VERSION, TEXTURED_VERSION, MAPPED_VERSION):
         raise InputError(f"{path}: baked by another version of depthwalk; bake it again")
     try:
         headers = _headers(parts)
-        textured = _textured(part["name"] for part in parts)
+        textured, mapped = _textured(part["name"] for part in parts), _mapped(parts)
         sizes = {}
         for part in parts:
             number, _ = split_name(part["name"])
-            sizes[part["name"]] = _size(part, headers[number].steps, number in textured)
+            sizes[part["name"]] = _size(part, headers[number].steps, number in textured, number in mapped)
         if len(sizes) < len(parts):
             raise ValueError("two parts have the same name")
         for number in range(len(headers)):
             _check_names({rest: size for name, size in sizes.items() for n, rest in [split_name(name)] if n == number})
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
-    _check_sizes(path, sizes, headers, textured)
+    _check_sizes(path, sizes, headers, textured, mapped)
     return parts[0], headers
 
 
@@ -210,10 +214,11 @@ def _parsed(part: dict[str, Any]) -> Header:
         left_out=left_out,
         mesh_triangles=checked_triangles(values.get(MESH_TRIANGLES)),
         has_interior=values.get(HAS_INTERIOR) == 1,
+        keeps_normals=values.get(KEEPS_NORMALS) == 1,
     )
 
 
-def _size(part: dict[str, Any], steps: int, textured: bool) -> tuple[int, int]:
+def _size(part: dict[str, Any], steps: int, textured: bool, mapped: bool) -> tuple[int, int]:
     """Return width and height of a part; raises ValueError unless its layout is the one that `write_baked` uses."""
     import OpenEXR
 
@@ -221,7 +226,7 @@ def _size(part: dict[str, Any], steps: int, textured: bool) -> tuple[int, int]:
     if not is_part(name, steps):
         raise ValueError(f"unknown part {name!r:.40}")
     channels = sorted((channel.name, channel.xSampling, channel.ySampling) for channel in part["channels"])
-    if channels != sorted((channel, 1, 1) for channel in channel_names(name, steps, textured)):
+    if channels != sorted((channel, 1, 1) for channel in channel_names(name, steps, textured, mapped)):
         raise ValueError(f"part {name} has other channels than it should")
     (left, top), (right, bottom) = (map(int, corner) for corner in part["dataWindow"])
     layout = (part["type"], part["compression"], left, top)
@@ -248,8 +253,21 @@ def _textured(names: Iterable[str]) -> frozenset[int]:
     return frozenset(split_name(name)[0] for name in names if is_texture(name))
 
 
+def _mapped(parts: Iterable[dict[str, Any]]) -> frozenset[int]:
+    """Return the numbers of the objects with an image that has normals turned by normal maps; then all must have."""
+    return frozenset(
+        split_name(part["name"])[0]
+        for part in parts
+        if any(channel.name == MAPPED_NORMAL[0] for channel in part["channels"])
+    )
+
+
 def _check_sizes(
-    path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...], textured: frozenset[int]
+    path: Path,
+    sizes: dict[str, tuple[int, int]],
+    headers: tuple[Header, ...],
+    textured: frozenset[int],
+    mapped: frozenset[int],
 ) -> None:
     """Raise InputError if decoding would take more memory than any valid file needs, or than this one can fill.
 
@@ -262,7 +280,7 @@ def _check_sizes(
 
     def channels(name: str) -> tuple[str, ...]:
         number, _ = split_name(name)
-        return channel_names(name, headers[number].steps, number in textured)
+        return channel_names(name, headers[number].steps, number in textured, number in mapped)
 
     decoded = sum(
         width * height * sum(np.dtype(channel_type(channel)).itemsize for channel in channels(name))

@@ -116,7 +116,7 @@ class DepthImage:
     depth
         (H, W) float32, metres from the face inward, +inf where empty.
     normal
-        (H, W, 3) float32, unit, object frame, for shading; zero where empty.
+        (H, W, 3) float32, unit, object frame: the mesh's interpolated normals; zero where empty.
     albedo
         (H, W, 4) float32, linear RGB and specular strength; zero where empty.
     cells
@@ -132,6 +132,8 @@ class DepthImage:
         their last bits. The last bit of u is set if the texel has coordinates; that of v, if they may be interpolated
         between this texel and those to its right, above it and both, since all four show one surface and one chart.
         None if the object has no texture.
+    mapped_normal
+        (H, W, 3) float32, likewise: `normal` turned by the mesh's normal maps, for shading; None if it has none.
     """
 
     face: Face
@@ -142,6 +144,12 @@ class DepthImage:
     cells: tuple[NDArray[np.uint16], ...]
     owner: NDArray[np.uint8]
     coordinates: NDArray[np.uint16] | None = None
+    mapped_normal: NDArray[np.float32] | None = None
+
+    @property
+    def shading_normal(self) -> NDArray[np.float32]:
+        """Return the normals (H, W, 3) to light the surface by: `mapped_normal` if there is one."""
+        return self.normal if self.mapped_normal is None else self.mapped_normal
 
     @property
     def name(self) -> str:
@@ -207,6 +215,9 @@ class BakedObject:
     has_interior
         Whether the mesh encloses a space, such as a room, whose walls are missing from the images, see `bake.interior`;
         False also if an older file does not say.
+    keeps_normals
+        Whether drawing must not turn around normals that face away from the viewer, as those of normal maps may where a
+        surface is seen at a grazing angle. Not set for meshes with cut-outs: leaves have two sides.
     """
 
     cylinder: Cylinder
@@ -221,6 +232,7 @@ class BakedObject:
     meso: Meso | None = None
     mesh_triangles: int | None = None
     has_interior: bool = False
+    keeps_normals: bool = False
 
 
 def checked_triangles(value: object) -> int | None:

@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.boundary_strip import Samples
+from depthwalk.bake.normal_maps import NormalMaps, footprint_area
 from depthwalk.bake.raycast import Hits
 from depthwalk.bake.surface import surface_at
 from depthwalk.bake.texture_coordinates import TexturedFaces, TexturePlaces, texture_places
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.parallel import Map
+from depthwalk.types import Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,12 +29,15 @@ class FaceSamples:
         (L, H, W, 4) float32, linear RGB and specular strength; zero where empty.
     places
         Positions of the samples in the mesh's texture; None if these are not kept.
+    mapped_normal
+        (L, H, W, 3) float32, `normal` turned by the mesh's normal maps; None if it has none.
     """
 
     samples: Samples
     normal: NDArray[np.float32]
     albedo: NDArray[np.float32]
     places: TexturePlaces | None = None
+    mapped_normal: NDArray[np.float32] | None = None
 
 
 def face_samples(
@@ -41,6 +46,8 @@ def face_samples(
     shape: tuple[int, int],
     parallel_map: Map = map,
     textured: TexturedFaces | None = None,
+    normal_maps: NormalMaps | None = None,
+    texel: tuple[Array | float, NDArray[np.floating]] = (0.0, np.zeros(3)),
 ) -> FaceSamples:
     """Return the samples of a face from the hits of its texels' rays.
 
@@ -56,6 +63,11 @@ def face_samples(
         `map`, or what `thread_map` yields to work in several threads.
     textured
         The texture in which the samples are located; None for none.
+    normal_maps
+        The normal maps of the mesh; None if it has none.
+    texel
+        Area of a texel across its ray, m², one number or (L, H · W), and the directions of the rays, (H · W, 3) or
+        (3,): normal maps are averaged over the surface within a texel.
 
     Returns
     -------
@@ -69,9 +81,14 @@ def face_samples(
         facing=hits.normal.reshape(*layers, 3),
         flipped=hits.flipped.reshape(layers),
     )
+    mapped = None
+    if normal_maps is not None:
+        area = footprint_area(texel[0], hits.normal, texel[1])
+        mapped = normal_maps.turned(hits, normal, area, parallel_map).reshape(*layers, 3)
     return FaceSamples(
         samples=samples,
         normal=normal.reshape(*layers, 3),
         albedo=albedo.reshape(*layers, 4),
         places=None if textured is None else texture_places(mesh, textured, hits, shape),
+        mapped_normal=mapped,
     )

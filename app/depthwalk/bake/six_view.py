@@ -8,7 +8,7 @@ triangle, as for a ray's hit. The views' texels, connected to triangles, are the
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.boundary_strip import Samples
 from depthwalk.bake.face_grid import FaceGrid, texel_centres
 from depthwalk.bake.images import Cylinder, Face
+from depthwalk.bake.normal_maps import NormalMaps
 from depthwalk.bake.raycast import Hits, facing_normals
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.gpu.device import Scope
@@ -125,14 +126,20 @@ def _sample(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples
 
 def _sample_on(scope: Scope, mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples]:
     camera = _ViewCamera(scope, mesh, size)
-    side = _SideImage(scope, FaceGrid(cylinder=cylinder, face=Face.SIDE, height=size, width=size))
+    grid, maps = FaceGrid(cylinder=cylinder, face=Face.SIDE, height=size, width=size), NormalMaps.of(mesh)
+    side = _SideImage(scope, grid)
+    mapped_side = None if maps is None else _SideImage(scope, grid)
     found: dict[Face, FaceSamples] = {}
     for face, view in _views(cylinder):
-        image = _see(mesh, view, camera.draw(view), size)
-        side.add(image, _connected(image, view, size))
+        image = _see(mesh, view, camera.draw(view), size, maps)
+        triangles = _connected(image, view, size)
+        side.add(image, triangles)
+        if mapped_side is not None and (mapped := image.seen.mapped_normal) is not None:
+            mapped_side.add(replace(image, seen=replace(image.seen, normal=mapped)), triangles)
         if face is not Face.SIDE:
             found[face] = image.seen
-    found[Face.SIDE] = side.read()
+    mapped_normal = None if mapped_side is None else mapped_side.read().normal
+    found[Face.SIDE] = replace(side.read(), mapped_normal=mapped_normal)
     return {face: found[face] for face in sorted(found)}
 
 
@@ -173,10 +180,10 @@ class _ViewCamera:
         return np.where(high < 0, -1, high.astype(np.int64) << 16 | low.astype(np.int64))
 
 
-def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int) -> _ViewImage:
+def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int, maps: NormalMaps | None) -> _ViewImage:
     """Compute what lies on the rays through the texels' centres.
 
-    face: (size²,), the triangle that each ray hits, as the camera drew it.
+    face: (size²,), the triangle that each ray hits, as the camera drew it; maps: the mesh's normal maps.
     """
     solid = np.flatnonzero(face >= 0)
     corners = mesh.positions[mesh.faces[face[solid]]].astype(np.float64)
@@ -202,7 +209,8 @@ def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int) -> _ViewIm
     )
     points = np.full((size * size, 3), np.nan)
     points[solid] = origin[solid] + distance[:, None] * view.inward
-    return _ViewImage(seen=face_samples(mesh, hits, (size, size)), points=points)
+    texel = float(np.linalg.norm(view.across) * np.linalg.norm(view.up)) / size**2, view.inward
+    return _ViewImage(seen=face_samples(mesh, hits, (size, size), normal_maps=maps, texel=texel), points=points)
 
 
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.raycast import Hits
+from depthwalk.bake.texel_filter import bilinear
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.geometry.vectors import lengths
 from depthwalk.ingest.mesh import Material, Mesh
@@ -75,17 +76,6 @@ def _textured(material: Material, uv: NDArray[np.float32]) -> NDArray[np.float32
     base = np.asarray(material.base_colour, np.float32)
     if material.texture is None:
         return np.broadcast_to(base, (len(uv), 3))
-    return base * _bilinear(material.texture, uv)
-
-
-def _bilinear(texture: NDArray[np.uint8], uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Sample linear RGB (n, 3) bilinearly at uv (n, 2) in a repeating texture (H, W, 4) with row 0 at v = 1."""
-    height, width = texture.shape[:2]
-    x, y = uv[:, 0] * width - 0.5, (1 - uv[:, 1]) * height - 0.5
-    i, j = np.floor(x).astype(int), np.floor(y).astype(int)
-    fx, fy = (x - i)[:, None].astype(np.float32), (y - j)[:, None].astype(np.float32)
-    i0, i1, j0, j1 = i % width, (i + 1) % width, j % height, (j + 1) % height
-    corners = [linear_from_srgb8(texture[row, column, :3]) for row in (j0, j1) for column in (i0, i1)]
-    low = corners[0] * (1 - fx) + corners[1] * fx
-    high = corners[2] * (1 - fx) + corners[3] * fx
-    return np.asarray(low * (1 - fy) + high * fy)
+    texels = material.texture
+    size = texels.shape[0], texels.shape[1]
+    return base * bilinear(lambda row, column: linear_from_srgb8(texels[row, column, :3]), size, uv)

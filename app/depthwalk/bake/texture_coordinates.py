@@ -260,12 +260,12 @@ def _bounded(texture: NDArray[np.uint8], resolution: int) -> NDArray[np.uint8]:
         return texture
     rows, columns = (max(int(size * scale), 1) for size in (height, width))
     bands = (texture[first : first + _BAND] for first in range(0, height, _BAND))
-    narrow = np.concatenate([_averaged(linear_from_srgb8(band), 1, columns) for band in bands])
-    return srgb8_from_linear(_averaged(narrow, 0, rows))
+    narrow = np.concatenate([averaged(linear_from_srgb8(band), 1, columns) for band in bands])
+    return srgb8_from_linear(averaged(narrow, 0, rows))
 
 
-def _averaged(values: NDArray[np.float32], axis: int, count: int) -> NDArray[np.float32]:
-    """Return the means of `values` over `count` equal stretches along an axis."""
+def averaged(values: NDArray[np.float32], axis: int, count: int) -> NDArray[np.float32]:
+    """Return the means of `values`, (H, W, …) float32, over `count` equal stretches along `axis`."""
     ends = np.linspace(0, values.shape[axis], count + 1)
     whole = np.minimum(ends.astype(int), values.shape[axis] - 1)
     along = np.moveaxis(values, axis, 0)

@@ -107,6 +107,9 @@ def _only(image: DepthImage, used: NDArray[np.bool_]) -> DepthImage:
         depth=np.where(used, image.depth, np.float32(np.inf)),
         normal=np.where(used[..., None], image.normal, np.float32(0)),
         albedo=np.where(used[..., None], image.albedo, np.float32(0)),
+        mapped_normal=None
+        if image.mapped_normal is None
+        else np.where(used[..., None], image.mapped_normal, np.float32(0)),
         owner=np.where(used, image.owner, np.uint8(image.face)),
         coordinates=None if image.coordinates is None else kept_coordinates(image.coordinates, used, image.face),
     )

@@ -270,7 +270,9 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
         image = colour if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
         through = "" if material.opacity is None else f", see-through (alpha {material.opacity:.2g})"
         glow = ", glows" if material.glows else ""
-        yield f"material {part.material}", f"{part.face_count} triangles, {image}{through}{glow}"
+        relief = material.normal_map
+        bumps = "" if relief is None else f", normal map {relief.shape[1]} × {relief.shape[0]}"
+        yield f"material {part.material}", f"{part.face_count} triangles, {image}{bumps}{through}{glow}"
     if path.suffix.lower() in GLTF_SUFFIXES and (ignored := unread(read_header(path.read_bytes(), path))):
         yield "not read", ", ".join(ignored)
 

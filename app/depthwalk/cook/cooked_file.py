@@ -252,7 +252,8 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
         "footprint": cooked.footprint.tolist(),
         "bytes": cooked.bytes,
         "mesh_triangles": outline.mesh_triangles,
-        **({"has_interior": True} if outline.has_interior else {}),  # left out otherwise, so other files are unchanged
+        # Left out where they are false, so that other files are unchanged.
+        **{name: True for name in ("has_interior", "keeps_normals") if getattr(outline, name)},
     }
 
 
@@ -269,6 +270,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         rotation=tuple(header["rotation"]),
         mesh_triangles=checked_triangles(header.get("mesh_triangles")),
         has_interior=header.get("has_interior") is True,
+        keeps_normals=header.get("keeps_normals") is True,
     )
     return CookedObject(
         outline=outline,

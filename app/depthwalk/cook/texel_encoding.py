@@ -36,7 +36,7 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     texels: NDArray[np.uint16] = np.zeros((*solid.shape, 8), np.uint16)
     if not solid.any():
         return texels
-    texels[solid, :3] = encode_normals(image.normal[solid])
+    texels[solid, :3] = encode_normals(image.shading_normal[solid])
     texels[solid, 3] = depth_code(image.depth[solid] / FaceGrid.of(cylinder, image).longest_texel)
     # Colours as square roots: 8 bits suffice, and one component may represent them.
     colour = np.clip(image.albedo[solid], 0, 1)

@@ -152,15 +152,33 @@ _Transform = tuple[float, float, float, float, float]  # offset u, v, rotation i
 def _coordinates(header: Header, primitive: Header) -> tuple[str, _Transform | None]:
     """Return which texture coordinates the material of a primitive uses, and how they are transformed.
 
-    Depth images and meshes have one set of coordinates, so those of the colour texture serve the glow, too.
+    Depth images and meshes have one set of coordinates, so those of the colour texture serve the glow, too, and normal
+    maps that share them.
     """
     material = header["materials"][primitive["material"]] if "material" in primitive else {}
+    return _placement(_leading_texture(material) or material.get("normalTexture") or {})
+
+
+def shares_coordinates(material: Header, texture: Header) -> bool:
+    """Return whether a texture of a material uses the texture coordinates that meshes of the material get.
+
+    Raises AttributeError, LookupError, TypeError or ValueError for malformed ones.
+    """
+    return _placement(texture) == _placement(_leading_texture(material) or texture)
+
+
+def _leading_texture(material: Header) -> Header | None:
+    """Return the texture of a material whose coordinates the others share; None if it has no colour and no glow."""
     found = (
         material.get("extensions", {}).get(_GLOSSINESS, {}).get("diffuseTexture"),
         material.get("pbrMetallicRoughness", {}).get("baseColorTexture"),
         material.get("emissiveTexture"),
     )
-    texture: Header = next(filter(None, found), {})
+    return next(filter(None, found), None)
+
+
+def _placement(texture: Header) -> tuple[str, _Transform | None]:
+    """Return which texture coordinates a texture uses, and how they are transformed."""
     terms = texture.get("extensions", {}).get(TRANSFORM)
     name = f"TEXCOORD_{(terms or {}).get('texCoord', texture.get('texCoord', 0))}"
     if terms is None:

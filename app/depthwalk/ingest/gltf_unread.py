@@ -2,6 +2,9 @@
 
 from typing import Any
 
+from depthwalk.ingest.gltf_normal_maps import normal_map_counts
+
+_APART = "with other texture coordinates than the colours"
 _REPEAT = 10497  # the way of wrapping a texture that all textures are drawn with
 
 
@@ -25,7 +28,7 @@ def unread(header: dict[str, Any]) -> list[str]:
         ("animation", "animations"): len(_objects(header, "animations")),
         ("camera", "cameras"): len(_objects(header, "cameras")),
         ("lamp", "lamps"): len(_objects(lights, "lights")),
-        ("normal map", "normal maps"): sum("normalTexture" in material for material in materials),
+        (f"normal map {_APART}", f"normal maps {_APART}"): normal_map_counts(header)[1],
         ("occlusion map", "occlusion maps"): sum("occlusionTexture" in material for material in materials),
         ("roughness map", "roughness maps"): sum(
             "metallicRoughnessTexture" in _object(material, "pbrMetallicRoughness") for material in materials

@@ -48,8 +48,8 @@ def load_mesh(
     path
         The mesh file.
     texture
-        A picture that replaces the file's own textures and base colours, for which the mesh must have texture
-        coordinates; None keeps them.
+        A picture that replaces the file's own textures and base colours, but not its normal maps, for which the mesh
+        must have texture coordinates; None keeps them.
     up
         The file's upward axis. Meshes with z upward are turned: (x, y, z) becomes (x, z, −y).
     height

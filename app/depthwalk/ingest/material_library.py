@@ -9,18 +9,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.budget import check_memory
 from depthwalk.errors import quoted
 from depthwalk.ingest.formats import IMAGE_SUFFIXES
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import phong_from_mtl
 from depthwalk.ingest.mesh import Material
-from depthwalk.ingest.mtl import read_materials
+from depthwalk.ingest.mtl import MtlMaterial, read_materials
+from depthwalk.ingest.normal_maps import bump_scale, is_height_map, normals_from_heights
 from depthwalk.ingest.sources import Sources, find, texture_name
 
 if TYPE_CHECKING:
     from PIL import Image
 
 log = logging.getLogger(__name__)
+
+_HEIGHT_BYTES = 32  # per texel while a height map is converted
 
 
 class MaterialLibrary:
@@ -54,8 +58,9 @@ class MaterialLibrary:
         self._materials = read_materials(libraries, sources)
         self._files: dict[str, Path | None] = {}
         self._textures = TextureDecoder()
+        self._from_heights: dict[int, NDArray[np.uint8]] = {}  # normal maps, by the identity of the height maps
         checked: set[Path | None] = {None}
-        named = (name for material in self._materials.values() for name in (material.image, material.glow) if name)
+        named = (name for material in self._materials.values() for name in material.pictures)
         for name in dict.fromkeys(named):
             path = self._files[name] = find(texture_name(name), self._folders, sources, mesh)
             if path not in checked and (image := self._open(path)) is not None:
@@ -73,10 +78,26 @@ class MaterialLibrary:
             log.warning("%s: map_d %s is ignored: it is not the picture of map_Kd", self._mesh, found.mask)
         cut_out = found.mask is not None and found.mask == found.image
         called = f"{self._mesh}: material {quoted(name)}"
-        texture, glow = self._decoded(found.image), self._decoded(found.glow)
         return phong_from_mtl(
-            found.terms, texture, called, cut_out=cut_out, emission_texture=glow, textures=self._textures
+            found.terms,
+            self._decoded(found.image),
+            called,
+            cut_out=cut_out,
+            emission_texture=self._decoded(found.glow),
+            normal_map=self._normal_map(found),
+            normal_scale=bump_scale(found.normals or found.bump or ""),
+            textures=self._textures,
         )
+
+    def _normal_map(self, found: MtlMaterial) -> NDArray[np.uint8] | None:
+        """Return the normal map of a material, converted once if the library names a height map; None if none."""
+        picture = self._decoded(found.normals or found.bump)
+        if found.normals or picture is None or not is_height_map(picture):
+            return picture
+        if id(picture) not in self._from_heights:
+            check_memory(self._mesh, _HEIGHT_BYTES * picture[..., 0].size, "the normal map of a height map")
+            self._from_heights[id(picture)] = normals_from_heights(picture)
+        return self._from_heights[id(picture)]
 
     def _decoded(self, name: str | None) -> NDArray[np.uint8] | None:
         """Return the texels of the picture that a library calls `name`; None if there is none."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import quoted
+from depthwalk.ingest.gltf_normal_maps import name_and_scale
 from depthwalk.ingest.image import TextureDecoder
 from depthwalk.ingest.mesh import OPAQUE, Material
 from depthwalk.limits import MAX_EMISSION, MAX_SHININESS
@@ -70,6 +71,8 @@ def phong_from_mtl(
     *,
     cut_out: bool = False,
     emission_texture: NDArray[np.uint8] | None = None,
+    normal_map: NDArray[np.uint8] | None = None,
+    normal_scale: float = 1.0,
     textures: TextureDecoder | None = None,
 ) -> Material:
     """Convert the terms of an MTL file to Phong's model.
@@ -89,6 +92,10 @@ def phong_from_mtl(
         Whether there is no surface where the texture's alpha is low.
     emission_texture : (H, W, 4) uint8 or None
         The texture of the emitted light, sRGB; None for a material without one.
+    normal_map : (H, W, 4) uint8 or None
+        The normal map, see `Material.normal_map`; None for a material without one.
+    normal_scale : float
+        Factor on x and y of its normals.
     textures : TextureDecoder or None
         The decoder of the textures; None for a single material.
 
@@ -108,7 +115,16 @@ def phong_from_mtl(
         emission = WHITE  # as Kd beside a texture
     return _material(
         name,
-        Material(colour, texture, specular, shininess, emission=emission, emission_texture=emission_texture),
+        Material(
+            colour,
+            texture,
+            specular,
+            shininess,
+            emission=emission,
+            emission_texture=emission_texture,
+            normal_map=normal_map,
+            normal_scale=normal_scale,
+        ),
         cutoff=_CUTOFF if cut_out else None,
         opacity=opacity,
         without_alpha=(textures or TextureDecoder()).without_alpha,
@@ -130,10 +146,11 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
     roughness = min(max(_scalar(material.roughnessFactor, 1.0), 0.0), 1.0)
     metallic = min(max(_scalar(material.metallicFactor, 1.0), 0.0), 1.0)
     shininess = 2.0 / max(roughness, 0.1) ** 4 - 2.0
-    texture, emission_texture = (
+    texture, emission_texture, normal_map = (
         None if image is None else textures.decode(image, f"{name}: {image.info.get('file_path', 'embedded texture')}")
-        for image in (material.baseColorTexture, material.emissiveTexture)
+        for image in (material.baseColorTexture, material.emissiveTexture, material.normalTexture)
     )
+    own_name, normal_scale = name_and_scale(material.name)
     alpha = 1.0 if factor is None or len(factor) < 4 else float(factor[3]) / 255.0
     mode, cutoff = material.alphaMode, None
     if mode == "MASK":
@@ -143,8 +160,17 @@ def _from_pbr(material: "PBRMaterial", name: str, textures: TextureDecoder) -> M
     emission = _rgb(material.emissiveFactor, _BLACK, MAX_EMISSION)
     specular = (1 - roughness) * (0.3 + 0.7 * metallic)
     return _material(
-        _called(name, material.name),
-        Material(colour, texture, specular, shininess, emission=emission, emission_texture=emission_texture),
+        _called(name, own_name),
+        Material(
+            colour,
+            texture,
+            specular,
+            shininess,
+            emission=emission,
+            emission_texture=emission_texture,
+            normal_map=normal_map,
+            normal_scale=normal_scale,
+        ),
         cutoff=cutoff,
         opacity=alpha if mode == "BLEND" else 1.0,
         without_alpha=None if mode == "BLEND" else textures.without_alpha,

@@ -36,6 +36,11 @@ class Material:
         Linear RGB emitted in all directions; 1 is what a white surface that faces the sun reflects.
     emission_texture : (H, W, 4) uint8 or None
         sRGB, row 0 at the top; multiplies `emission`.
+    normal_map : (H, W, 4) uint8 or None
+        Normals in tangent space, row 0 at the top: x towards u, y towards v, z outward, as (component + 1) / 2 · 255;
+        alpha is not used. None: the surface has the normals of its vertices.
+    normal_scale : float
+        Factor on x and y of the normals in `normal_map`, −100 to 100.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)
@@ -46,6 +51,8 @@ class Material:
     opacity: float | None = None
     emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
     emission_texture: NDArray[np.uint8] | None = None
+    normal_map: NDArray[np.uint8] | None = None
+    normal_scale: float = 1.0
 
     @property
     def glows(self) -> bool:
@@ -120,11 +127,16 @@ class Mesh:
         return bool(self.translucent_parts) or any(self.materials[part.material].glows for part in self.parts)
 
     @property
+    def has_normal_maps(self) -> bool:
+        """Return whether any of its opaque faces has a normal map."""
+        return any(self.materials[part.material].normal_map is not None for part in self.parts)
+
+    @property
     def nbytes(self) -> int:
         """Return how many bytes its arrays and textures take."""
         arrays: list[NDArray[Any]] = [self.positions, self.normals, self.colours, self.uv]
         arrays += self.faces, self.translucent_faces
-        textures = (texture for each in self.materials for texture in (each.texture, each.emission_texture))
+        textures = (t for each in self.materials for t in (each.texture, each.emission_texture, each.normal_map))
         arrays += [texture for texture in textures if texture is not None]
         return sum(array.nbytes for array in arrays)
 

@@ -8,6 +8,7 @@ import numpy as np
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
 from depthwalk.ingest.gltf_geometry import is_other_geometry
+from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 from depthwalk.ingest.mtl import MtlMaterial, material_libraries, read_materials
 from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.sources import Sources, arguments, find_all, text, texture_name
@@ -39,6 +40,8 @@ class MeshHead:
     has_diffuse_colours
         Whether it is a PLY file that names its colours as MeshLab and older scanners did, which earlier versions
         ignored.
+    has_normal_maps
+        Whether materials have normal maps that are read, or height maps.
     """
 
     files: tuple[Path, ...]
@@ -49,6 +52,7 @@ class MeshHead:
     has_glow: bool = False
     has_other_geometry: bool = False
     has_diffuse_colours: bool = False
+    has_normal_maps: bool = False
 
 
 def read_head(path: Path, texture: Path | None = None, sources: Sources | None = None) -> MeshHead:
@@ -105,7 +109,7 @@ def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
     libraries = material_libraries(data, path, sources)
     folders = list(dict.fromkeys([path.parent, *(library.parent for library in libraries)]))
     materials = read_materials(libraries, sources).values()
-    names = [texture_name(name) for material in materials for name in (material.image, material.glow) if name]
+    names = [texture_name(name) for material in materials for name in material.pictures]
     through = [_is_translucent(material) for material in materials]
     return MeshHead(
         files=(path, *libraries, *find_all(names, folders, sources, path)),
@@ -114,6 +118,7 @@ def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
         is_translucent=any(through),
         is_all_translucent=bool(through) and all(through),
         has_glow=any(material.glow or np.any(material.terms.get("ke", 0)) for material in materials),
+        has_normal_maps=any(material.normals or material.bump for material in materials),
     )
 
 
@@ -136,6 +141,7 @@ def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
             is_all_translucent=gltf.is_all_translucent(header),
             has_glow=gltf.has_glow(header),
             has_other_geometry=is_other_geometry(header),
+            has_normal_maps=normal_map_counts(header)[0] > 0,
         )
     except (AttributeError, TypeError):
         raise InputError(f"{path}: its glTF header is malformed") from None

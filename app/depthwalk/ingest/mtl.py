@@ -6,6 +6,14 @@ from pathlib import Path
 from depthwalk.ingest.sources import Sources, arguments, as_utf8, find, find_all, text
 
 _TERMS = ("kd", "ks", "ns", "d", "tr", "ke")
+_PICTURES = {  # the attribute for each key that names a picture
+    "map_kd": "image",
+    "map_ke": "glow",
+    "map_d": "mask",
+    "norm": "normals",
+    "map_bump": "bump",
+    "bump": "bump",
+}
 
 Terms = dict[str, float | list[float]]
 
@@ -24,12 +32,25 @@ class MtlMaterial:
         The name after `map_d`, the picture whose alpha marks where there is a surface; None if there is none.
     glow
         The name after `map_Ke`, the picture of the emitted light; None if there is none.
+    normals
+        The name after `norm`, the normal map; None if there is none.
+    bump
+        The name after `map_Bump` or `bump`, a height map, or a normal map as some exporters write; None if there is
+        none.
     """
 
     terms: Terms = field(default_factory=dict)
     image: str | None = None
     mask: str | None = None
     glow: str | None = None
+    normals: str | None = None
+    bump: str | None = None
+
+    @property
+    def pictures(self) -> tuple[str, ...]:
+        """Return the names of the pictures to read, with their options."""
+        surface = self.normals or self.bump
+        return tuple(name for name in (self.image, self.glow, surface) if name)
 
 
 def parse_mtl(contents: str) -> dict[str, MtlMaterial]:
@@ -48,12 +69,8 @@ def parse_mtl(contents: str) -> dict[str, MtlMaterial]:
             current = materials[" ".join(words[1:])] = MtlMaterial()
         elif current is None:
             continue
-        elif key == "map_kd":
-            current.image = line.strip()[len(key) :].strip()
-        elif key == "map_ke":
-            current.glow = line.strip()[len(key) :].strip()
-        elif key == "map_d":
-            current.mask = line.strip()[len(key) :].strip()
+        elif key in _PICTURES:
+            setattr(current, _PICTURES[key], line.strip()[len(key) :].strip())
         elif key in _TERMS:
             try:
                 numbers = [float(word) for word in words[1:]]

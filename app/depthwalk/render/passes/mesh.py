@@ -33,9 +33,11 @@ class MeshPass(Pass[MeshParams]):
 
     def setup(self, gl: Scope) -> None:
         """Prepare the variants of the program and a buffer for the indices of meshlets; `gl` owns them."""
-        layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT, ("PAINTED", "CUT_OUT"): PAINTED_LAYOUT}
         self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
-        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *layouts[defines]))
+        layouts = {True: PAINTED_LAYOUT, False: PLAIN_LAYOUT}
+        self._arrays = Variants(
+            lambda defines: AssetArrays(gl, self._programs[defines], *layouts["PAINTED" in defines])
+        )
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._cluster_programs = Variants(lambda defines: Program(gl, "mesh/clusters.vert", "mesh/mesh.frag", defines))
         self._clusters = ClusterDrawing(gl)
@@ -55,8 +57,7 @@ class MeshPass(Pass[MeshParams]):
         """Return the program that draws part `number` of a mesh by clusters, with its material set; a ChooseProgram."""
         look = clusters.look.materials[clusters.materials[number]]
         program = self._cluster_programs[look.defines]
-        look.texture.use(0)
-        program.set(base_texture=0, **look.uniforms)
+        look.use(program)
         if look.painted:
             program.set(cluster_colours=COLOURS)
         return program
@@ -109,9 +110,8 @@ class MeshPass(Pass[MeshParams]):
     ) -> moderngl.VertexArray:
         """Set the material of part `number` of the mesh; return the vertex array of records from `first` on."""
         look = asset.look.materials[asset.parts[number].material]
-        look.texture.use(0)
         program = self._programs[look.defines]
-        program.set(base_texture=0, **look.uniforms)
+        look.use(program)
         array = self._arrays[look.defines].get(key, asset.vertices, indices)
         self._instances.bind(array, first)
         return array

@@ -5,6 +5,8 @@ polygons, for all representations, before anti-aliasing and depth of field. Dept
 reprojection and measurements refer to what is behind the glass.
 """
 
+from typing import Any, NamedTuple
+
 import moderngl
 
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
@@ -24,12 +26,20 @@ from depthwalk.render.resources.translucent_store import TranslucentObject
 # moderngl's format of a TRANSLUCENT_VERTEX, and the attributes that are read: all, or those of glowing surfaces.
 _LAYOUT = "3f 2f 3f 3f 4f 2f", "in_position", "in_uv", "in_emission", "in_normal", "in_colour", "in_highlight"
 _GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
-_GLOW = "GLOW"
+_GLOW, _NORMAL_MAP = "GLOW", "NORMAL_MAP"
 # Depth tolerance for glowing surfaces, whose depth images may be off, as part of the radius about an object's glowing
 # and translucent triangles: a third of a texel of 256² for a lamp alone, and less for small lamps on large objects, so
 # that few of them shine through thin walls.
 _TOLERANCE = 1 / 128
 _OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # for premultiplied light; with opacity 0 it is added
+
+
+class _NormalMapped(NamedTuple):
+    """Describe the program for surfaces with a normal map: its defines, uniforms, and the texture unit of the map."""
+
+    defines: tuple[str, ...]
+    uniforms: dict[str, Any]
+    unit: int
 
 
 class TranslucencyPass(Pass[Params]):
@@ -90,29 +100,38 @@ class TranslucencyPass(Pass[Params]):
         self._lamps = self._lamps or LampInputs(self.gl)
         inputs = _joined([_sun(frame), self._lamps.of(frame), _fog(frame)])
         defines = joined_defines(inputs)
-        program = self._programs[defines]
         units = _units(inputs)
-        program.set(**units, **joined_uniforms(inputs))
+        uniforms = units | joined_uniforms(inputs)
+        self._programs[defines].set(**uniforms)
         for part in inputs:
             for name, texture in part.textures.items():
                 texture.use(units[name])
+        mapped = _NormalMapped((_NORMAL_MAP, *defines), uniforms, len(units))
         for batch in frame.translucent.batches:
             of_asset = frame.assets.translucent.objects[batch.asset]
             if of_asset.mesh.runs:
-                self._blend_batch(defines, batch, of_asset)
+                self._blend_batch(defines, mapped, batch, of_asset)
 
-    def _blend_batch(self, defines: tuple[str, ...], batch: TranslucentBatch, of_asset: TranslucentObject) -> None:
+    def _blend_batch(
+        self, defines: tuple[str, ...], mapped: _NormalMapped, batch: TranslucentBatch, of_asset: TranslucentObject
+    ) -> None:
         runs = of_asset.mesh.runs
-        if batch.sorted is None:
-            array = self._array(defines, batch, of_asset, of_asset.indices)
-            drawn = [(run, run.first, run.count) for run in runs]
-        else:
+        indices: tuple[Any, ...] = (of_asset.indices,)
+        drawn = [(run, run.first, run.count) for run in runs]
+        if batch.sorted is not None:
             assert self._sorted is not None  # `draw` has made it
-            array = self._array(defines, batch, of_asset, self._sorted, "sorted")
+            indices = self._sorted, "sorted"
             drawn = [(runs[part.run], part.first, part.count) for part in batch.sorted]
+        arrays = Variants(lambda variant: self._array(variant, batch, of_asset, *indices))
         for run, first, count in drawn:
             of_asset.use(run)
-            array.render(vertices=3 * count, first=3 * first, instances=batch.count)
+            chosen = defines
+            if run.normal_map is not None:
+                chosen = mapped.defines
+                of_asset.use_normal_map(run, mapped.unit)
+                own = {"normal_map": mapped.unit, "normal_scale": run.normal_scale}
+                self._programs[chosen].set(**mapped.uniforms, **own)
+            arrays[chosen].render(vertices=3 * count, first=3 * first, instances=batch.count)
 
     def _array(
         self,

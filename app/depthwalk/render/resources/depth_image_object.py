@@ -55,6 +55,8 @@ class DepthObject:
         Uniforms of shaders/common/depth_images.glsl, by name.
     relief
         Uniforms of shaders/common/meso.glsl and faces.glsl, by name.
+    keeps_normals
+        Whether normals that face away from the viewer stay as they are, see `BakedObject`.
     """
 
     vertices: moderngl.Buffer
@@ -66,6 +68,7 @@ class DepthObject:
     geometry: dict[str, Any]
     surface: dict[str, Any]
     relief: dict[str, Any]
+    keeps_normals: bool = False
 
     @property
     def defines(self) -> tuple[str, ...]:
@@ -74,8 +77,9 @@ class DepthObject:
 
     @property
     def surface_defines(self) -> tuple[str, ...]:
-        """Return the defines of the shader that looks up the surface: meso-structure, and kinds of colour."""
-        return *self.defines, *self._shown_texture.defines
+        """Return the defines of the shader that looks up the surface: meso-structure, kinds of colour and normal."""
+        normals = ("KEEPS_NORMALS",) if self.keeps_normals else ()
+        return *self.defines, *normals, *self._shown_texture.defines
 
     @property
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
@@ -271,6 +275,7 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
             "cylinder_height": cylinder.height,
             "first_images": [int((faces < face).sum()) for face in Face],
         },
+        keeps_normals=baked.keeps_normals,
     )
 
 

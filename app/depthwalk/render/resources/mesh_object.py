@@ -9,9 +9,11 @@ from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
+from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.render.resources.meshlets import Meshlets
 
@@ -21,6 +23,7 @@ PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "
 PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
 POSITION_LAYOUT = ("3f 24x", "in_position")
 CUT_OUT_LAYOUT = ("3f 16x 2f", "in_position", "in_uv")  # for shadows of meshes with cut-outs
+_NORMAL_MAP = 4  # texture unit; 0 is that of the colours, and 1 to 3 are those of `render.cluster_drawing`
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
 # An estimate for meshes that are not read yet: a smooth one has half a vertex per triangle, a faceted one three.
 BYTES_PER_TRIANGLE = 3 * 4 + _VERTEX.itemsize
@@ -36,20 +39,37 @@ class MaterialLook(NamedTuple):
     uniforms
         The uniforms of shaders/mesh/mesh.frag, by name.
     painted
-        Whether the texture or the vertices have colours, so that the mesh is drawn with PAINTED_LAYOUT.
+        Whether the texture or the vertices have colours, or there is a normal map, so that the mesh is drawn with
+        PAINTED_LAYOUT.
     cutoff
         Alpha of the texture below which there is no surface; None: the surface is everywhere.
+    normal_map
+        The normals in tangent space; None: those of the vertices.
     """
 
     texture: moderngl.Texture
     uniforms: dict[str, Any]
     painted: bool
     cutoff: float | None = None
+    normal_map: moderngl.Texture | None = None
 
     @property
     def defines(self) -> tuple[str, ...]:
         """Return the defines of shaders/mesh/mesh.frag with which the material is drawn."""
-        return () if not self.painted else ("PAINTED",) if self.cutoff is None else ("PAINTED", "CUT_OUT")
+        has = {"PAINTED": self.painted, "CUT_OUT": self.cutoff is not None, "NORMAL_MAP": self.normal_map is not None}
+        return tuple(name for name, present in has.items() if present)
+
+    @property
+    def textures(self) -> tuple[moderngl.Texture, ...]:
+        """Return its textures."""
+        return (self.texture,) if self.normal_map is None else (self.texture, self.normal_map)
+
+    def use(self, program: Program) -> None:
+        """Bind the textures and set the uniforms of a program that was compiled with `defines`."""
+        self.texture.use(0)
+        if self.normal_map is not None:
+            self.normal_map.use(_NORMAL_MAP)
+        program.set(**self.uniforms)
 
 
 @dataclass
@@ -167,6 +187,30 @@ def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialL
     texels = WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
     texture = gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes())
     uniforms = {name: getattr(material, name) for name in ("base_colour", "specular", "shininess")}
+    uniforms["base_texture"] = 0
     if material.cutoff is not None:
         uniforms["cutoff"] = material.cutoff
-    return MaterialLook(texture, uniforms, coloured or material.texture is not None, material.cutoff)
+    normal_map = None if material.normal_map is None else upload_normal_map(gl, material.normal_map)
+    if normal_map is not None:
+        uniforms |= {"normal_map": _NORMAL_MAP, "normal_scale": material.normal_scale}
+    painted = coloured or material.texture is not None or normal_map is not None
+    return MaterialLook(texture, uniforms, painted, material.cutoff, normal_map)
+
+
+def upload_normal_map(gl: Scope, normal_map: NDArray[np.uint8]) -> moderngl.Texture:
+    """Upload a normal map into a scope; its mip-maps hold means, which are filtered like the texels of a texture.
+
+    Parameters
+    ----------
+    gl
+        The scope that owns the texture.
+    normal_map
+        (H, W, 4) uint8, row 0 at the top, see `Material.normal_map`.
+
+    Returns
+    -------
+    moderngl.Texture
+        The texture, row 0 at v = 0.
+    """
+    height, width = normal_map.shape[:2]
+    return gl.tiling_texture((width, height), 4, np.ascontiguousarray(normal_map[::-1]).tobytes())

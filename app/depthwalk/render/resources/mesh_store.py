@@ -171,7 +171,7 @@ class MeshStore:
             if asset in self._clusters:
                 self._clusters.pop(asset).free(self._gl)
             if asset in self._looks:
-                self._gl.free(*(material.texture for material in self._looks.pop(asset).materials))
+                self._gl.free(*(texture for look in self._looks.pop(asset).materials for texture in look.textures))
             self.reader.forget(asset)
 
     def forget(self) -> None:

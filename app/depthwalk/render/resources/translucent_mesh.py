@@ -52,6 +52,10 @@ class TextureRun:
         (H, W, 4) texture of the emission, sRGB, top row first; None: none.
     cutoff
         Alpha of the texture of colours, 0 to 1, below which nothing glows; None: everything glows.
+    normal_map
+        (H, W, 4) normal map, see `Material.normal_map`; None: none. Glow does not depend on it.
+    normal_scale
+        Factor on x and y of its normals.
     """
 
     first: int
@@ -59,6 +63,8 @@ class TextureRun:
     colour: Texels | None
     emission: Texels | None
     cutoff: float | None
+    normal_map: Texels | None
+    normal_scale: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,8 +178,9 @@ class _Gathered:
             count += len(rows)
         self.vertices, self.faces = np.concatenate(vertices), np.concatenate(corners)
 
-    def _key(self, material: Material) -> tuple[int, int, float]:
-        return id(self._colour(material)), id(material.emission_texture), material.cutoff or 0.0
+    def _key(self, material: Material) -> tuple[int, int, float, int, float]:
+        own = id(self._colour(material)), id(material.emission_texture), material.cutoff or 0.0
+        return *own, id(material.normal_map), material.normal_scale
 
     def runs(self, first: int) -> tuple[TextureRun, ...]:
         """Return the runs of faces that show the same textures; `first` is the number of the first face."""
@@ -188,6 +195,8 @@ class _Gathered:
                         colour=self._colour(materials[0]),
                         emission=materials[0].emission_texture,
                         cutoff=materials[0].cutoff,
+                        normal_map=materials[0].normal_map,
+                        normal_scale=materials[0].normal_scale,
                     )
                 )
             first += count

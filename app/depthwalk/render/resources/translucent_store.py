@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.render.resources.mesh_object import WHITE
+from depthwalk.render.resources.mesh_object import WHITE, upload_normal_map
 from depthwalk.render.resources.translucent_mesh import Texels, TextureRun, TranslucentMesh, gather_translucent
 
 log = logging.getLogger(__name__)
@@ -32,22 +32,30 @@ class TranslucentObject:
         The buffer of `mesh.faces`, three uint32 per triangle.
     textures
         The textures of colour and of emission, by the identity of their texels; a white texel where there is none.
+    normal_maps
+        The normal maps of translucent triangles, by the identity of their texels.
     """
 
     mesh: TranslucentMesh
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
     textures: dict[int, moderngl.Texture]
+    normal_maps: dict[int, moderngl.Texture]
 
     def use(self, run: TextureRun) -> None:
         """Bind the textures of a run of triangles: of colour to unit 0, of emission to unit 1."""
         self.textures[id(run.colour)].use(0)
         self.textures[id(run.emission)].use(1)
 
+    def use_normal_map(self, run: TextureRun, unit: int) -> None:
+        """Bind the normal map of a run of triangles, which has one, to a texture unit."""
+        self.normal_maps[id(run.normal_map)].use(unit)
+
     @property
     def bytes(self) -> int:
         """Return how many bytes of GPU memory buffers and textures take."""
-        texels = sum(texture.width * texture.height for texture in self.textures.values())
+        textures = (*self.textures.values(), *self.normal_maps.values())
+        texels = sum(texture.width * texture.height for texture in textures)
         return int(self.vertices.size + self.indices.size + 4 * texels * 4 / 3)
 
 
@@ -133,12 +141,17 @@ class TranslucentStore:
                 vertices=self._gl.buffer(mesh.vertices.view(np.uint8)),
                 indices=self._gl.buffer(np.ascontiguousarray(mesh.faces)),
                 textures=self._textures(mesh),
+                normal_maps=self._normal_maps(mesh),
             )
 
     def _textures(self, mesh: TranslucentMesh) -> dict[int, moderngl.Texture]:
         runs = (*mesh.runs, *mesh.glowing)
         by_id: dict[int, Texels | None] = {id(texels): texels for run in runs for texels in (run.colour, run.emission)}
         return {number: self._texture(WHITE if texels is None else texels) for number, texels in by_id.items()}
+
+    def _normal_maps(self, mesh: TranslucentMesh) -> dict[int, moderngl.Texture]:
+        by_id = {id(run.normal_map): run.normal_map for run in mesh.runs}
+        return {number: upload_normal_map(self._gl, map_) for number, map_ in by_id.items() if map_ is not None}
 
     def _texture(self, texels: Texels) -> moderngl.Texture:
         flipped = np.ascontiguousarray(texels[::-1])
