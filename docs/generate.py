@@ -88,11 +88,11 @@ has no `dpci`. `render` draws a still of a mesh from its polygons, since baking 
 Of glTF and GLB files, the default scene is read, without its cameras, lamps and animations: skins and shape keys (morph
 targets) are as the nodes pose them at rest. Colours and texture coordinates may be integers, accessors sparse or
 quantised, textures transformed (`KHR_texture_transform`). Files compressed by Draco or meshopt must be exported
-without. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours, and textures
-always repeat. `KHR_materials_unlit` is lit like any other material:
-depth images have no unlit colours, and [glow](light.md#glass-and-glow), which would show them, has no levels of detail,
-while such files are mostly scans, all of whose triangles would glow. `render.inspection.show: albedo` shows all colours
-without light. `depthwalk info` lists what of a file is not read.
+without. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours, and
+textures always repeat. `KHR_materials_unlit` is lit like any other material: depth images have no unlit colours, and
+[glow](light.md#glass-and-glow), which would show them, has no levels of detail, while such files are mostly scans, all
+of whose triangles would glow. `render.inspection.show: albedo` shows all colours without light. `depthwalk info` lists
+what of a file is not read.
 """
 _PATH = """## Path files
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.cook.foliage_dilation import count_voxels, dilate_foliage
+from depthwalk.cook.foliage_dilation import FoliageCover, count_silhouette, count_voxels, dilate_foliage
 from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.vertex_clustering import cluster_vertices
 from depthwalk.ingest.mesh import Mesh
@@ -45,3 +45,23 @@ def test_leaves_that_shrank_are_spread_to_their_size() -> None:
 def test_what_is_large_enough_or_has_no_rims_is_not_spread() -> None:
     for surface, wanted in (welded(leaves(200, 0.2)), 100), (welded(sphere()), 100_000):
         assert np.array_equal(dilate_foliage(surface, wanted, SIDE, 1.0), surface.point)
+
+
+def test_silhouettes_of_a_ball_are_discs_however_many_surfaces_lie_behind() -> None:
+    ball = sphere(0.5, 96, 48)
+    corners = ball.positions[ball.faces].astype(np.float64)
+    disc = np.pi * 0.5**2 / 0.02**2
+    assert count_silhouette(corners, 0.02) == pytest.approx(6 * disc, rel=0.06)  # from six sides
+    inner = 0.8 * (corners - [0, 0.5, 0]) + [0, 0.5, 0]
+    assert count_silhouette(np.concatenate([corners, inner]), 0.02) == pytest.approx(6 * disc, rel=0.06)
+
+
+def test_a_surface_without_what_lies_inside_looks_restored_but_is_not() -> None:
+    ball = sphere(0.5, 96, 48)
+    outer = welded(ball)
+    shells = welded(replace(ball, positions=0.5 * (ball.positions - [0, 0.5, 0]) + [0, 0.5, 0]))
+    point = np.concatenate([outer.point, shells.point])
+    cover = FoliageCover(point, np.concatenate([outer.triangles, shells.triangles + len(outer.point)]), SIDE)
+    assert cover.is_restored(point[np.concatenate([outer.triangles, shells.triangles + len(outer.point)])])
+    assert not cover.is_restored(outer.point[outer.triangles]) and cover.looks_restored(outer.point[outer.triangles])
+    assert not cover.looks_restored(shells.point[shells.triangles])

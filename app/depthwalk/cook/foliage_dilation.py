@@ -4,17 +4,22 @@ Simplification makes leaves shrink or vanish. The remaining ones are enlarged in
 "Stochastic Simplification of Aggregate Detail"; counting voxels determines by how much.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from depthwalk.cook.quadrics import ClusteredSurface
 from depthwalk.geometry.indexed_triangles import open_edges
 from depthwalk.geometry.triangles import face_normals, sample_batches
 from depthwalk.geometry.vectors import lengths
-from depthwalk.types import Array
+from depthwalk.types import Array, Ints
 
 _SAMPLES = 4  # per face of a voxel: enough to find nearly all voxels that are touched
+_VIEWS = 6  # from which silhouettes are seen; opposite ones show the same
 _OFFSETS = 4  # that are tried, including the first
 _MAX_RATIO = 4.0  # of an offset to the one before
+_PIXEL = 4.0  # edge of the pixels of silhouettes, in voxels
+_LEAST_COVER = 0.95  # of what the original covers: what is as large as it
 
 
 def count_voxels(corners: Array, voxel_size: float) -> int:
@@ -43,6 +48,32 @@ def count_voxels(corners: Array, voxel_size: float) -> int:
         x, y, z = np.floor(point / voxel_size).astype(np.int64).T - low[:, None]
         met.ravel()[(x * height + y) * depth + z] = True
     return int(np.count_nonzero(met))
+
+
+def count_silhouette(corners: Array, pixel: float) -> int:
+    """Return how many pixels a set of triangles covers, seen from far away, in all of several views from around.
+
+    Parameters
+    ----------
+    corners
+        (t, 3, 3) the triangles, metres, object frame.
+    pixel
+        Edge of a pixel, metres.
+
+    Returns
+    -------
+    int
+        The number of pixels.
+    """
+    areas = face_normals(corners)[1]
+    count = int(_SAMPLES * areas.sum() / pixel**2) + 1
+    met = [set[int]() for _ in range(_VIEWS)]
+    for point, _ in sample_batches(corners, areas, count):
+        row = np.floor(point[:, 1] / pixel).astype(np.int64) << 32
+        for pixels, angle in zip(met, np.pi * np.arange(_VIEWS) / _VIEWS, strict=True):
+            across = np.floor((point[:, 0] * np.cos(angle) - point[:, 2] * np.sin(angle)) / pixel).astype(np.int64)
+            pixels.update(np.unique(row + across).tolist())
+    return sum(map(len, met))
 
 
 def dilate_foliage(surface: ClusteredSurface, target_voxels: int, voxel_size: float, max_offset: float) -> Array:
@@ -87,3 +118,31 @@ def dilate_foliage(surface: ClusteredSurface, target_voxels: int, voxel_size: fl
             break
         offset = following
     return surface.point + offset * outward
+
+
+class FoliageCover:
+    """Tell how much foliage covers, by voxels that it touches and by its silhouettes, and keep its levels as large."""
+
+    def __init__(self, point: Array, triangles: Ints, voxel: float) -> None:
+        """Take the original, points (n, 3) and triangles (t, 3), and the edge of a voxel, metres; count nothing yet."""
+        self._point, self._triangles, self._voxel = point, triangles, voxel
+
+    @cached_property
+    def _target(self) -> int:
+        return count_voxels(self._point[self._triangles], self._voxel)
+
+    @cached_property
+    def _silhouette(self) -> int:
+        return count_silhouette(self._point[self._triangles], _PIXEL * self._voxel)
+
+    def restored(self, surface: ClusteredSurface, tolerance: float) -> Array:
+        """Return the triangles (t, 3, 3) of a level, metres, dilated by at most its tolerance, metres."""
+        return dilate_foliage(surface, self._target, self._voxel, tolerance)[surface.triangles]
+
+    def is_restored(self, corners: Array) -> bool:
+        """Return whether triangles (t, 3, 3), metres, touch as many voxels as the original."""
+        return count_voxels(corners, self._voxel) >= _LEAST_COVER * self._target
+
+    def looks_restored(self, corners: Array) -> bool:
+        """Return whether triangles (t, 3, 3), metres, hide as much of what is behind them as the original does."""
+        return count_silhouette(corners, _PIXEL * self._voxel) >= _LEAST_COVER * self._silhouette

@@ -8,7 +8,6 @@ triangle looks into the one that shows it best (`view_selection`).
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
@@ -17,7 +16,7 @@ import numpy as np
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject
 from depthwalk.cook.edge_collapse import collapse_edges
-from depthwalk.cook.foliage_dilation import count_voxels, dilate_foliage
+from depthwalk.cook.foliage_dilation import FoliageCover
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.indexed_lods import index_levels
 from depthwalk.cook.lod_geometry import BORDER, LodGeometry
@@ -45,11 +44,8 @@ _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
-_LEAST_COVER = 0.95  # of the voxels that the grid touches: what a level of foliage must touch, too
-_MERGED_TOLERANCES = (
-    1.0,
-    0.5,
-)  # shares of a level's tolerance, within which merged leaves are simplified: both are tried
+# Of a level's tolerance: voxels within which leaves are merged, and tolerance of the merged ones. All are tried.
+_REMERGED = (1.0, 1.0), (1.0, 0.5), (0.5, 1.0)
 _MIN_AREA = 0.75  # of the area of the first coarse level: a fine surface with less is not used as a level
 _MIN_TRIANGLES = 24  # fewest triangles of a level
 _MAX_SHARE = 0.65  # of the finer level's triangles: a surface with more is not worth a level
@@ -101,7 +97,7 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
     used = np.zeros(len(point), bool)
     used[triangles] = True
     probes = point[np.random.default_rng(0).permutation(np.flatnonzero(used & ~yields))[:_PROBES]]
-    cover = _Cover(point, triangles, _DILATION_VOXEL * texel)
+    cover = FoliageCover(point, triangles, _DILATION_VOXEL * texel)
     surfaces = _surfaces(point, triangles, rank, texel, most, cover, parallel)
     finest_surface = next(surfaces)
     foliage = len(finest_surface.surface.triangles) > most
@@ -135,28 +131,8 @@ class _Level(NamedTuple):
     dilated: Array | None = None
 
 
-class _Cover:
-    """Keep levels of foliage as large as the grid, by the voxels that they touch."""
-
-    def __init__(self, point: Array, triangles: Ints, voxel: float) -> None:
-        """Take the grid, points (n, 3) and triangles (t, 3), and the edge of a voxel, metres; count nothing yet."""
-        self._point, self._triangles, self._voxel = point, triangles, voxel
-
-    @cached_property
-    def _target(self) -> int:
-        return count_voxels(self._point[self._triangles], self._voxel)
-
-    def restored(self, surface: ClusteredSurface, tolerance: float) -> Array:
-        """Return the triangles (t, 3, 3) of a level, metres, dilated by at most its tolerance, metres."""
-        return dilate_foliage(surface, self._target, self._voxel, tolerance)[surface.triangles]
-
-    def is_restored(self, corners: Array) -> bool:
-        """Return whether triangles (t, 3, 3), metres, are as large as the grid."""
-        return count_voxels(corners, self._voxel) >= _LEAST_COVER * self._target
-
-
 def _surfaces(
-    point: Array, triangles: Ints, rank: Ints, texel: float, most: float, cover: _Cover, parallel: Map
+    point: Array, triangles: Ints, rank: Ints, texel: float, most: float, cover: FoliageCover, parallel: Map
 ) -> Iterator[_Level]:
     """Yield the levels, finest first.
 
@@ -207,12 +183,13 @@ def _coarse_levels(coarse: ClusteredSurface, texel: float, parallel: Map) -> lis
 
 
 def _foliage_levels(
-    clustered: Callable[[float], tuple[Array, Ints]], texel: float, cover: _Cover, parallel: Map
+    clustered: Callable[[float], tuple[Array, Ints]], texel: float, cover: FoliageCover, parallel: Map
 ) -> list[_Level]:
     """Return the levels of foliage, as `_coarse_levels` does for other surfaces.
 
     Once only a few of many leaves are left, dilation cannot make up for the others, and crowns would become bare from
-    afar. From there on, leaves are merged within voxels as large as the tolerance, which leaves a closed surface.
+    afar. From there on, leaves are merged within voxels as large as the tolerance, or half as large, which leaves a
+    closed surface.
 
     clustered: `cluster_vertices` of the grid, by the voxel in texels; texel: metres; cover: of the grid.
     """
@@ -220,27 +197,28 @@ def _foliage_levels(
     def merged(voxel: float) -> ClusteredSurface:
         return _coarse_surface(*clustered(voxel), bulged=False)  # merged leaves are not on an arc
 
-    def candidates(finer: ClusteredSurface, tolerance: float) -> Iterator[ClusteredSurface]:
-        yield collapse_edges(finer, tolerance, parallel)
-        for share in _MERGED_TOLERANCES:
-            yield collapse_edges(merged(tolerance / texel), share * tolerance, parallel)
-
     def coarser(finer: ClusteredSurface, tolerance: float) -> _Level | None:
-        for surface in candidates(finer, tolerance):
-            if len(surface.triangles) >= _MIN_TRIANGLES:
+        others: list[tuple[ClusteredSurface, Array]] = []
+        for surface in chain([collapse_edges(finer, tolerance, parallel)], remerged(tolerance)):
+            if _MIN_TRIANGLES <= len(surface.triangles) <= _MAX_SHARE * len(finer.triangles):
                 corners = cover.restored(surface, tolerance)
                 if cover.is_restored(corners):
                     return _Level(surface, tolerance, corners)
-        return None
+                others.append((surface, corners))
+        whole = ((surface, corners) for surface, corners in others if cover.looks_restored(corners))
+        return next((_Level(surface, tolerance, corners) for surface, corners in whole), None)
+
+    def remerged(tolerance: float) -> Iterator[ClusteredSurface]:
+        for voxel_share, tolerance_share in _REMERGED:
+            yield collapse_edges(merged(voxel_share * tolerance / texel), tolerance_share * tolerance, parallel)
 
     first, tolerance = merged(_FOLIAGE_VOXEL), _COARSE_TOLERANCE * texel
     levels = [_Level(collapse_edges(first, tolerance, parallel), tolerance)]
     for _ in range(1, _COARSE_LEVELS):
         tolerance *= _GROWTH
         level = coarser(levels[-1].surface, tolerance)
-        if level is None:
-            break
-        levels.append(level)
+        if level is not None:
+            levels.append(level)
     return levels
 
 
