@@ -198,9 +198,13 @@ def _foliage_levels(
         return _coarse_surface(*clustered(voxel), bulged=False)  # merged leaves are not on an arc
 
     def coarser(finer: ClusteredSurface, tolerance: float) -> _Level | None:
+        most = _MAX_SHARE * len(finer.triangles)
+        collapsed = collapse_edges(finer, tolerance, parallel)
+        if len(collapsed.triangles) > most:
+            return None
         others: list[tuple[ClusteredSurface, Array]] = []
-        for surface in chain([collapse_edges(finer, tolerance, parallel)], remerged(tolerance)):
-            if _MIN_TRIANGLES <= len(surface.triangles) <= _MAX_SHARE * len(finer.triangles):
+        for surface in chain([collapsed], remerged(tolerance)):
+            if _MIN_TRIANGLES <= len(surface.triangles) <= most:
                 corners = cover.restored(surface, tolerance)
                 if cover.is_restored(corners):
                     return _Level(surface, tolerance, corners)
