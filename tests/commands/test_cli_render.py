@@ -138,6 +138,16 @@ def test_a_picture_of_the_sky_lights_a_mesh(run: Callable[..., Any], tiny_scene:
     assert np.abs(pixels.astype(int) - turned).max() <= 1
 
 
+@pytest.mark.parametrize("setting", ["environment.sky.image=other.png", "environment.sky={}", "environment={}"])
+def test_a_sky_is_named_once(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, setting: str) -> None:
+    sky, picture = tmp_path / "red.png", tmp_path / "a.png"
+    sky.write_bytes(png_bytes(np.tile(np.array([200, 0, 0], np.uint8), (8, 16, 1))))
+    result = run("render", tiny_scene, "-o", picture, "--sky", sky, "--set", setting, *SMALL)
+    assert result.exit_code == 2
+    assert result.stderr == f"--set {setting.split('=')[0]}: cannot be given beside --sky\n"
+    assert not picture.exists()
+
+
 @pytest.mark.parametrize(
     ("sky", "defect"),
     [

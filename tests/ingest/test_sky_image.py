@@ -2,6 +2,7 @@
 
 import logging
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,31 @@ def test_light_is_finite_and_not_negative(tmp_path: Path) -> None:
         "B": np.array([[3e38, 0.5]], np.float32),
     }
     light = load(tmp_path, "a.exr", exr(odd))
-    assert light.tolist() == [[[0, 0, 1e10], [1e10, 0, 0.5]]]
+    assert light.tolist() == [[[0, 0, 1e10], [65504, 0, 0.5]]]
+
+
+def test_light_beyond_half_floats_is_their_greatest_number(tmp_path: Path) -> None:
+    over = {name: np.array([[np.inf, 6e4]], np.float16) for name in "RGB"}
+    assert load(tmp_path, "a.exr", exr(over)).tolist() == [[[65504] * 3, [6e4] * 3]]
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.exr"])
+def test_memory_is_checked_for_all_that_reading_takes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    bytes_ = np.random.default_rng(2).integers(0, 255, (256, 512, 3), np.uint8)
+    wide = {channel: bytes_[..., c].astype(np.float32) for c, channel in enumerate("RGB")}
+    data = picture("PNG", "RGB", bytes_) if name == "a.png" else exr(wide)
+    load(tmp_path, name, data)  # imports what reads it
+    checked = [0]
+    monkeypatch.setattr(sky_image, "check_memory", lambda _path, needed, _what: checked.append(needed))
+    tracemalloc.start()
+    try:
+        load_sky_image(tmp_path / name)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak - len(data) < max(checked)
 
 
 @pytest.mark.parametrize(

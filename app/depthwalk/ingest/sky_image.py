@@ -19,6 +19,9 @@ from depthwalk.limits import MAX_SKY_WIDTH, MAX_TEXTURE_SIDE
 log = logging.getLogger(__name__)
 
 _MOST_LIGHT = 1e10  # of a pixel: some files hold cd/m², of which the sun has 2 · 10⁹; sums stay far below float32's end
+# What infinity stands for: light beyond the end of half floats, as of the sun in many files. A pixel of `_MOST_LIGHT`
+# would outshine all others.
+_OVERFLOWN = 65504.0
 _ROUNDING = 2  # pixels by which the width may miss twice the height, in pictures that were scaled
 _PIXEL_BYTES = 32  # per pixel and while it is decoded, besides the channels of an OpenEXR file
 
@@ -52,10 +55,12 @@ def load_sky_image(path: Path) -> NDArray[np.float32]:
             image = open_image(read_bytes(path), str(path))
             check_size(image, str(path))
             _check_shape(path, image.width, image.height)
+            _check_memory(path, image.width, image.height)
             texels = linear_from_srgb8(rgba(image, str(path))[..., :3])
     height, width = texels.shape[:2]
     _check_shape(path, width, height)
-    texels = np.clip(np.nan_to_num(texels, nan=0.0, posinf=_MOST_LIGHT, neginf=0.0), 0, _MOST_LIGHT)
+    np.nan_to_num(texels, copy=False, nan=0.0, posinf=_OVERFLOWN, neginf=0.0)  # in place: two copies would be 24 bytes
+    np.clip(texels, 0, _MOST_LIGHT, out=texels)
     if width <= MAX_SKY_WIDTH:
         return texels
     log.warning("%s: reduced from %s to %s pixels across, the most that are drawn", path, width, MAX_SKY_WIDTH)
@@ -81,6 +86,12 @@ def _check_shape(path: Path, width: int, height: int) -> None:
         )
 
 
+def _check_memory(path: Path, width: int, height: int, planes: int = 0) -> None:
+    """Raise InputError where too little memory is left for a picture; planes: channels of floats besides."""
+    needed = (_PIXEL_BYTES + 4 * planes) * width * height
+    check_memory(path, needed, f"an image of {width} × {height} pixels")
+
+
 def _read_exr(path: Path) -> NDArray[np.float32]:
     """Return the channels R, G and B, or Y, of the first part of an OpenEXR file, (H, W, 3)."""
 
@@ -88,8 +99,7 @@ def _read_exr(path: Path) -> NDArray[np.float32]:
         if not 0 < min(width, height) <= max(width, height) <= MAX_TEXTURE_SIDE:
             raise InputError(f"{path}: image of {width} × {height} pixels; each side must be 1 to {MAX_TEXTURE_SIDE}")
         _check_shape(path, width, height)
-        needed = (_PIXEL_BYTES + 4 * planes) * width * height
-        check_memory(path, needed, f"an image of {width} × {height} pixels")
+        _check_memory(path, width, height, planes)
 
     channels = read_channels(path, check)
     names = ("R", "G", "B") if channels.keys() >= set("RGB") else ("Y", "Y", "Y")

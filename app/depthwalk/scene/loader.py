@@ -27,6 +27,9 @@ from depthwalk.scene.validate import Source, check_model, raise_all
 if TYPE_CHECKING:
     from depthwalk.scene.advice import Advice
 
+# What --sky sets itself, so that one of the two would be ignored.
+_WHOLE_SKY = "environment", "environment.sky", "environment.sky.image"
+
 
 def load_scene(
     path: Path | str,
@@ -277,6 +280,8 @@ def _with_sky(overrides: Mapping[str, str] | None, sky: Path | None) -> Mapping[
     if not sky.is_file():
         raise missing_file(sky)
     check_sky_suffix(sky)
+    if beside := [key for key in _WHOLE_SKY if key in (overrides or {})]:
+        raise InputError(*(f"--set {key}: cannot be given beside --sky" for key in beside))
     named = json.dumps(sky.name, ensure_ascii=False)
     return {"environment.sky": f"{{model: image, image: {named}, sun: true, light: true}}", **(overrides or {})}
 
