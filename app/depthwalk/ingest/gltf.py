@@ -99,7 +99,9 @@ def _all_used(header: dict[str, Any], holds: Callable[[dict[str, Any]], bool]) -
     """Return whether there are triangles in a glTF file, all with a material of which something holds."""
     try:
         primitives = [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
-        used = {primitive.get("material") for primitive in primitives if primitive.get("mode", _TRIANGLES) >= _TRIANGLES}
+        used = {
+            primitive.get("material") for primitive in primitives if primitive.get("mode", _TRIANGLES) >= _TRIANGLES
+        }
         return bool(used) and all(number is not None and holds(header["materials"][number]) for number in used)
     except (AttributeError, TypeError, LookupError):  # reported when the mesh is read
         return False

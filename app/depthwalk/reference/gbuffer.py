@@ -31,12 +31,13 @@ def packed_surfaces(surfaces: Surfaces) -> NDArray[np.uint32]:
 
 def unlit_surfaces(words: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """Return words of the G-buffer, (n, 2) uint32, of the same surfaces shown without light."""
-    return words & [0xFFFFFF, (1 << _SHININESS_SHIFT) - 1] | np.array([0xFF << 24, 0], np.uint32)
+    kept, added = np.array([[0xFFFFFF, (1 << _SHININESS_SHIFT) - 1], [0xFF << 24, 0]], np.uint32)
+    return np.asarray(words & kept | added)
 
 
 def is_unlit(words: NDArray[np.uint32]) -> Mask:
     """Return which words of the G-buffer, (n, 2) uint32, are of surfaces that are shown without light, (n,)."""
-    return (words[:, 0] >> 24 == 0xFF) & (words[:, 1] >> _SHININESS_SHIFT == 0)
+    return np.asarray((words[:, 0] >> 24 == 0xFF) & (words[:, 1] >> _SHININESS_SHIFT == 0))
 
 
 def unpacked_surfaces(words: NDArray[np.uint32]) -> Surfaces:

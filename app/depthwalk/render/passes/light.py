@@ -2,8 +2,8 @@
 
 A surface reflects albedo · max(n · l, 0) + specular · max(r · l, 0)^shininess of a light (Phong 1975), with the shadow
 maps as factor. Ambient light is a polynomial of its normal (Ramamoorthi and Hanrahan 2001), times the part that
-`ambient_occlusion` lets through. Unlit surfaces keep their colour. Lamps come from lists of cells of the view frustum (Olsson, Billeter and Assarsson
-2012).
+`ambient_occlusion` lets through. Lamps come from lists of cells of the view frustum (Olsson, Billeter and Assarsson
+2012). Unlit surfaces keep their colour.
 """
 
 from typing import Any

@@ -23,7 +23,8 @@ from depthwalk.render.pixel_pass import PixelInputs, joined_defines, joined_unif
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.resources.translucent_store import TranslucentObject
 
-# moderngl's format of a TRANSLUCENT_VERTEX, and the attributes that are read: all, or those of glowing or unlit surfaces.
+# moderngl's format of a TRANSLUCENT_VERTEX, and the attributes that are read: all, or those that glow or unlit
+# surfaces need.
 _LAYOUT = "3f 2f 3f 3f 4f 2f", "in_position", "in_uv", "in_emission", "in_normal", "in_colour", "in_highlight"
 _GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
 _UNLIT_LAYOUT = "3f 2f 3f 12x 4f 8x", *_LAYOUT[1:4], "in_colour"
