@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -70,6 +70,17 @@ def test_a_square_shows_its_base_colour(
     scene, library = shown(unlit, representation, lights=[lamp], **FROM_BEHIND)
     set_all(scene.render, {"light.mode": lit})
     picture = studio.picture(scene, library, replace(CAMERA, position=(0.0, 0.5, side * 2.0)))
+    assert picture[MIDDLE][..., :3] == pytest.approx(np.broadcast_to(SHOWN, (20, 20, 3)), abs=1.5 / 255)
+
+
+@pytest.mark.parametrize("aa", get_args(AaName))
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
+def test_smoothing_and_single_passes_change_no_colour(
+    studio: Studio, unlit: Mesh, representation: Representation, aa: AaName
+) -> None:
+    scene, library = shown(unlit, representation, **FROM_BEHIND)
+    set_all(scene.render, {"aa": aa, "fused": False, "light.mode": "forward"})
+    picture = studio.picture(scene, library, CAMERA)
     assert picture[MIDDLE][..., :3] == pytest.approx(np.broadcast_to(SHOWN, (20, 20, 3)), abs=1.5 / 255)
 
 
