@@ -89,10 +89,8 @@ Of glTF and GLB files, the default scene is read, without its cameras, lamps and
 targets) are as the nodes pose them at rest. Colours and texture coordinates may be integers, accessors sparse or
 quantised, textures transformed (`KHR_texture_transform`). Files compressed by Draco or meshopt must be exported
 without. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours, and
-textures always repeat. `KHR_materials_unlit` is lit like any other material: depth images have no unlit colours, and
-[glow](light.md#glass-and-glow), which would show them, has no levels of detail, while such files are mostly scans, all
-of whose triangles would glow. `render.inspection.show: albedo` shows all colours without light. `depthwalk info` lists
-what of a file is not read.
+textures always repeat. Files all of whose materials are `KHR_materials_unlit`, as scans are, are shown
+[without light](light.md#unlit). `depthwalk info` lists what of a file is not read.
 """
 _PATH = """## Path files
 

@@ -1,6 +1,7 @@
 // Packs a surface into the two words of the G-buffer, and unpacks it again for lighting. Twin: reference/gbuffer.py.
 //   x, from the lowest bits: square root of the linear colour (3 × 8 bits, as fine as sRGB), specular strength (8 bits).
-//   y: world normal on the octahedron (2 × 12 bits, at most 0.06° off), logarithm of the shininess (8 bits; 0: lit already).
+//   y: world normal on the octahedron (2 × 12 bits, at most 0.06° off), logarithm of the shininess (8 bits; 0: lit already;
+//      with the full specular strength: unlit).
 // One texture of integers costs a software rasteriser one fetch and no conversion, and a GPU 8 bytes of bandwidth per pixel.
 #include "common/octahedron.glsl"
 #from depthwalk.limits import MAX_SHININESS
@@ -8,20 +9,30 @@
 const uint NORMAL_MASK = (1u << NORMAL_BITS) - 1u, SHININESS_SHIFT = 2u * uint(NORMAL_BITS);
 const float NORMAL_STEPS = float(NORMAL_MASK - 1u);     // even, so that floors and walls have exact normals
 const float SHININESS_STEPS = 254.0;
+const uint COLOUR_MASK = (1u << 24u) - 1u;
 
+// UNLIT: the surface shows its colour without light, and its highlight does not matter.
 uvec2 packed_surface(vec3 linear, float specular, vec3 normal, float shininess) {
     uvec4 colour = uvec4(clamp(vec4(sqrt(linear), specular), 0.0, 1.0) * 255.0 + 0.5);
     uvec2 place = uvec2(octahedron_from_normal(normal) * NORMAL_STEPS + 0.5);
+#ifdef UNLIT
+    colour.a = 255u;
+    uint sharp = 0u;
+#else
     uint sharp = 1u + uint(SHININESS_STEPS * log2(max(shininess, 1.0)) / log2(MAX_SHININESS) + 0.5);
+#endif
     return uvec2(
         colour.r | colour.g << 8 | colour.b << 16 | colour.a << 24,
         place.x | place.y << NORMAL_BITS | sharp << SHININESS_SHIFT
     );
 }
 // Marks the surface as lit already, so that deferred lighting leaves it alone.
-uvec2 lit_surface(uvec2 surface) { return uvec2(surface.x, surface.y & ((1u << SHININESS_SHIFT) - 1u)); }
+uvec2 lit_surface(uvec2 surface) {
+    return uvec2(surface.x & COLOUR_MASK, surface.y & ((1u << SHININESS_SHIFT) - 1u));
+}
 
 bool is_lit(uvec2 surface) { return surface.y >> SHININESS_SHIFT == 0u; }
+bool is_unlit(uvec2 surface) { return is_lit(surface) && surface.x >> 24 == 255u; }
 vec3 albedo_of(uvec2 surface) {
     vec3 root = vec3(surface.x & 255u, surface.x >> 8 & 255u, surface.x >> 16 & 255u) / 255.0;
     return root * root;

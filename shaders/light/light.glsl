@@ -1,6 +1,6 @@
 // Lights what the G-buffer holds (Phong 1975), in world space, to linear colour: deferred lighting; draws the sky behind it.
 // AMBIENT_OCCLUSION: surfaces hide each other from ambient light; LAMPS: lamps reach the picture; LAMP_SHADOWS: some cast
-// shadows; SHADOWS: the sun does; FORWARD: what `material_resolve` has lit stays.
+// shadows; SHADOWS: the sun does; FORWARD: what `material_resolve` has lit stays; UNLIT: some surfaces keep their colour.
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"
 #include "common/pixel.glsl"
@@ -18,6 +18,12 @@ void draw_light(inout Pixel pixel) {
 #ifdef SKY
     pixel.lit = min(background_at(view, to_sun), MOST_LIGHT);
 #else
+#ifdef UNLIT
+    if (is_unlit(pixel.surface)) {
+        pixel.lit = vec4(albedo_of(pixel.surface), 1.0);
+        return;
+    }
+#endif
 #ifdef FORWARD
     if (is_lit(pixel.surface)) discard;
 #endif

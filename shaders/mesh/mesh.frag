@@ -1,6 +1,6 @@
 // Writes colour and world normal of polygons into the G-buffer.
 // PAINTED: vertices have colours, or the material has a texture. CUT_OUT: there is no surface where its alpha is low.
-// NORMAL_MAP: the material has a normal map; always PAINTED, too.
+// NORMAL_MAP: the material has a normal map; always PAINTED, too. UNLIT: it keeps its colour, see common/gbuffer.glsl.
 #include "common/gbuffer.glsl"
 #include "common/visibility.glsl"
 #ifdef NORMAL_MAP

@@ -1,6 +1,6 @@
 // Lights translucent polygons (Phong 1975) to linear light, premultiplied by their opacity, to be blended over the picture
 // (Porter and Duff 1984). Twin: reference/translucency.py.
-// NORMAL_MAP: the surface has a normal map.
+// NORMAL_MAP: the surface has a normal map. UNLIT: it keeps its colour without light.
 // GLOW: adds the light that opaque polygons emit. LAMPS, LAMP_SHADOWS, SHADOWS: as in light/light.glsl. FOG: there is fog.
 #include "common/phong.glsl"
 #include "common/shadow_map.glsl"
@@ -28,14 +28,18 @@ in vec3 from_viewer;    // world
 in vec2 uv;
 in vec3 emission;
 #ifndef GLOW
-in vec3 normal;
 in vec4 colour;
+#ifndef UNLIT
+in vec3 normal;
 flat in vec2 highlight;
+#endif
 #endif
 
 layout(location = 0) out vec4 lit;
 
-#ifndef GLOW
+#ifdef UNLIT
+vec3 light_from(vec3 hidden) { return hidden; }
+#elif !defined GLOW
 // Highlights do not depend on opacity, as light is reflected where it enters the surface.
 vec3 light_from(vec3 hidden) {
 #ifdef NORMAL_MAP

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from depthwalk.ingest.sources import Sources, hash_files
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from files import write_ply
+from glb_files import Glb
 
 PARAMS = ModelParams(resolution=32, layers=1)
 
@@ -145,6 +147,19 @@ def test_what_was_baked_with_glass_as_a_solid_is_made_anew(tmp_path: Path) -> No
     spec = MeshAsset(name="m", mesh=tmp_path / "m.obj", texture=None, up="y", height=None, dpci=None)
     for terms, same in (("d 1.0\nKe 1 1 1\n", True), ("d 0.5\n", False)):
         (tmp_path / "m.mtl").write_text(f"newmtl m\n{terms}")
+        assert (mesh_source(spec) == plain_hash(spec)) == same
+
+
+def test_what_was_lit_though_it_is_unlit_is_made_anew(tmp_path: Path) -> None:
+    """Other files, also those of which only some materials are unlit, keep what was made of them."""
+    spec = MeshAsset(name="m", mesh=tmp_path / "m.glb", texture=None, up="y", height=None, dpci=None)
+    cases: list[tuple[dict[str, Any], bool]] = [({"extensions": {"KHR_materials_unlit": {}}}, False), ({}, True)]
+    for other, same in cases:
+        glb = Glb()
+        glb.header["materials"] = [{"extensions": {"KHR_materials_unlit": {}}}, other]
+        for number in range(2):
+            glb.mesh({}, material=number)
+        glb.write(spec.mesh, {"mesh": 0}, {"mesh": 1})
         assert (mesh_source(spec) == plain_hash(spec)) == same
 
 

@@ -21,8 +21,11 @@ from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.header import inspect_header
 from depthwalk.bake.images import BakedObject, BoundaryStrip, Face
 from depthwalk.commands.cli import app
+from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cooked_file import read_cooked, write_cooked
 from depthwalk.errors import InputError
-from shapes import bake, box, joined, model_of
+from depthwalk.ingest.mesh import Material
+from shapes import bake, box, joined, model_of, panes
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +62,19 @@ def test_a_name_that_no_file_may_have_is_the_systems_error(tmp_path: Path, baked
 def test_what_is_read_is_written_again_to_the_byte(path: Path, tmp_path: Path) -> None:
     write_baked(tmp_path / "again.dpci.exr", read_baked(path))
     assert (tmp_path / "again.dpci.exr").read_bytes() == path.read_bytes()
+
+
+def test_unlit_surfaces_stay_so_in_files(tmp_path: Path) -> None:
+    """Of depth images, and of what is cooked from them."""
+    square = panes((0.0, Material(unlit=True, specular=0.0)))
+    (lit,) = model_of(bake(replace(square, materials=(Material(),)), resolution=16, layers=1)).parts
+    model = model_of(bake(square, resolution=16, layers=1))
+    assert model.parts[0].is_unlit and not lit.is_unlit
+    write_baked(tmp_path / "a.dpci.exr", model)
+    (read,) = read_baked(tmp_path / "a.dpci.exr").parts
+    assert read.is_unlit
+    write_cooked(tmp_path / "a.dpci.npz", read.key, (cook_object(read, CookOptions()),))
+    assert [cooked.outline.is_unlit for cooked in read_cooked(tmp_path / "a.dpci.npz")] == [True]
 
 
 def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(

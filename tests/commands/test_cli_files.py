@@ -350,6 +350,18 @@ def test_info_tells_of_normal_maps(run: Callable[..., Any], tmp_path: Path) -> N
     assert "normal map 4 × 2" in rows(run("info", mesh).stdout)["material 0"]
 
 
+def test_info_tells_of_unlit_materials(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Of those that are shown so, and of those that are not since others beside them are lit."""
+    glb = Glb()
+    glb.header["materials"] = [{"extensions": {"KHR_materials_unlit": {}}}, {}]
+    glb.mesh({}, material=0)
+    found = rows(run("info", glb.write(tmp_path / "a.glb")).stdout)
+    assert found["material 0"].endswith(", unlit") and "not read" not in found
+    glb.mesh({}, material=1)
+    found = rows(run("info", glb.write(tmp_path / "b.glb", {"mesh": 0}, {"mesh": 1})).stdout)
+    assert "unlit" not in found["material 0"] and found["not read"] == "1 unlit material among others"
+
+
 @pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])
 def test_info_of_a_missing_file(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
     result = run("info", tmp_path / name)

@@ -53,7 +53,7 @@ def test_the_finest_has_the_area_of_the_grids_in_far_fewer_triangles(baked: Bake
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 2, 3])
+@pytest.mark.parametrize("seed", [0, 2])
 def test_foliage_stays_as_large_as_it_is(seed: int) -> None:
     foliage = bake(leaves(300, 0.1, seed), 32)
     levels, grids, side = build_simplified_lods(foliage), build_grid_lods(foliage), 0.5 * square_texel(foliage)

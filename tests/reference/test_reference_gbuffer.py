@@ -8,7 +8,7 @@ import pytest
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.limits import MAX_SHININESS
-from depthwalk.reference.gbuffer import packed_surfaces, unpacked_surfaces
+from depthwalk.reference.gbuffer import is_unlit, packed_surfaces, unlit_surfaces, unpacked_surfaces
 from depthwalk.reference.light import Surfaces
 from depthwalk.types import Array
 
@@ -25,7 +25,12 @@ void main() {
     vec4 look = texelFetch(colour_texture, here, 0), facing = texelFetch(normal_texture, here, 0);
     words = packed_surface(look.rgb, look.a, facing.xyz, facing.w);
     colour = vec4(albedo_of(words), specular_of(words));
-    normal = vec4(normal_of(words), is_lit(words) || !is_lit(lit_surface(words)) ? 0.0 : shininess_of(words));
+    bool known = is_lit(lit_surface(words)) && !is_unlit(lit_surface(words));
+#ifdef UNLIT
+    normal = vec4(normal_of(words), known && is_lit(words) && is_unlit(words) ? 1.0 : 0.0);
+#else
+    normal = vec4(normal_of(words), !known || is_lit(words) || is_unlit(words) ? 0.0 : shininess_of(words));
+#endif
 }
 """
 
@@ -63,12 +68,13 @@ def test_what_is_packed_is_unpacked() -> None:
 
 
 @pytest.mark.gl
-def test_the_shader_packs_as_its_twin(gl_device: Device, tmp_path: Path) -> None:
+@pytest.mark.parametrize("unlit", [False, True])
+def test_the_shader_packs_as_its_twin(gl_device: Device, tmp_path: Path, unlit: bool) -> None:
     surfaces = random_surfaces(_SIZE**2)
     source = tmp_path / "pack.frag"
     source.write_text(_PACK, encoding="utf-8")
     scope, size = gl_device.scope("test"), (_SIZE, _SIZE)
-    program = Program(scope, "common/fullscreen.vert", source)
+    program = Program(scope, "common/fullscreen.vert", source, defines=("UNLIT",) if unlit else ())
     program.set(colour_texture=0, normal_texture=1)
     for unit, (vector, number) in enumerate(
         ((surfaces.albedo, surfaces.specular), (surfaces.normal, surfaces.shininess))
@@ -83,9 +89,12 @@ def test_the_shader_packs_as_its_twin(gl_device: Device, tmp_path: Path) -> None
     colour, normal = (np.frombuffer(texture.read(), np.float32).reshape(-1, 4) for texture in written[1:])
     scope.release()
 
-    found, expected = unpacked_surfaces(words), unpacked_surfaces(packed_surfaces(surfaces))
-    assert (words == packed_surfaces(surfaces)).all(1).mean() > 0.99  # the others fall between two steps
+    twin = unlit_surfaces(packed_surfaces(surfaces)) if unlit else packed_surfaces(surfaces)
+    found, expected = unpacked_surfaces(words), unpacked_surfaces(twin)
+    assert (words == twin).all(1).mean() > 0.99  # the others fall between two steps
+    assert (is_unlit(words) == unlit).all()
     assert np.abs(np.sqrt(found.albedo) - np.sqrt(expected.albedo)).max() < 1.5 / 255
     assert angles(found.normal, expected.normal).max() < 0.08
     np.testing.assert_allclose(colour, np.column_stack([found.albedo, found.specular]), atol=1e-6)
-    np.testing.assert_allclose(normal, np.column_stack([found.normal, found.shininess]), rtol=1e-4, atol=1e-6)
+    known = np.ones(len(words)) if unlit else found.shininess
+    np.testing.assert_allclose(normal, np.column_stack([found.normal, known]), rtol=1e-4, atol=1e-6)

@@ -79,13 +79,14 @@ def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:
     head = read_head(spec.mesh, spec.texture, sources)
     digest = hash_files(head.files, sources)
     # The marks invalidate results from before alpha was heeded, translucent parts left out, skins posed, colours by
-    # other names read and normal maps read.
+    # other names read, normal maps read and unlit materials shown as they are.
     marks = {
         "+cut-outs": head.has_cut_outs,
         "+translucency": head.is_translucent,
         "+other-geometry": head.has_other_geometry,
         "+diffuse-colours": head.has_diffuse_colours,
         "+normal-maps": head.has_normal_maps,
+        "+unlit": head.is_unlit,
     }
     for mark, has in marks.items():
         if has:

@@ -65,7 +65,7 @@ class CapturedViews:
     specular
         Strength of highlights, averaged over the pictures.
     shininess
-        Phong exponent, averaged over the mesh.
+        Phong exponent, averaged over the mesh; 0 for a mesh that is shown without light.
     """
 
     centre: NDArray[np.float32]
@@ -75,3 +75,8 @@ class CapturedViews:
     surface: NDArray[np.uint8]
     specular: float
     shininess: float
+
+    @property
+    def is_unlit(self) -> bool:
+        """Return whether the object is shown without light."""
+        return self.shininess == 0

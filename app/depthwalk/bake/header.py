@@ -50,7 +50,7 @@ class Header:
     position, rotation
         The cylinder's place in the asset's frame, metres and a unit quaternion (x, y, z, w).
     shininess
-        Phong exponent.
+        Phong exponent; 0 for surfaces that are shown without light.
     steps
         Number of grids, of steps 1, 2, … 2^(steps − 1) texels.
     key

@@ -197,7 +197,7 @@ class BakedObject:
     boundary_strips
         The boundary strips of some faces and levels.
     shininess
-        Phong exponent.
+        Phong exponent; 0 for surfaces that are shown without light.
     steps
         Number of grids, of steps 1, 2, … 2^(steps − 1).
     key
@@ -233,6 +233,11 @@ class BakedObject:
     mesh_triangles: int | None = None
     has_interior: bool = False
     keeps_normals: bool = False
+
+    @property
+    def is_unlit(self) -> bool:
+        """Return whether its surfaces are shown without light."""
+        return self.shininess == 0
 
 
 def checked_triangles(value: object) -> int | None:

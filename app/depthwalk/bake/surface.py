@@ -54,7 +54,9 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
 
 
 def mean_shininess(mesh: Mesh) -> float:
-    """Return the Phong exponent of the materials of `mesh`, averaged over its faces."""
+    """Return the Phong exponent of the materials of `mesh`, averaged over its faces; 0 if it is unlit."""
+    if mesh.is_unlit:
+        return 0.0
     weights = np.array([part.face_count for part in mesh.parts], float)
     exponents = np.array([mesh.materials[part.material].shininess for part in mesh.parts])
     return float(np.average(exponents, weights=weights))

@@ -272,7 +272,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
         glow = ", glows" if material.glows else ""
         relief = material.normal_map
         bumps = "" if relief is None else f", normal map {relief.shape[1]} × {relief.shape[0]}"
-        yield f"material {part.material}", f"{part.face_count} triangles, {image}{bumps}{through}{glow}"
+        light = ", unlit" if material.unlit else ""
+        yield f"material {part.material}", f"{part.face_count} triangles, {image}{bumps}{through}{glow}{light}"
     if path.suffix.lower() in GLTF_SUFFIXES and (ignored := unread(read_header(path.read_bytes(), path))):
         yield "not read", ", ".join(ignored)
 

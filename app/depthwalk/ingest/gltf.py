@@ -6,6 +6,7 @@ The header lists the other files that belong to the mesh, so they are found with
 import json
 import struct
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from depthwalk.limits import MAX_MESH_TRIANGLES
 
 _KNOWN = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp")
 _COMPRESSED = ("KHR_draco_", "EXT_meshopt_", "KHR_meshopt_", "KHR_texture_basisu")
+_UNLIT = "KHR_materials_unlit"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
 _TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
@@ -82,11 +84,25 @@ def is_all_translucent(header: dict[str, Any]) -> bool:
 
     Many programs write `BLEND` for all materials, so that alone says nothing; nor does a texture, which may cut out.
     """
+    return _all_used(header, _is_wholly_translucent)
+
+
+def is_unlit(header: dict[str, Any]) -> bool:
+    """Return whether all that a glTF file shows is to be shown without light, as far as its JSON header tells.
+
+    Depth images mix the materials of a model, so one that only some of its materials say counts for nothing.
+    """
+    return _all_used(header, lambda material: _UNLIT in _extensions(material))
+
+
+def _all_used(header: dict[str, Any], holds: Callable[[dict[str, Any]], bool]) -> bool:
+    """Return whether there are triangles in a glTF file, all with a material of which something holds."""
     try:
-        used = {primitive.get("material") for mesh in header.get("meshes", []) for primitive in mesh["primitives"]}
-        return bool(used) and all(
-            number is not None and _is_wholly_translucent(header["materials"][number]) for number in used
-        )
+        primitives = [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
+        used = {
+            primitive.get("material") for primitive in primitives if primitive.get("mode", _TRIANGLES) >= _TRIANGLES
+        }
+        return bool(used) and all(number is not None and holds(header["materials"][number]) for number in used)
     except (AttributeError, TypeError, LookupError):  # reported when the mesh is read
         return False
 

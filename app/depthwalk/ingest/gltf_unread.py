@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from depthwalk.ingest.gltf import is_unlit
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 
 _APART = "with other texture coordinates than the colours"
@@ -33,9 +34,9 @@ def unread(header: dict[str, Any]) -> list[str]:
         ("roughness map", "roughness maps"): sum(
             "metallicRoughnessTexture" in _object(material, "pbrMetallicRoughness") for material in materials
         ),
-        ("unlit material", "unlit materials"): sum(
-            "KHR_materials_unlit" in _object(material, "extensions") for material in materials
-        ),
+        ("unlit material among others", "unlit materials among others"): 0
+        if is_unlit(header)
+        else sum("KHR_materials_unlit" in _object(material, "extensions") for material in materials),
         ("sampler that does not repeat", "samplers that do not repeat"): sum(
             any(sampler.get(axis, _REPEAT) != _REPEAT for axis in ("wrapS", "wrapT")) for sampler in samplers
         ),

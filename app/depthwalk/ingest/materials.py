@@ -131,6 +131,13 @@ def phong_from_mtl(
     )
 
 
+def without_light(material: Material) -> Material:
+    """Return a material of the same colour and alpha that is shown without light, see `Material.unlit`."""
+    return replace(
+        material, unlit=True, specular=0.0, emission=_BLACK, emission_texture=None, normal_map=None, normal_scale=1.0
+    )
+
+
 def _is_placeholder(material: "SimpleMaterial") -> bool:
     """Return whether it is trimesh's own grey picture.
 

@@ -41,6 +41,9 @@ class Material:
         alpha is not used. None: the surface has the normals of its vertices.
     normal_scale : float
         Factor on x and y of the normals in `normal_map`, −100 to 100.
+    unlit : bool
+        Whether the surface shows its colour as it is, whatever light there is, as scans whose texture holds the light.
+        Then it has no highlight, emission and normal map.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)
@@ -53,6 +56,7 @@ class Material:
     emission_texture: NDArray[np.uint8] | None = None
     normal_map: NDArray[np.uint8] | None = None
     normal_scale: float = 1.0
+    unlit: bool = False
 
     @property
     def glows(self) -> bool:
@@ -125,6 +129,11 @@ class Mesh:
     def is_translucent(self) -> bool:
         """Return whether any of it is translucent or glows, so that more than its opaque faces is drawn."""
         return bool(self.translucent_parts) or any(self.materials[part.material].glows for part in self.parts)
+
+    @property
+    def is_unlit(self) -> bool:
+        """Return whether all of it shows its colour without light."""
+        return bool(self.materials) and all(material.unlit for material in self.materials)
 
     @property
     def has_normal_maps(self) -> bool:

@@ -42,6 +42,8 @@ class MeshHead:
         ignored.
     has_normal_maps
         Whether materials have normal maps that are read, or height maps.
+    is_unlit
+        Whether it is shown without light, which earlier versions added.
     """
 
     files: tuple[Path, ...]
@@ -53,6 +55,7 @@ class MeshHead:
     has_other_geometry: bool = False
     has_diffuse_colours: bool = False
     has_normal_maps: bool = False
+    is_unlit: bool = False
 
 
 def read_head(path: Path, texture: Path | None = None, sources: Sources | None = None) -> MeshHead:
@@ -142,6 +145,7 @@ def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
             has_glow=gltf.has_glow(header),
             has_other_geometry=is_other_geometry(header),
             has_normal_maps=normal_map_counts(header)[0] > 0,
+            is_unlit=gltf.is_unlit(header),
         )
     except (AttributeError, TypeError):
         raise InputError(f"{path}: its glTF header is malformed") from None

@@ -8,7 +8,7 @@ import logging
 import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
 from depthwalk.ingest.image import TextureDecoder, open_image
-from depthwalk.ingest.materials import WHITE, convert_material
+from depthwalk.ingest.materials import WHITE, convert_material, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
@@ -66,7 +66,10 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
     """
     folder = _Folder(path, sources)
     placed = _placed(_read_scene(path, data, folder), path)
-    soup = _joined(placed, path, linear_colours=path.suffix.lower() in GLTF_SUFFIXES)
+    is_gltf = path.suffix.lower() in GLTF_SUFFIXES
+    soup = _joined(placed, path, linear_colours=is_gltf)
+    if is_gltf and gltf.is_unlit(gltf.read_header(data, path)):
+        soup = replace(soup, materials=tuple(map(without_light, soup.materials)))
     if folder.defects:
         raise folder.defects[0]
     return soup

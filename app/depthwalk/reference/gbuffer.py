@@ -10,7 +10,7 @@ from depthwalk.geometry.view_directions import direction_from_square, square_fro
 from depthwalk.limits import MAX_SHININESS
 from depthwalk.reference.light import Surfaces
 from depthwalk.render.target_table import NORMAL_BITS
-from depthwalk.types import Array
+from depthwalk.types import Array, Mask
 
 _NORMAL_MASK = (1 << NORMAL_BITS) - 1
 _NORMAL_STEPS = _NORMAL_MASK - 1  # even, so that floors and walls have exact normals
@@ -27,6 +27,17 @@ def packed_surfaces(surfaces: Surfaces) -> NDArray[np.uint32]:
     first = (_rounded(np.clip(colour, 0, 1) * 255) << np.arange(0, 32, 8, dtype=np.uint32)).sum(1, dtype=np.uint32)
     column, row = _rounded(place * _NORMAL_STEPS).T
     return np.stack([first, column | row << NORMAL_BITS | sharp << _SHININESS_SHIFT], 1)
+
+
+def unlit_surfaces(words: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """Return words of the G-buffer, (n, 2) uint32, of the same surfaces shown without light."""
+    kept, added = np.array([[0xFFFFFF, (1 << _SHININESS_SHIFT) - 1], [0xFF << 24, 0]], np.uint32)
+    return np.asarray(words & kept | added)
+
+
+def is_unlit(words: NDArray[np.uint32]) -> Mask:
+    """Return which words of the G-buffer, (n, 2) uint32, are of surfaces that are shown without light, (n,)."""
+    return np.asarray((words[:, 0] >> 24 == 0xFF) & (words[:, 1] >> _SHININESS_SHIFT == 0))
 
 
 def unpacked_surfaces(words: NDArray[np.uint32]) -> Surfaces:

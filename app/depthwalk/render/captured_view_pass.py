@@ -63,13 +63,14 @@ class CapturedViewPass(Pass[P]):
             *self.defines(params),
             *(("HEMISPHERE",) if capture.directions == "hemisphere" else ()),
         )
-        program = self._programs[*defines, *frame.targets.defines]
+        defines += frame.targets.defines
         # Unclamped, the rectangle may be nearer than the near plane while the surface behind it is not.
         with self.gl.state(into=frame.targets.polygons, depth_test=LESS, direct=(DEPTH_CLAMP,)):
             for batch in drawn.batches:
                 views = frame.assets.captured_views(batch.asset, capture)
                 if views is None or views.params != capture:
                     continue
+                program = self._programs[*defines, "UNLIT"] if views.is_unlit else self._programs[defines]
                 views.colour.use(0)
                 views.surface.use(1)
                 program.set(colour_views=0, surface_views=1, **views.uniforms)

@@ -9,7 +9,7 @@ import pytest
 from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
 from depthwalk.pictures import LinearImage
-from depthwalk.reference.gbuffer import unpacked_surfaces
+from depthwalk.reference.gbuffer import is_unlit, unlit_surfaces, unpacked_surfaces
 from depthwalk.reference.light import Surfaces, lamp_light, phong, reflected
 from depthwalk.render.frame import Frame, common_settings
 from depthwalk.render.headless import HeadlessRenderer
@@ -70,6 +70,8 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     ViewBlock(scope, PICTURE_VIEW).show(view)
     words = rng.integers(0, 1 << 32, (SIZE[0] * SIZE[1], 2), np.uint32)
     words[:, 1] |= 1 << 31  # none is lit already
+    if count:
+        words[::3] = unlit_surfaces(words[::3])
     depth = rng.uniform(0.3, 0.98, SIZE[::-1]).astype(np.float32)
     targets.surface.write(words.tobytes())
     targets.depth.write(depth.tobytes())
@@ -79,6 +81,7 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
         common=common_settings(RenderSettings()),
         environment=environment,
         light=lighting(environment),
+        assets=SimpleNamespace(has_unlit=count > 0),
         transparent=False,
         objects_part=None,
         shadows=Shadows(),
@@ -93,6 +96,9 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     from_viewer = ray * view_distance(depth.reshape(-1, 1), *view.depth_range)
     surfaces = unpacked_surfaces(words)
     expected = lit_twin(environment, surfaces, from_viewer, view)
+    unlit = is_unlit(words)
+    assert unlit.sum() == (len(words[::3]) if count else 0)
+    expected[unlit] = surfaces.albedo[unlit]
     assert (found[:, 3] == 1).all()
     np.testing.assert_allclose(found[:, :3], expected, rtol=6e-3, atol=2e-3)
     by_lamps = np.abs(expected - lit_twin(Environment(), surfaces, from_viewer, view)).max(1) > 0.01

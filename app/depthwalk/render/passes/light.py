@@ -3,7 +3,7 @@
 A surface reflects albedo · max(n · l, 0) + specular · max(r · l, 0)^shininess of a light (Phong 1975), with the shadow
 maps as factor. Ambient light is a polynomial of its normal (Ramamoorthi and Hanrahan 2001), times the part that
 `ambient_occlusion` lets through. Lamps come from lists of cells of the view frustum (Olsson, Billeter and Assarsson
-2012).
+2012). Unlit surfaces keep their colour.
 """
 
 from typing import Any
@@ -49,6 +49,8 @@ class LightPass(PixelPass[LightParams]):
         values |= light.uniforms()
         if frame.common.forward:
             defines += ("FORWARD",)
+        if frame.assets.has_unlit:
+            defines += ("UNLIT",)
         if frame.targets.sun_maps is not None:
             defines += ("SHADOWS",)
         textures: dict[str, moderngl.Texture | RecordTexture] = {}

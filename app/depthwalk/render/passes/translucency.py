@@ -23,10 +23,12 @@ from depthwalk.render.pixel_pass import PixelInputs, joined_defines, joined_unif
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.resources.translucent_store import TranslucentObject
 
-# moderngl's format of a TRANSLUCENT_VERTEX, and the attributes that are read: all, or those of glowing surfaces.
+# moderngl's format of a TRANSLUCENT_VERTEX, and the attributes that are read: all, or those that glow or unlit
+# surfaces need.
 _LAYOUT = "3f 2f 3f 3f 4f 2f", "in_position", "in_uv", "in_emission", "in_normal", "in_colour", "in_highlight"
 _GLOW_LAYOUT = "3f 2f 3f 36x", *_LAYOUT[1:4]
-_GLOW, _NORMAL_MAP = "GLOW", "NORMAL_MAP"
+_UNLIT_LAYOUT = "3f 2f 3f 12x 4f 8x", *_LAYOUT[1:4], "in_colour"
+_GLOW, _NORMAL_MAP, _UNLIT = "GLOW", "NORMAL_MAP", "UNLIT"
 # Depth tolerance for glowing surfaces, whose depth images may be off, as part of the radius about an object's glowing
 # and translucent triangles: a third of a texel of 256² for a lamp alone, and less for small lamps on large objects, so
 # that few of them shine through thin walls.
@@ -34,12 +36,12 @@ _TOLERANCE = 1 / 128
 _OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # for premultiplied light; with opacity 0 it is added
 
 
-class _NormalMapped(NamedTuple):
-    """Describe the program for surfaces with a normal map: its defines, uniforms, and the texture unit of the map."""
+class _Light(NamedTuple):
+    """Describe what programs light surfaces by: their defines, uniforms, and the texture unit of normal maps."""
 
     defines: tuple[str, ...]
     uniforms: dict[str, Any]
-    unit: int
+    normal_map_unit: int
 
 
 class TranslucencyPass(Pass[Params]):
@@ -53,8 +55,7 @@ class TranslucencyPass(Pass[Params]):
         """Prepare the variants of the program and the instance buffer; `gl` owns them."""
         shaders = "translucency/translucency.vert", "translucency/translucency.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines))
-        layouts = {True: _GLOW_LAYOUT, False: _LAYOUT}
-        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *layouts[_GLOW in defines]))
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *_layout(defines)))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._lamps: LampInputs | None = None  # created on first use, as most scenes have no translucent surfaces
         self._sorted: moderngl.Buffer | None = None  # indices of sorted triangles; likewise
@@ -106,15 +107,13 @@ class TranslucencyPass(Pass[Params]):
         for part in inputs:
             for name, texture in part.textures.items():
                 texture.use(units[name])
-        mapped = _NormalMapped((_NORMAL_MAP, *defines), uniforms, len(units))
+        light = _Light(defines, uniforms, len(units))
         for batch in frame.translucent.batches:
             of_asset = frame.assets.translucent.objects[batch.asset]
             if of_asset.mesh.runs:
-                self._blend_batch(defines, mapped, batch, of_asset)
+                self._blend_batch(light, batch, of_asset)
 
-    def _blend_batch(
-        self, defines: tuple[str, ...], mapped: _NormalMapped, batch: TranslucentBatch, of_asset: TranslucentObject
-    ) -> None:
+    def _blend_batch(self, light: _Light, batch: TranslucentBatch, of_asset: TranslucentObject) -> None:
         runs = of_asset.mesh.runs
         indices: tuple[Any, ...] = (of_asset.indices,)
         drawn = [(run, run.first, run.count) for run in runs]
@@ -125,12 +124,15 @@ class TranslucencyPass(Pass[Params]):
         arrays = Variants(lambda variant: self._array(variant, batch, of_asset, *indices))
         for run, first, count in drawn:
             of_asset.use(run)
-            chosen = defines
-            if run.normal_map is not None:
-                chosen = mapped.defines
-                of_asset.use_normal_map(run, mapped.unit)
-                own = {"normal_map": mapped.unit, "normal_scale": run.normal_scale}
-                self._programs[chosen].set(**mapped.uniforms, **own)
+            chosen = light.defines
+            if run.unlit:
+                chosen = _UNLIT, *chosen
+                self._programs[chosen].set(**light.uniforms)
+            elif run.normal_map is not None:
+                chosen = _NORMAL_MAP, *chosen
+                of_asset.use_normal_map(run, light.normal_map_unit)
+                own = {"normal_map": light.normal_map_unit, "normal_scale": run.normal_scale}
+                self._programs[chosen].set(**light.uniforms, **own)
             arrays[chosen].render(vertices=3 * count, first=3 * first, instances=batch.count)
 
     def _array(
@@ -150,6 +152,13 @@ class TranslucencyPass(Pass[Params]):
         """Drop the vertex arrays over buffers of assets."""
         for arrays in self._arrays.values():
             arrays.forget()
+
+
+def _layout(defines: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the attributes that a program with these defines reads, as `AssetArrays` takes them."""
+    if _GLOW in defines:
+        return _GLOW_LAYOUT
+    return _UNLIT_LAYOUT if _UNLIT in defines else _LAYOUT
 
 
 def _joined(inputs: list[PixelInputs | None]) -> list[PixelInputs]:

@@ -72,6 +72,7 @@ class AssetStore:
         self._library = library
         self.parts = CookedParts(library)
         self._depth: dict[int, DepthObject] = {}  # the least recently used first
+        self._unlit: set[int] = set()  # of these, those that are shown without light
         self._warned = False
         self._deferred = False  # whether the last frame lacks depth objects that are still to be uploaded
         self.meshes = MeshStore(self.gl, library)
@@ -106,6 +107,8 @@ class AssetStore:
             grids, texture = self.parts.load(number)
             self._depth[number] = upload_depth(self.gl, self.parts.cooked(number).outline, grids)
             self.textures.begin(number, texture)
+            if self._depth[number].is_unlit:
+                self._unlit.add(number)
         return self._depth[number]
 
     def captured_views(self, asset: int, params: CaptureParams) -> ViewTextures | None:
@@ -200,6 +203,11 @@ class AssetStore:
         return drawn + sum(others)
 
     @property
+    def has_unlit(self) -> bool:
+        """Return whether anything that is on the GPU is shown without light."""
+        return bool(self._unlit) or self.meshes.has_unlit or self._captured.has_unlit
+
+    @property
     def depth_count(self) -> int:
         """Return how many depth objects are on the GPU."""
         return len(self._depth)
@@ -227,6 +235,7 @@ class AssetStore:
     def _free(self, number: int) -> None:
         """Free all of depth object `number`."""
         self.gl.free(*self._depth.pop(number).owned)
+        self._unlit.discard(number)
         self.textures.forget(number)
         self.height_fields.free(number)
 
@@ -251,6 +260,7 @@ class AssetStore:
         self.gl.release()
         self.textures.release()
         self._depth.clear()
+        self._unlit.clear()
         self.parts.forget()
         self.meshes.forget()
         self.height_fields.forget()

@@ -32,12 +32,15 @@ class ViewTextures:
         A layer for each direction, see `CapturedViews`, with mip-maps.
     uniforms
         The uniforms of shaders/common/captured_box.glsl and captured_views.glsl, by name.
+    is_unlit
+        Whether the object is shown without light.
     """
 
     params: CaptureParams
     colour: moderngl.TextureArray
     surface: moderngl.TextureArray
     uniforms: dict[str, Any]
+    is_unlit: bool
 
     @property
     def bytes(self) -> int:
@@ -66,6 +69,11 @@ class CapturedViewStore:
     def bytes(self) -> int:
         """Return how many bytes of GPU memory all views take."""
         return sum(views.bytes for views in self._drawn.values())
+
+    @property
+    def has_unlit(self) -> bool:
+        """Return whether any views are of an object that is shown without light."""
+        return any(views.is_unlit for views in self._drawn.values())
 
     @property
     def is_busy(self) -> bool:
@@ -157,4 +165,5 @@ def upload_views(gl: Scope, views: CapturedViews, params: CaptureParams) -> View
         colour=gl.filtered_array(size, 4, views.colour.tobytes()),
         surface=gl.filtered_array(size, 4, views.surface.tobytes()),
         uniforms=uniforms,
+        is_unlit=views.is_unlit,
     )

@@ -57,6 +57,8 @@ class DepthObject:
         Uniforms of shaders/common/meso.glsl and faces.glsl, by name.
     keeps_normals
         Whether normals that face away from the viewer stay as they are, see `BakedObject`.
+    is_unlit
+        Whether its surfaces are shown without light.
     """
 
     vertices: moderngl.Buffer
@@ -69,6 +71,7 @@ class DepthObject:
     surface: dict[str, Any]
     relief: dict[str, Any]
     keeps_normals: bool = False
+    is_unlit: bool = False
 
     @property
     def defines(self) -> tuple[str, ...]:
@@ -79,7 +82,8 @@ class DepthObject:
     def surface_defines(self) -> tuple[str, ...]:
         """Return the defines of the shader that looks up the surface: meso-structure, kinds of colour and normal."""
         normals = ("KEEPS_NORMALS",) if self.keeps_normals else ()
-        return *self.defines, *normals, *self._shown_texture.defines
+        light = ("UNLIT",) if self.is_unlit else ()
+        return *self.defines, *normals, *light, *self._shown_texture.defines
 
     @property
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
@@ -276,6 +280,7 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
             "first_images": [int((faces < face).sum()) for face in Face],
         },
         keeps_normals=baked.keeps_normals,
+        is_unlit=baked.is_unlit,
     )
 
 

@@ -45,6 +45,8 @@ class MaterialLook(NamedTuple):
         Alpha of the texture below which there is no surface; None: the surface is everywhere.
     normal_map
         The normals in tangent space; None: those of the vertices.
+    unlit
+        Whether the surface is shown without light.
     """
 
     texture: moderngl.Texture
@@ -52,11 +54,17 @@ class MaterialLook(NamedTuple):
     painted: bool
     cutoff: float | None = None
     normal_map: moderngl.Texture | None = None
+    unlit: bool = False
 
     @property
     def defines(self) -> tuple[str, ...]:
         """Return the defines of shaders/mesh/mesh.frag with which the material is drawn."""
-        has = {"PAINTED": self.painted, "CUT_OUT": self.cutoff is not None, "NORMAL_MAP": self.normal_map is not None}
+        has = {
+            "PAINTED": self.painted,
+            "CUT_OUT": self.cutoff is not None,
+            "NORMAL_MAP": self.normal_map is not None,
+            "UNLIT": self.unlit,
+        }
         return tuple(name for name, present in has.items() if present)
 
     @property
@@ -91,6 +99,11 @@ class MeshLook:
     def has_cut_outs(self) -> bool:
         """Return whether a material cuts anything out."""
         return any(material.cutoff is not None for material in self.materials)
+
+    @property
+    def has_unlit(self) -> bool:
+        """Return whether a material is shown without light."""
+        return any(material.unlit for material in self.materials)
 
 
 @dataclass(kw_only=True)
@@ -194,7 +207,7 @@ def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialL
     if normal_map is not None:
         uniforms |= {"normal_map": _NORMAL_MAP, "normal_scale": material.normal_scale}
     painted = coloured or material.texture is not None or normal_map is not None
-    return MaterialLook(texture, uniforms, painted, material.cutoff, normal_map)
+    return MaterialLook(texture, uniforms, painted, material.cutoff, normal_map, material.unlit)
 
 
 def upload_normal_map(gl: Scope, normal_map: NDArray[np.uint8]) -> moderngl.Texture:

@@ -38,6 +38,7 @@ class MeshStore:
         self._library = library
         self._drawn: dict[int, dict[int, MeshObject]] = {}  # by asset and level
         self._looks: dict[int, MeshLook] = {}
+        self._unlit: set[int] = set()  # of these, those with materials that are shown without light
         self._clusters: dict[int, ClusterObject] = {}
         self._requested: set[int] = set()  # in this frame
         self._requested_before: set[int] = set()  # in the frame before
@@ -101,7 +102,14 @@ class MeshStore:
                 known = self.reader.meshes.get(asset)
                 solid = known.solid if known else is_solid(mesh)
             self._looks[asset] = upload_look(self._gl, mesh, solid)
+            if self._looks[asset].has_unlit:
+                self._unlit.add(asset)
         return self._looks[asset]
+
+    @property
+    def has_unlit(self) -> bool:
+        """Return whether any of the meshes has a material that is shown without light."""
+        return bool(self._unlit)
 
     def begin_frame(self) -> None:
         """Begin a frame: fallback meshes that neither it nor the last frame asks for may be released."""
@@ -172,6 +180,7 @@ class MeshStore:
                 self._clusters.pop(asset).free(self._gl)
             if asset in self._looks:
                 self._gl.free(*(texture for look in self._looks.pop(asset).materials for texture in look.textures))
+            self._unlit.discard(asset)
             self.reader.forget(asset)
 
     def forget(self) -> None:
@@ -182,6 +191,7 @@ class MeshStore:
             self._drawn,
             self._clusters,
             self._looks,
+            self._unlit,
             self._requested,
             self._requested_before,
         ):

@@ -56,6 +56,8 @@ class TextureRun:
         (H, W, 4) normal map, see `Material.normal_map`; None: none. Glow does not depend on it.
     normal_scale
         Factor on x and y of its normals.
+    unlit
+        Whether the triangles are shown without light.
     """
 
     first: int
@@ -65,6 +67,7 @@ class TextureRun:
     cutoff: float | None
     normal_map: Texels | None
     normal_scale: float
+    unlit: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,9 +181,9 @@ class _Gathered:
             count += len(rows)
         self.vertices, self.faces = np.concatenate(vertices), np.concatenate(corners)
 
-    def _key(self, material: Material) -> tuple[int, int, float, int, float]:
+    def _key(self, material: Material) -> tuple[int, int, float, int, float, bool]:
         own = id(self._colour(material)), id(material.emission_texture), material.cutoff or 0.0
-        return *own, id(material.normal_map), material.normal_scale
+        return *own, id(material.normal_map), material.normal_scale, material.unlit
 
     def runs(self, first: int) -> tuple[TextureRun, ...]:
         """Return the runs of faces that show the same textures; `first` is the number of the first face."""
@@ -197,6 +200,7 @@ class _Gathered:
                         cutoff=materials[0].cutoff,
                         normal_map=materials[0].normal_map,
                         normal_scale=materials[0].normal_scale,
+                        unlit=materials[0].unlit,
                     )
                 )
             first += count
