@@ -59,7 +59,8 @@ def test_silhouettes_of_a_ball_are_discs_however_many_surfaces_lie_behind() -> N
 def test_a_surface_without_what_lies_inside_looks_restored_but_is_not() -> None:
     ball = sphere(0.5, 96, 48)
     outer = welded(ball)
-    shells = welded(replace(ball, positions=0.5 * (ball.positions - [0, 0.5, 0]) + [0, 0.5, 0]))
+    middle = np.array([0, 0.5, 0], np.float32)
+    shells = welded(replace(ball, positions=0.5 * (ball.positions + middle)))
     point = np.concatenate([outer.point, shells.point])
     cover = FoliageCover(point, np.concatenate([outer.triangles, shells.triangles + len(outer.point)]), SIDE)
     assert cover.is_restored(point[np.concatenate([outer.triangles, shells.triangles + len(outer.point)])])
