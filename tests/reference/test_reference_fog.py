@@ -1,5 +1,7 @@
 """Fog in cases that can be computed by hand."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from depthwalk.reference.fog import fog_before_sky, fog_density, fog_through
 
 def test_density_is_constant_up_to_the_height_and_falls_to_one_over_e_above() -> None:
     assert fog_density(np.array([-50.0, 2.0, 5.0, 8.0]), 0.4, 2.0, 3.0) == pytest.approx(
-        [0.4, 0.4, 0.4 / np.e, 0.4 / np.e**2]
+        [0.4, 0.4, 0.4 / math.e, 0.4 / math.e**2]
     )
 
 
