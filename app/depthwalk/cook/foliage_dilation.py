@@ -136,8 +136,12 @@ class FoliageCover:
         return count_silhouette(self._point[self._triangles], _PIXEL * self._voxel)
 
     def restored(self, surface: ClusteredSurface, tolerance: float) -> Array:
-        """Return the triangles (t, 3, 3) of a level, metres, dilated by at most its tolerance, metres."""
-        return dilate_foliage(surface, self._target, self._voxel, tolerance)[surface.triangles]
+        """Return the triangles (t, 3, 3) of a level, metres, dilated by at most its tolerance, metres.
+
+        They stay within the box of the original, beyond which vertices cannot be stored.
+        """
+        point = dilate_foliage(surface, self._target, self._voxel, tolerance)
+        return np.clip(point, self._point.min(0), self._point.max(0))[surface.triangles]
 
     def is_restored(self, corners: Array) -> bool:
         """Return whether triangles (t, 3, 3), metres, touch as many voxels as the original."""
