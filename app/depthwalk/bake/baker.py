@@ -24,7 +24,7 @@ from depthwalk.bake.images import (
     enclosing_cylinder,
     with_margins,
 )
-from depthwalk.bake.normal_maps import NormalMaps
+from depthwalk.bake.normal_maps import NormalMaps, footprint_area
 from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_layers, worth_adding, yield_triangles
 from depthwalk.bake.params import EVERYTHING, NOTHING, BakeParams, Refinements
 from depthwalk.bake.raycast import RayCaster
@@ -227,8 +227,8 @@ def cast_face(
         worth[found] = np.concatenate(list(parallel_map(worth_it, batches(len(layer), _BATCH))))
         found &= _spread(*(mask.reshape(-1, *grid.shape) for mask in (worth, found))).reshape(found.shape)
     hits = prune_hidden(caster, rays, hits, grid.shape, found, parallel_map)
-    texel = grid.texel_area(hits.distance) if normal_maps else 0.0, direction
-    return face_samples(mesh, hits, grid.shape, parallel_map, textured, normal_maps, texel)
+    area = footprint_area(grid.texel_area(hits.distance), hits.normal, direction) if normal_maps else None
+    return face_samples(mesh, hits, grid.shape, parallel_map, textured, normal_maps, area)
 
 
 def _spread(worth: Mask, found: Mask) -> Mask:

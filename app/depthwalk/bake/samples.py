@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.boundary_strip import Samples
-from depthwalk.bake.normal_maps import NormalMaps, footprint_area
+from depthwalk.bake.normal_maps import NormalMaps
 from depthwalk.bake.raycast import Hits
 from depthwalk.bake.surface import surface_at
 from depthwalk.bake.texture_coordinates import TexturedFaces, TexturePlaces, texture_places
@@ -47,7 +47,7 @@ def face_samples(
     parallel_map: Map = map,
     textured: TexturedFaces | None = None,
     normal_maps: NormalMaps | None = None,
-    texel: tuple[Array | float, NDArray[np.floating]] = (0.0, np.zeros(3)),
+    area: Array | None = None,
 ) -> FaceSamples:
     """Return the samples of a face from the hits of its texels' rays.
 
@@ -65,9 +65,9 @@ def face_samples(
         The texture in which the samples are located; None for none.
     normal_maps
         The normal maps of the mesh; None if it has none.
-    texel
-        Area of a texel across its ray, m², one number or (L, H · W), and the directions of the rays, (H · W, 3) or
-        (3,): normal maps are averaged over the surface within a texel.
+    area
+        (L, H · W) m², the surface that each hit stands for, over which normal maps are averaged, see `footprint_area`;
+        None without normal maps.
 
     Returns
     -------
@@ -82,8 +82,7 @@ def face_samples(
         flipped=hits.flipped.reshape(layers),
     )
     mapped = None
-    if normal_maps is not None:
-        area = footprint_area(texel[0], hits.normal, texel[1])
+    if normal_maps is not None and area is not None:
         mapped = normal_maps.turned(hits, normal, area, parallel_map).reshape(*layers, 3)
     return FaceSamples(
         samples=samples,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.boundary_strip import Samples
 from depthwalk.bake.face_grid import FaceGrid, texel_centres
 from depthwalk.bake.images import Cylinder, Face
-from depthwalk.bake.normal_maps import NormalMaps
+from depthwalk.bake.normal_maps import NormalMaps, footprint_area
 from depthwalk.bake.raycast import Hits, facing_normals
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.gpu.device import Scope
@@ -209,8 +209,9 @@ def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int, maps: Norm
     )
     points = np.full((size * size, 3), np.nan)
     points[solid] = origin[solid] + distance[:, None] * view.inward
-    texel = float(np.linalg.norm(view.across) * np.linalg.norm(view.up)) / size**2, view.inward
-    return _ViewImage(seen=face_samples(mesh, hits, (size, size), normal_maps=maps, texel=texel), points=points)
+    texel = float(np.linalg.norm(view.across) * np.linalg.norm(view.up)) / size**2
+    area = footprint_area(texel, hits.normal, view.inward) if maps else None
+    return _ViewImage(seen=face_samples(mesh, hits, (size, size), normal_maps=maps, area=area), points=points)
 
 
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

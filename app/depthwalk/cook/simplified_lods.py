@@ -44,8 +44,8 @@ _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
-# Of a level's tolerance: voxels within which leaves are merged, and tolerance of the merged ones. All are tried.
-_REMERGED = (1.0, 1.0), (1.0, 0.5), (0.5, 1.0)
+# Of a level's tolerance: voxels within which leaves are merged, and tolerances of the merged ones. All are tried.
+_REMERGED = (1.0, (1.0, 0.5)), (0.5, (1.0,))
 _MIN_AREA = 0.75  # of the area of the first coarse level: a fine surface with less is not used as a level
 _MIN_TRIANGLES = 24  # fewest triangles of a level
 _MAX_SHARE = 0.65  # of the finer level's triangles: a surface with more is not worth a level
@@ -213,8 +213,9 @@ def _foliage_levels(
         return next((_Level(surface, tolerance, corners) for surface, corners in whole), None)
 
     def remerged(tolerance: float) -> Iterator[ClusteredSurface]:
-        for voxel_share, tolerance_share in _REMERGED:
-            yield collapse_edges(merged(voxel_share * tolerance / texel), tolerance_share * tolerance, parallel)
+        for voxel_share, tolerance_shares in _REMERGED:
+            surface = merged(voxel_share * tolerance / texel)
+            yield from (collapse_edges(surface, share * tolerance, parallel) for share in tolerance_shares)
 
     first, tolerance = merged(_FOLIAGE_VOXEL), _COARSE_TOLERANCE * texel
     levels = [_Level(collapse_edges(first, tolerance, parallel), tolerance)]

@@ -68,14 +68,14 @@ def external_uris(header: dict[str, Any], key: str) -> list[str]:
 
 def has_cut_outs(header: dict[str, Any]) -> bool:
     """Return whether any material in the JSON header of a glTF file uses alpha."""
-    return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in _materials(header))
+    return any(material.get("alphaMode", "OPAQUE") != "OPAQUE" for material in objects_under(header, "materials"))
 
 
 def has_translucency(header: dict[str, Any]) -> bool:
     """Return whether any material in the JSON header of a glTF file may be translucent."""
     return any(
-        material.get("alphaMode") == "BLEND" or _TRANSMISSION in _extensions(material)
-        for material in _materials(header)
+        material.get("alphaMode") == "BLEND" or _TRANSMISSION in object_under(material, "extensions")
+        for material in objects_under(header, "materials")
     )
 
 
@@ -92,7 +92,7 @@ def is_unlit(header: dict[str, Any]) -> bool:
 
     Depth images mix the materials of a model, so one that only some of its materials say counts for nothing.
     """
-    return _all_used(header, lambda material: _UNLIT in _extensions(material))
+    return _all_used(header, lambda material: _UNLIT in object_under(material, "extensions"))
 
 
 def _all_used(header: dict[str, Any], holds: Callable[[dict[str, Any]], bool]) -> bool:
@@ -112,26 +112,29 @@ def _is_wholly_translucent(material: dict[str, Any]) -> bool:
     mode = material.get("alphaMode", "OPAQUE")
     if mode == "MASK":
         return False
-    passing = _extensions(material).get(_TRANSMISSION, {}).get("transmissionFactor", 0.0)
+    passing = object_under(material, "extensions").get(_TRANSMISSION, {}).get("transmissionFactor", 0.0)
     alpha = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0,) * 4)[3] if mode == "BLEND" else 1.0
     return bool((1 - passing) * alpha < OPAQUE)
 
 
 def has_glow(header: dict[str, Any]) -> bool:
     """Return whether any material in the JSON header of a glTF file may emit light."""
-    return any("emissiveFactor" in material for material in _materials(header))
+    return any("emissiveFactor" in material for material in objects_under(header, "materials"))
 
 
-def _materials(header: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the materials of a JSON header; skip non-objects, which are reported on reading the mesh."""
-    listed = header.get("materials", [])
-    return [material for material in listed if isinstance(material, dict)] if isinstance(listed, list) else []
+def object_under(parent: dict[str, Any], key: str) -> dict[str, Any]:
+    """Return the object under a key of `parent`; an empty one if that is something else.
 
-
-def _extensions(material: dict[str, Any]) -> dict[str, Any]:
-    """Return the extensions of a material; none if they are not an object, which is reported on reading the mesh."""
-    found = material.get("extensions", {})
+    What is malformed is reported on reading the mesh, if it matters there.
+    """
+    found = parent.get(key)
     return found if isinstance(found, dict) else {}
+
+
+def objects_under(parent: Any, key: str) -> list[dict[str, Any]]:
+    """Return the objects in the list under a key of the object `parent`; none if either is something else."""
+    listed = parent.get(key) if isinstance(parent, dict) else None
+    return [item for item in listed if isinstance(item, dict)] if isinstance(listed, list) else []
 
 
 def fold_extensions(header: dict[str, Any], path: Path) -> bool:

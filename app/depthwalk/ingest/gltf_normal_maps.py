@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.gltf import objects_under
 from depthwalk.ingest.gltf_geometry import shares_coordinates
 from depthwalk.limits import MAX_NORMAL_SCALE
 
@@ -21,8 +22,7 @@ def normal_map_counts(header: dict[str, Any]) -> tuple[int, int]:
 
     header: the JSON header; parts of it may be malformed, and such maps are not read.
     """
-    listed = header.get("materials", [])
-    materials = [m for m in listed if isinstance(m, dict) and _KEY in m] if isinstance(listed, list) else []
+    materials = [material for material in objects_under(header, "materials") if _KEY in material]
     read = sum(is_read(material) for material in materials)
     return read, len(materials) - read
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from depthwalk.ingest.gltf import is_unlit
+from depthwalk.ingest.gltf import is_unlit, object_under, objects_under
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 
 _APART = "with other texture coordinates than the colours"
@@ -22,35 +22,23 @@ def unread(header: dict[str, Any]) -> list[str]:
     list
         A text for each kind, the number first.
     """
-    materials = _objects(header, "materials")
-    samplers = _objects(header, "samplers")
-    lights = _object(header, "extensions").get("KHR_lights_punctual")
+    materials = objects_under(header, "materials")
+    samplers = objects_under(header, "samplers")
+    lights = object_under(header, "extensions").get("KHR_lights_punctual")
     counts = {
-        ("animation", "animations"): len(_objects(header, "animations")),
-        ("camera", "cameras"): len(_objects(header, "cameras")),
-        ("lamp", "lamps"): len(_objects(lights, "lights")),
+        ("animation", "animations"): len(objects_under(header, "animations")),
+        ("camera", "cameras"): len(objects_under(header, "cameras")),
+        ("lamp", "lamps"): len(objects_under(lights, "lights")),
         (f"normal map {_APART}", f"normal maps {_APART}"): normal_map_counts(header)[1],
         ("occlusion map", "occlusion maps"): sum("occlusionTexture" in material for material in materials),
         ("roughness map", "roughness maps"): sum(
-            "metallicRoughnessTexture" in _object(material, "pbrMetallicRoughness") for material in materials
+            "metallicRoughnessTexture" in object_under(material, "pbrMetallicRoughness") for material in materials
         ),
         ("unlit material among others", "unlit materials among others"): 0
         if is_unlit(header)
-        else sum("KHR_materials_unlit" in _object(material, "extensions") for material in materials),
+        else sum("KHR_materials_unlit" in object_under(material, "extensions") for material in materials),
         ("sampler that does not repeat", "samplers that do not repeat"): sum(
             any(sampler.get(axis, _REPEAT) != _REPEAT for axis in ("wrapS", "wrapT")) for sampler in samplers
         ),
     }
     return [f"{count} {names[count > 1]}" for names, count in counts.items() if count]
-
-
-def _object(parent: dict[str, Any], key: str) -> dict[str, Any]:
-    """Return the object under a key of `parent`; an empty one if that is something else."""
-    found = parent.get(key)
-    return found if isinstance(found, dict) else {}
-
-
-def _objects(parent: Any, key: str) -> list[dict[str, Any]]:
-    """Return the objects in a list of the object `parent`; none if either is something else."""
-    listed = parent.get(key) if isinstance(parent, dict) else None
-    return [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []

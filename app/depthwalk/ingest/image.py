@@ -86,6 +86,12 @@ def open_image(data: bytes, name: str) -> "Image.Image":
     return image
 
 
+def check_sides(path: Path, width: int, height: int) -> None:
+    """Raise InputError unless each side of a picture that Pillow does not read has 1 to MAX_TEXTURE_SIDE pixels."""
+    if not 0 < min(width, height) <= max(width, height) <= MAX_TEXTURE_SIDE:
+        raise InputError(f"{path}: image of {width} × {height} pixels; each side must be 1 to {MAX_TEXTURE_SIDE}")
+
+
 def check_size(image: "Image.Image", name: str) -> None:
     """Raise InputError if decoding `image`, which messages call `name`, would take more than is allowed."""
     width, height = image.size

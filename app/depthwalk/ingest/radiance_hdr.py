@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
+from depthwalk.ingest.image import check_sides
 from depthwalk.ingest.sources import read_bytes
-from depthwalk.limits import MAX_TEXTURE_SIDE
 
 _MAGIC = (b"#?RADIANCE", b"#?RGBE")
 _FORMAT = b"32-bit_rle_rgbe"
@@ -74,8 +74,7 @@ def _header(data: bytes, path: Path) -> tuple[tuple[int, int], bool, bool, int]:
     if found is None:
         raise InputError(f"{path}: after the header must come the size, as in -Y 1024 +X 2048")
     height, width = int(found[2]), int(found[4])
-    if not 0 < min(height, width) <= max(height, width) <= MAX_TEXTURE_SIDE:
-        raise InputError(f"{path}: image of {width} × {height} pixels; each side must be 1 to {MAX_TEXTURE_SIDE}")
+    check_sides(path, width, height)
     runs = -(-width // _LONGEST_RUN)
     if len(data) - start < height * (min(4 * width, 4 + 8 * runs) if width in _CODED else 4 * width):
         raise InputError(f"{path}: ends before its {height} rows of {width} pixels do")

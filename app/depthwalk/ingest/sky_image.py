@@ -11,10 +11,10 @@ from depthwalk.colour import linear_from_srgb8
 from depthwalk.errors import InputError
 from depthwalk.ingest.exr import read_channels
 from depthwalk.ingest.formats import check_sky_suffix
-from depthwalk.ingest.image import check_size, open_image, rgba
+from depthwalk.ingest.image import check_sides, check_size, open_image, rgba
 from depthwalk.ingest.radiance_hdr import read_radiance
 from depthwalk.ingest.sources import read_bytes
-from depthwalk.limits import MAX_SKY_WIDTH, MAX_TEXTURE_SIDE
+from depthwalk.limits import MAX_SKY_WIDTH
 
 log = logging.getLogger(__name__)
 
@@ -96,8 +96,7 @@ def _read_exr(path: Path) -> NDArray[np.float32]:
     """Return the channels R, G and B, or Y, of the first part of an OpenEXR file, (H, W, 3)."""
 
     def check(width: int, height: int, planes: int) -> None:
-        if not 0 < min(width, height) <= max(width, height) <= MAX_TEXTURE_SIDE:
-            raise InputError(f"{path}: image of {width} × {height} pixels; each side must be 1 to {MAX_TEXTURE_SIDE}")
+        check_sides(path, width, height)
         _check_shape(path, width, height)
         _check_memory(path, width, height, planes)
 

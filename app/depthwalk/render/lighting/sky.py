@@ -106,18 +106,7 @@ class Gradient(PaintedSky):
     defines: tuple[str, ...] = ()
 
     def radiance(self, direction: Array) -> Array:
-        """Return the colour of the sky in given directions.
-
-        Parameters
-        ----------
-        direction
-            (n, 3) unit vectors, world.
-
-        Returns
-        -------
-        Array
-            (n, 3) linear RGB.
-        """
+        """Do as `PaintedSky.radiance` says. Directions below the horizon have the colour of the horizon."""
         rise = np.sqrt(np.clip(direction[:, 1:2], 0, 1))
         return np.asarray(np.array(self.horizon) * (1 - rise) + np.array(self.zenith) * rise)
 
@@ -148,20 +137,7 @@ class Daylight(PaintedSky):
     defines: tuple[str, ...] = ("PREETHAM",)
 
     def radiance(self, direction: Array) -> Array:
-        """Return the colour of the sky in given directions (Preetham et al.).
-
-        Directions below the horizon have the colour of the horizon.
-
-        Parameters
-        ----------
-        direction
-            (n, 3) unit vectors, world.
-
-        Returns
-        -------
-        Array
-            (n, 3) linear RGB.
-        """
+        """Do as `PaintedSky.radiance` says (Preetham et al.). Below the horizon the colour is that of the horizon."""
         up, cosine = np.maximum(direction[:, 1], 1e-3), np.clip(direction @ np.array(self.sun), -1, 1)
         luminance, x, y = (np.array(self.at_zenith) * _perez(np.array(self.perez), up, cosine)).T
         xyz = (luminance / y)[:, None] * np.column_stack([x, y, 1 - x - y])
