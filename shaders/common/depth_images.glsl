@@ -24,38 +24,35 @@ float depth_off(float stored, float depth) {
     return abs(fract(stored * (255.0 / 256.0) - depth / DEPTH_PERIOD + 0.5) - 0.5) * DEPTH_PERIOD;
 }
 
-// Returns whether any of the four texels of level 0 around a point shows another surface. depth: of the point, texels.
-bool shows_another(Around around, float depth) {
+// Returns how far `depth` is from what four texels store, texels.
+vec4 depths_off(vec4 texel[4], float depth) {
     vec4 off;
-    for (int k = 0; k < 4; ++k) off[k] = depth_off(texelFetch(page_normals, around.at[k], 0).a, depth);
-    return any(greaterThan(off, vec4(SAME_SURFACE)));
+    for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
+    return off;
 }
 
 // Blends those of the four texels around a point that show its surface, judged by their depths. Beside an edge the others show
 // another surface, and this one continues in another layer, so all are searched.
-// uv: within the image; texel: the four around it, see `page_normal`; depth: of the point, texels; around: the four texels, which
-// are replaced by those that show the surface. Returns its normal.
-vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around around) {
+// uv: within the image; depth: of the point, texels; off: how far it is from those stored; around: the four texels, which are
+// replaced by those that show the surface. Returns its normal.
+vec3 sample_border(int image, vec2 uv, vec4 off, float depth, inout Around around) {
     // Another layer must be within this many texels to show the same surface. Where no layer shows it, as beyond the part that a
     // face owns, its nearest texel is stored with a depth half a period off: any other surface would be nearer than that.
     const float FARTHEST = 4.0;
-    vec4 off;
-    for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
     if (any(greaterThan(off, vec4(SAME_SURFACE)))) {
         int own = number_of(image);
         int end = face_of(image) < FACE_LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z;
+        // What changes in the loop goes through memory on software rasterisers. So normals are looked up after it.
         for (int other = first_images[face_of(image)]; other < end; ++other) {
             vec2 other_place;
             if (other == own || !page_stored(other, uv, other_place)) continue;
             ivec2 low = ivec2(floor(other_place - 0.5));
             for (int k = 0; k < 4; ++k) {
                 ivec2 place = low + ivec2(k & 1, k >> 1);
-                vec4 found = texelFetch(page_normals, place, 0);
-                float found_off = depth_off(found.a, depth);
+                float found_off = depth_off(texelFetch(page_normals, place, 0).a, depth);
                 if (found_off < min(off[k], FARTHEST)) {
                     off[k] = found_off;
                     around.at[k] = place;
-                    texel[k] = found;
                 }
             }
         }
@@ -67,7 +64,7 @@ vec3 sample_border(int image, vec2 uv, vec4 texel[4], float depth, inout Around 
     around.weight = (around.weight + 1e-3) / (1.0 + far * far);
     around.weight /= dot(around.weight, vec4(1.0));
     vec3 normal = vec3(-1.0);
-    for (int k = 0; k < 4; ++k) normal += around.weight[k] * 2.0 * texel[k].xyz;
+    for (int k = 0; k < 4; ++k) normal += around.weight[k] * 2.0 * texelFetch(page_normals, around.at[k], 0).xyz;
     return normal;
 }
 
@@ -87,32 +84,26 @@ Surface surface_at(vec3 p, int image, float footprint) {
     float covered = footprint * texels[face];
     float lod = max(log2(covered) - 1.0, 0.0);      // bilinear filtering averages over two texels already
     if (face == FACE_SIDE) position.x = fract(position.x);
-    vec3 place = page_at(number_of(image), position.xy, lod);
+    int tier;
+    vec3 place = page_at(number_of(image), position.xy, lod, tier);
     vec4 albedo;
     Around around = texels_around(place.xy);
-    border = border && lod < float(MIP_TIER_LEVELS);    // where the finest tier serves
-    if (border && lod > 0.0) {      // averaged depths are meaningless, but the texels of level 0 are not
-        vec2 finest;
-        border = page_stored(number_of(image), position.xy, finest);
-        Around texels_of_level_0 = texels_around(finest);
-        border = border && shows_another(texels_of_level_0, position.z * texels[face]);
-        if (border) {
-            around = texels_of_level_0;
-            place = vec3(finest, 0.0);
-        }
-    }
+    border = border && lod < float(MIP_TIER_LEVELS) && tier == 0;   // where the finest tier serves
     vec3 normal;
     if (covered < 1.0 || border) {
         vec4 texel[4];
         normal = page_normal(place.xy, texel);
         // Relief below a face has eased out at its borders, so the depth there is the stored one.
+        vec4 off = depths_off(texel, position.z * texels[face]);
+        // Averaged depths are meaningless, but the texels of level 0 are not.
+        border = border && (lod == 0.0 || any(greaterThan(off, vec4(SAME_SURFACE))));
         if (border) {
-            normal = sample_border(image, position.xy, texel, position.z * texels[face], around);
+            normal = sample_border(image, position.xy, off, position.z * texels[face], around);
             albedo = page_colour(around);
+            place.z = 0.0;
         }
-    } else {
-        normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;
     }
+    if (covered >= 1.0 && !border) normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;
     if (!border) albedo = page_colour(place);
     normal /= max(length(normal), 1e-6);
     vec3 colour = albedo.rgb * albedo.rgb;

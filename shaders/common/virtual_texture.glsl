@@ -46,11 +46,11 @@ bool in_pages(int image, vec2 texel, int tier, out vec2 place) {
 }
 
 // Returns the place at which a point of an image is stored, in the finest mip tier that is stored and that `lod` asks for. xy:
-// texels of the pages; z: the level of detail within the tier. uv: within the image.
-vec3 page_at(int image, vec2 uv, float lod) {
+// texels of the pages; z: the level of detail within the tier. uv: within the image; tier: the one found.
+vec3 page_at(int image, vec2 uv, float lod, out int tier) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
     // Lanes that draw nothing may have any lod, but must end the loop.
-    int tier = clamp(int(lod / float(MIP_TIER_LEVELS)), page_detail / 2, last_mip_tier);
+    tier = clamp(int(lod / float(MIP_TIER_LEVELS)), page_detail / 2, last_mip_tier);
     vec2 place;
     while (!in_pages(image, texel, tier, place) && tier < last_mip_tier) ++tier;
     if (tier == 0) lod -= float(page_detail);

@@ -1,6 +1,6 @@
-// Finds the farthest depth in each cell of `side` × `side` pixels (Greene, Kass and Miller 1993). Twin: reference/occlusion.py.
+// Finds the farthest depth in each cell of SIDE × SIDE pixels (Greene, Kass and Miller 1993). Twin: reference/occlusion.py.
+// SIDE: an even number.
 // MULTISAMPLED: of all `samples` of each pixel.
-uniform int side;       // even
 
 layout(location = 0) out float farthest;
 
@@ -33,8 +33,8 @@ float farthest_of_four(ivec2 at) {
 #endif
 
 void main() {
-    ivec2 first = ivec2(gl_FragCoord.xy) * side;
+    ivec2 first = ivec2(gl_FragCoord.xy) * SIDE;
     farthest = 0.0;
-    for (int y = first.y; y < first.y + side; y += 2)
-        for (int x = first.x; x < first.x + side; x += 2) farthest = max(farthest, farthest_of_four(ivec2(x, y)));
+    for (int y = 0; y < SIDE; y += 2)
+        for (int x = 0; x < SIDE; x += 2) farthest = max(farthest, farthest_of_four(first + ivec2(x, y)));
 }

@@ -3,7 +3,9 @@
 // NORMAL_MAP: the surface has a normal map. UNLIT: it keeps its colour without light.
 // GLOW: adds the light that opaque polygons emit. LAMPS, LAMP_SHADOWS, SHADOWS: as in light/light.glsl. FOG: there is fog.
 #include "common/phong.glsl"
+#if defined SHADOWS || defined LAMP_SHADOWS
 #include "common/shadow_map.glsl"
+#endif
 #include "common/view.glsl"
 #ifdef NORMAL_MAP
 #include "common/normal_map.glsl"

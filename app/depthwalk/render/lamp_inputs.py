@@ -30,7 +30,8 @@ class LampInputs:
 
         Returns
         -------
-        The defines `LAMPS` and `LAMP_SHADOWS`, textures and uniforms; None where no lamp reaches anything.
+        The defines `LAMPS`, `LAMP_SHADOWS` and those of the maps, textures and uniforms; None where no lamp reaches
+        anything.
         """
         if not frame.environment.lights:
             return None
@@ -48,7 +49,7 @@ class LampInputs:
         uniforms = _map_uniforms(maps) | {"seen_error": error_at_a_metre(frame.view, frame.common.lod)}
         return replace(
             inputs,
-            defines=(*inputs.defines, "LAMP_SHADOWS"),
+            defines=(*inputs.defines, "LAMP_SHADOWS", *maps.defines),
             textures={**inputs.textures, "lamp_maps": maps.texture},
             uniforms={**inputs.uniforms, **uniforms},
         )
@@ -68,6 +69,5 @@ def _map_uniforms(maps: LampMaps) -> dict[str, Any]:
     return {
         "lamp_map_columns": maps.texture.width // params.lamp_resolution,
         "lamp_map_resolution": params.lamp_resolution,
-        "filter_width": params.filter_width,
         "error": params.worst_error,
     }

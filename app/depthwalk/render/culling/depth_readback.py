@@ -38,11 +38,10 @@ class DepthReadback:
     def reduce(self, targets: Targets) -> None:
         """Find the farthest depth of each cell in the depth of `targets`, on the GPU."""
         targets.drawn.depth.use(0)
-        defines = targets.defines
-        samples = {"samples": targets.samples} if defines else {}
-        self._programs[defines].set(depth_texture=0, side=self.side, **samples)
+        program = self._programs[f"SIDE={self.side}", *targets.defines]
+        program.set(depth_texture=0, **({"samples": targets.samples} if targets.defines else {}))
         with self.gl.state(into=self._framebuffer):
-            self._programs[defines].fill()
+            program.fill()
 
     def read(self) -> NDArray[np.float32]:
         """Return what the last `reduce` found. Waits until the GPU has finished drawing.

@@ -134,7 +134,8 @@ def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     if maps is None:
         return defines, values
     maps.texture.use(_SUN_MAPS)
-    return (*defines, "SHADOWS"), values | {"sun_maps": _SUN_MAPS} | maps.uniforms(frame.view, frame.common.lod)
+    values |= {"sun_maps": _SUN_MAPS} | maps.uniforms(frame.view, frame.common.lod)
+    return (*defines, "SHADOWS", *maps.defines), values
 
 
 def _alone(frame: Frame, materials: MaterialRecords) -> bool:

@@ -41,11 +41,10 @@ class OutputPass(PixelPass[OutputParams]):
         """Return exposure, tone mapping and dithering as `params` say, and how many samples a pixel of `frame` has."""
         samples = frame.common.aa.samples
         # A loop over one sample costs software rasterisers four times as much as no loop.
-        defines = (params.tone_mapping.upper(), *(("SUPERSAMPLED",) if samples > 1 else ()))
+        defines = (params.tone_mapping.upper(), *((f"SAMPLES={samples}",) if samples > 1 else ()))
         if params.dither and _has_gradients(frame.environment):
             defines += ("DITHER",)
-        uniforms = {"samples": samples, "exposure": 2.0**params.exposure}
-        return PixelInputs(defines=defines, uniforms=uniforms, even_sky=True)
+        return PixelInputs(defines=defines, uniforms={"exposure": 2.0**params.exposure}, even_sky=True)
 
 
 def _has_gradients(environment: Environment) -> bool:

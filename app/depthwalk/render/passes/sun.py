@@ -26,4 +26,5 @@ class SunPass(PixelPass[Params]):
         maps = frame.targets.sun_maps
         assert maps is not None  # as `enabled` has checked
         uniforms = maps.uniforms(frame.view, frame.common.lod)
-        return PixelInputs(textures={"sun_maps": maps.texture}, uniforms=uniforms, even_sky=True)
+        textures = {"sun_maps": maps.texture}
+        return PixelInputs(defines=maps.defines, textures=textures, uniforms=uniforms, even_sky=True)

@@ -177,7 +177,8 @@ def _sun(frame: Frame) -> PixelInputs:
     if (maps := frame.targets.sun_maps) is None:
         return PixelInputs(defines=defines, uniforms=uniforms)
     uniforms |= maps.uniforms(frame.view, frame.common.lod)
-    return PixelInputs(defines=(*defines, "SHADOWS"), textures={"sun_maps": maps.texture}, uniforms=uniforms)
+    defines += ("SHADOWS", *maps.defines)
+    return PixelInputs(defines=defines, textures={"sun_maps": maps.texture}, uniforms=uniforms)
 
 
 def _fog(frame: Frame) -> PixelInputs | None:

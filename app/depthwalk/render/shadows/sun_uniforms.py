@@ -1,4 +1,4 @@
-"""Hold shadow maps as shaders read them: texture and uniforms, for shaders/common/sun_maps.glsl and shaders/light."""
+"""Hold shadow maps as shaders read them, for shaders/common/sun_maps.glsl and shaders/light."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +30,11 @@ class LampMaps:
     texture: moderngl.Texture
     params: ShadowParams
 
+    @property
+    def defines(self) -> tuple[str, ...]:
+        """Return the defines of the programs that look the maps up, for shaders/common/shadow_map.glsl."""
+        return _defines(self.params)
+
 
 @dataclass(frozen=True, kw_only=True)
 class SunMaps:
@@ -48,6 +53,11 @@ class SunMaps:
     texture: moderngl.Texture
     cascades: tuple[Cascade, ...]
     params: ShadowParams
+
+    @property
+    def defines(self) -> tuple[str, ...]:
+        """Return the defines of the programs that look the maps up, for shaders/common/shadow_map.glsl."""
+        return _defines(self.params)
 
     def uniforms(self, view: View, lod: LodParams) -> dict[str, Any]:
         """Return the uniforms of shaders/common/sun_maps.glsl, except its sampler `sun_maps`.
@@ -75,8 +85,11 @@ class SunMaps:
             "light_from_world": tuple(axes.T.ravel().tolist()),
             "places": places.tobytes(),
             "map_resolution": self.cascades[0].resolution,
-            "filter_width": params.filter_width,
             "error": params.worst_error,
             "seen_error": error_at_a_metre(view, lod),
             "shadow_reach": params.distance,
         }
+
+
+def _defines(params: ShadowParams) -> tuple[str, ...]:
+    return (f"FILTER_WIDTH={params.filter_width}",)
