@@ -4,7 +4,7 @@ import numpy as np
 
 from depthwalk.geometry.support_function import box_support_values
 from depthwalk.reference.warp import warp
-from depthwalk.render.impostors.reprojection_error import coarseness, due, parallax
+from depthwalk.render.impostors.reprojection_error import HARDEST, coarseness, due, parallax
 from depthwalk.render.impostors.tile_mapping import Tiles
 from depthwalk.render.impostors.tile_records import tile_records
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes, depths_behind
@@ -57,10 +57,35 @@ def test_no_point_is_shown_farther_off_than_the_bound() -> None:
 
 def test_tiles_wait_for_their_turn_but_not_for_ever() -> None:
     error = np.array([0.5, 3.0, 1.5, 5.0, 2.0, np.inf])
-    triangles = np.full(6, 100)
-    assert due(error, triangles, 1000).tolist() == [False, True, True, True, True, True]
-    assert due(error, triangles, 300).tolist() == [False, True, False, True, False, True]
-    assert due(error, triangles, 0).tolist() == [False, False, False, True, False, True]
+    triangles, area = np.full(6, 100), np.full(6, 50.0)
+    assert due(error, triangles, area, 1000).tolist() == [False, True, True, True, True, True]
+    assert due(error, triangles, area, 300).tolist() == [False, True, False, True, False, True]
+    assert due(error, triangles, area, 0).tolist() == [False, False, False, True, False, True]
+
+
+def test_tiles_that_are_cheap_for_what_they_cover_come_first() -> None:
+    error, triangles = np.array([3.0, 2.0, 2.0, 2.0]), np.array([900, 100, 100, 100])
+    area = np.array([300.0, 400.0, 400.0, 100.0])
+    assert due(error, triangles, area, 300).tolist() == [False, True, True, True]  # the worst alone would not fit
+    assert due(error, triangles, area, 200).tolist() == [False, True, True, False]
+    error[0] = 1.01 * HARDEST  # and then it takes the whole budget
+    assert due(error, triangles, area, 300).tolist() == [True, False, False, False]
+
+
+def test_turns_by_cost_and_area_leave_less_error_than_turns_by_error() -> None:
+    rng = np.random.default_rng(3)
+    triangles = np.where(np.arange(200) < 20, 20_000, 300)  # trees and flags
+    area, speed = np.where(triangles > 300, 8000.0, 400.0), rng.uniform(0.2, 0.4, 200)
+
+    def left_over(weight: Array) -> float:
+        error, total = np.zeros(200), 0.0
+        for _ in range(200):
+            error += speed
+            error[due(error, triangles, weight, 60_000)] = 0
+            total += float((area * error).sum())
+        return total
+
+    assert left_over(area) < 0.9 * left_over(triangles.astype(float))  # where the greatest error comes first
 
 
 def test_resolutions_are_as_far_off_upward_as_downward() -> None:

@@ -45,6 +45,11 @@ def test_tiles_are_found_by_their_objects() -> None:
     assert (cache.rows(np.arange(8)) == -1).all() and cache.used == 0
 
 
+def test_tiles_take_the_area_of_their_slots() -> None:
+    cache = filled()
+    assert cache.areas(np.array([3, 7, 0])).tolist() == [32 * 32, 0, 32 * 32]
+
+
 def test_tiles_are_stored_in_place_of_those_before() -> None:
     cache = filled()
     cache.store(tiles([2, 5], cache.tiles.slot[[2, 3]], 1, density=7.0))

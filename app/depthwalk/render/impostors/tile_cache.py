@@ -118,6 +118,22 @@ class TileCache:
         """
         return self._row[objects]
 
+    def areas(self, objects: Rows) -> Array:
+        """Return how much of the atlas the tiles of `objects` take.
+
+        Parameters
+        ----------
+        objects : (m,) rows of the objects.
+
+        Returns
+        -------
+        (m,) texels, about as many as pixels that a tile covers; 0 for an object without a tile.
+        """
+        row = self._row[objects]
+        area = np.zeros(len(row))
+        area[row >= 0] = self.tiles.slot[row[row >= 0], 2:].prod(1)
+        return area
+
     def invalidate(self, objects: Rows) -> None:
         """Mark the tiles of the objects with the rows `objects` (m,) as invalid, so that they are warped again."""
         row = self._row[objects]

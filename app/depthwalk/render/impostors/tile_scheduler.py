@@ -165,7 +165,8 @@ class TileScheduler:
         -------
         The tiles to warp, and those to draw.
         """
-        stale = due(error, impostors.triangles, layout.triangle_budget - self._warped)
+        area = self._cache.areas(impostors.row)
+        stale = due(error, impostors.triangles, area, layout.triangle_budget - self._warped)
         jumped = self._limit is None and not self._continues
         jumped = jumped and stale.sum() > _MOST_STALE * max(len(impostors), self._shown_before)
         cut = not layout.reuse_error or jumped
