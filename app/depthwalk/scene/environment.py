@@ -3,10 +3,12 @@
 Colours are sRGB from 0 to 1, lengths metres, angles degrees, as in the file.
 """
 
+from contextvars import ContextVar
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from depthwalk.errors import InputError
 from depthwalk.limits import MAX_FOV, MAX_LIGHTS, MIN_FOV
 from depthwalk.params import param
 from depthwalk.scene.fields import Colour, Coordinate, FileParams, FilePath, Length, Vector
@@ -24,6 +26,8 @@ OF_IMAGE = "image", "turn", "intensity", "sun"
 """Keys of a sky that is a picture alone."""
 NOT_OF_IMAGE = "zenith", "horizon", "turbidity", "sun_size"
 """Keys of a sky that is no picture."""
+_changing = ContextVar("_changing", default=False)
+"""Whether a key of a sky is being set, not a sky read: then pydantic checks those of all models at once."""
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
@@ -66,22 +70,44 @@ class SkyParams(FileParams):
     @property
     def used_keys(self) -> frozenset[str]:
         """Return the keys that matter for its model."""
-        unused = NOT_OF_IMAGE if self.model == "image" else OF_IMAGE
-        return frozenset(type(self).model_fields).difference(unused)
+        return frozenset(type(self).model_fields).difference(_unused(self.model))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a key. Raises InputError if its model has no use for it, or for a value that is not allowed.
+
+        `image` can be set with any model, since the model `image` cannot be set without. What another model has used
+        is kept, for when that is set again.
+        """
+        if name in _unused(self.model) and name != "image":
+            raise InputError(f"{name}: {_misplaced(name)}")
+        changing = _changing.set(True)
+        try:
+            super().__setattr__(name, value)
+        finally:
+            _changing.reset(changing)
 
     @model_validator(mode="before")
     @classmethod
     def _keys_of_its_model(cls, value: Any) -> Any:
         if not isinstance(value, dict):
             return value
-        is_image = value.get("model") == "image"
-        for key in NOT_OF_IMAGE if is_image else OF_IMAGE:
-            # Where a single value is set, as by the panel, all others are given too.
+        model = value.get("model")
+        for key in () if _changing.get() else _unused(model):
             if key in value and value[key] != cls.model_fields[key].default:
-                raise ValueError(f"{key!r} is {'not for' if is_image else 'only for'} the model image")
-        if is_image and value.get("image") is None:
+                raise ValueError(_misplaced(key))
+        if model == "image" and value.get("image") is None:
             raise ValueError("the model image needs 'image', the file of the picture")
         return value
+
+
+def _unused(model: object) -> tuple[str, ...]:
+    """Return the keys of a sky that its model has no use for."""
+    return NOT_OF_IMAGE if model == "image" else OF_IMAGE
+
+
+def _misplaced(key: str) -> str:
+    """Return what is wrong with a key of a sky whose model has no use for it."""
+    return f"{key!r} is {'not' if key in NOT_OF_IMAGE else 'only'} for the model image"
 
 
 class FogParams(FileParams):
