@@ -77,9 +77,12 @@ def test_a_sky_becomes_a_picture_and_what_it_was() -> None:
     sky.model = "image"
     sky.turn = 45.0
     assert {"image", "turn"} <= sky.used_keys and "zenith" not in sky.used_keys
-    for model in ("preetham", "gradient"):
-        sky.model = model
-        assert "turn" not in sky.used_keys and "zenith" in sky.used_keys
+    sky.sun = True
+    assert sky.is_sun
+    sky.model = "preetham"
+    assert not sky.is_sun and sky.used_keys == {"model", "turbidity", "sun_size", "light"}
+    sky.model = "gradient"
+    assert not sky.is_sun and sky.used_keys == {"model", "zenith", "horizon", "sun_size", "light"}
     assert sky.zenith == zenith
     sky.model = "image"
     assert (sky.image, sky.turn) == (Path("a.hdr"), 45)

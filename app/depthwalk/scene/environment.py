@@ -70,7 +70,13 @@ class SkyParams(FileParams):
     @property
     def used_keys(self) -> frozenset[str]:
         """Return the keys that matter for its model."""
-        return frozenset(type(self).model_fields).difference(_unused(self.model))
+        painted = {"gradient": ("turbidity",), "preetham": ("zenith", "horizon"), "image": ()}[self.model]
+        return frozenset(type(self).model_fields).difference(_unused(self.model), painted)
+
+    @property
+    def is_sun(self) -> bool:
+        """Return whether its picture holds the sun, instead of `environment`."""
+        return self.model == "image" and self.sun
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Set a key. Raises InputError if its model has no use for it, or for a value that is not allowed.
