@@ -33,6 +33,13 @@ def test_an_empty_group_switches_on() -> None:
     assert environment.ground.half_size == 10_000
 
 
+@pytest.mark.parametrize("model", ["picture", 3, ["image"]])
+def test_a_misspelt_model_is_the_only_mistake(model: Any) -> None:
+    with pytest.raises(ValidationError) as caught:
+        SkyParams.model_validate({"model": model, "image": "a.hdr"})
+    assert [error["loc"] for error in caught.value.errors()] == [("model",)]
+
+
 @pytest.mark.parametrize(
     ("sky", "defect"),
     [

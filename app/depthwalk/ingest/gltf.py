@@ -30,6 +30,8 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
 
     Raises InputError if the header is damaged.
     """
+    if not data:
+        raise InputError(f"{path}: empty file")
     if path.suffix.lower() == ".glb":
         if len(data) < 20 or data[:4] != b"glTF":
             raise InputError(f"{path}: not a GLB file")

@@ -4,7 +4,7 @@ Colours are sRGB from 0 to 1, lengths metres, angles degrees, as in the file.
 """
 
 from contextvars import ContextVar
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -28,13 +28,14 @@ NOT_OF_IMAGE = "zenith", "horizon", "turbidity", "sun_size"
 """Keys of a sky that is no picture."""
 _changing = ContextVar("_changing", default=False)
 """Whether a key of a sky is being set, not a sky read: then pydantic checks those of all models at once."""
+SkyModel = Literal["gradient", "preetham", "image"]
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
 class SkyParams(FileParams):
     """Describe a sky: two colours blended upward, clear daylight around the sun, or a picture of all directions."""
 
-    model: Literal["gradient", "preetham", "image"] = param(
+    model: SkyModel = param(
         "gradient",
         "Two colours (gradient), daylight scattered in air (Preetham et al. 1999), or a picture (image). In daylight, "
         "`sun` is the sun above the atmosphere, which dims and reddens it, and whose light makes the sky bright",
@@ -95,9 +96,9 @@ class SkyParams(FileParams):
     @model_validator(mode="before")
     @classmethod
     def _keys_of_its_model(cls, value: Any) -> Any:
-        if not isinstance(value, dict):
+        model = value.get("model", "gradient") if isinstance(value, dict) else None
+        if model not in get_args(SkyModel):  # reported by the key itself
             return value
-        model = value.get("model")
         for key in () if _changing.get() else _unused(model):
             if key in value and value[key] != cls.model_fields[key].default:
                 raise ValueError(_misplaced(key))
