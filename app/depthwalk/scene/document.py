@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from depthwalk.errors import InputError, missing_file, quoted
-from depthwalk.ingest.formats import MESH_SUFFIXES
+from depthwalk.ingest.formats import MESH_SUFFIXES, SKY_SUFFIXES
 from depthwalk.limits import MAX_SCENE_BYTES
 from depthwalk.scene.yaml_nodes import (
     MAX_YAML_DEPTH,
@@ -138,6 +138,8 @@ def _read_text(path: Path) -> str:
     try:
         if not path.is_file():  # reading a named pipe would block
             raise missing_file(path)
+        if path.suffix.lower() in SKY_SUFFIXES:  # here, since a large one would be called too large
+            raise InputError(f"{path}: a picture, no scene; --sky lights a scene or a model by it")
         with path.open("rb") as file:
             data = file.read(MAX_SCENE_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
