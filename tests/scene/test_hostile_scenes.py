@@ -245,8 +245,8 @@ def test_a_misspelt_name_of_a_file_that_ships_is_told(tmp_path: Path) -> None:
         load_scene(file)
 
 
-@pytest.mark.parametrize("name", ["studio.hdr", "picture.PNG"])
-def test_a_picture_in_place_of_a_scene(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).write_bytes(b"#?RADIANCE\n")
+@pytest.mark.parametrize(("name", "length"), [("studio.hdr", MAX_SCENE_BYTES), ("picture.PNG", 3)])
+def test_a_picture_in_place_of_a_scene(tmp_path: Path, name: str, length: int) -> None:
+    (tmp_path / name).write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(length))
     with pytest.raises(InputError, match=rf"{name}: a picture, no scene; --sky lights a scene or a model by it$"):
         load_scene(tmp_path / name)
