@@ -88,9 +88,10 @@ has no `dpci`. `render` draws a still of a mesh from its polygons, since baking 
 Of glTF and GLB files, the default scene is read, without its cameras, lamps and animations: skins and shape keys (morph
 targets) are as the nodes pose them at rest. Colours and texture coordinates may be integers, accessors sparse or
 quantised, textures transformed (`KHR_texture_transform`). Files compressed by Draco or meshopt must be exported
-without. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours, and
-textures always repeat. Files all of whose materials are `KHR_materials_unlit`, as scans are, are shown
-[without light](light.md#unlit). `depthwalk info` lists what of a file is not read.
+without. Pictures may be PNG, JPEG or WebP (`EXT_texture_webp`); a texture whose only picture is of another kind, as by
+`KHR_texture_basisu`, is left out with a warning. [Normal maps](baking.md#normal-maps) are read if they share the
+texture coordinates of the colours, and textures always repeat. Files all of whose materials are `KHR_materials_unlit`,
+as scans are, are shown [without light](light.md#unlit). `depthwalk info` lists what of a file is not read.
 """
 _PATH = """## Path files
 

@@ -29,6 +29,8 @@ def test_a_misspelt_file_is_told_which_one_is_meant(tmp_path: Path) -> None:
     assert str(missing_file(tmp_path / "room.ply")).endswith("room.ply: no such file")
     assert str(missing_file(tmp_path / "no" / "gardn.yaml")) == f"{tmp_path / 'no' / 'gardn.yaml'}: no such file"
     assert str(missing_file(tmp_path)) == f"{tmp_path}: is a folder"
+    (link := tmp_path / "link.ply").symlink_to("gone.ply")
+    assert str(missing_file(link)) == f"{link}: a link to 'gone.ply', which does not exist"
 
 
 def test_a_scene_is_told_which_of_its_files_is_meant(tmp_path: Path) -> None:

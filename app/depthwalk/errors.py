@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
@@ -98,6 +99,8 @@ def missing_file(path: Path) -> InputError:
         return InputError(f"{path}: is a folder")
     if path.exists():
         return InputError(f"{path}: not a file")
+    with suppress(OSError, ValueError):  # it is no link, or no file can have that name
+        return InputError(f"{path}: a link to {os.readlink(path)!r}, which does not exist")
     return InputError(f"{path}: no such file{suggest_file(path)}")
 
 

@@ -12,6 +12,8 @@ from PIL import Image
 import depthwalk as dw
 from balls import write_balls
 from depthwalk.api.scene import Scene
+from depthwalk.errors import InputError
+from depthwalk.scene.environment import SkyParams
 from depthwalk.scene.schema import RepresentationName
 from modes import AaName
 
@@ -211,3 +213,23 @@ def test_what_the_ground_hides_is_not_seen(tmp_path: Path) -> None:
     rows = np.nonzero((image.object_id == 0).any(1))[0]
     assert image.object_id[MIDDLE] == 0
     assert 42 < rows.max() < 48  # where the ball goes into the ground; whole, it would reach row 53
+
+
+def test_a_sky_becomes_a_picture_and_what_it_was(scene: Scene, tmp_path: Path) -> None:
+    """Between two pictures; of what the other model has used, such as the sun's disc, nothing shows."""
+    Image.new("RGB", (16, 8), (0, 255, 0)).save(picture := tmp_path / "green.png")
+    environment = scene.environment
+    environment.ground, environment.sun.direction = None, (0.0, -0.2, 1.0)
+    environment.sky = sky = SkyParams(zenith=(1, 0, 0), horizon=(1, 0, 0), sun_size=20.0)
+    with dw.Renderer(scene, SIZE) as renderer:
+        painted = renderer.render().rgba
+        sky.image = picture
+        assert (renderer.render().rgba == painted).all()
+        sky.model = "image"
+        assert (renderer.render().rgba[0] == (0, 255, 0, 255)).all()
+        sky.model = "gradient"
+        assert (renderer.render().rgba == painted).all() and (painted[0, 0] == (255, 0, 0, 255)).all()
+        sky.image = tmp_path / "none.png"
+        sky.model = "image"
+        with pytest.raises(InputError, match=r"none\.png"):
+            renderer.render()

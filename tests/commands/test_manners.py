@@ -1,5 +1,6 @@
 """The manners of every command, as far as they can be tried without a process of its own."""
 
+import errno
 import gc
 import io
 import logging
@@ -44,3 +45,18 @@ def test_a_warning_that_ends_the_command_is_printed_once(capsys: pytest.CaptureF
             guarded(command)(quiet=quiet)
         assert ended.value.exit_code == 2
         assert capsys.readouterr().err == "a: broken\nb: gone\n"
+
+
+@pytest.mark.parametrize(("names", "where"), [(("a.png",), "a.png"), ((), "depthwalk")])
+def test_a_full_disk_is_told_in_one_line(
+    capsys: pytest.CaptureFixture[str], names: tuple[str, ...], where: str
+) -> None:
+    """The program is not to blame, so that no traceback is offered; standard output has no name."""
+
+    def command() -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", *names)
+
+    with pytest.raises(typer.Exit) as ended:
+        guarded(command)()
+    assert ended.value.exit_code == 1
+    assert capsys.readouterr().err == f"{where}: No space left on device\n"

@@ -1,10 +1,12 @@
 """Foliage that was simplified is made as large as it was."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from depthwalk.cook import foliage_dilation
 from depthwalk.cook.foliage_dilation import FoliageCover, count_silhouette, count_voxels, dilate_foliage
 from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.vertex_clustering import cluster_vertices
@@ -25,6 +27,24 @@ def test_cubes_are_those_that_a_square_meets() -> None:
     square = np.array([[[0, 0, 0.01], [1, 0, 0.01], [1, 1, 0.01]], [[0, 0, 0.01], [1, 1, 0.01], [0, 1, 0.01]]])
     assert count_voxels(square, SIDE) == pytest.approx(20**2, rel=0.03)
     assert count_voxels(np.concatenate([square, square]), SIDE) == pytest.approx(20**2, rel=0.03)
+
+
+def test_large_boxes_are_counted_without_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The map of the last two, 17 km apart, would take petabytes; each leaf meets what it meets alone."""
+    mesh = leaves(40, 0.2)
+    corners = mesh.positions[mesh.faces].astype(np.float64)
+    expected = count_voxels(corners, SIDE / 4)
+    monkeypatch.setattr(foliage_dilation, "_MIN_MERGED", 100)
+    monkeypatch.setattr(foliage_dilation, "_MAX_MAP", 1000)
+    monkeypatch.setattr(foliage_dilation, "_MAP_SHARE", 0)
+    assert count_voxels(corners, SIDE / 4) == expected > 1_000
+    monkeypatch.undo()
+    near, far = corners[:2], corners[:2] + 10_000.0
+    tracemalloc.start()
+    together = count_voxels(np.concatenate([near, far]), SIDE / 8)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert together == pytest.approx(2 * count_voxels(near, SIDE / 8), rel=0.05) and peak < 10e6
 
 
 def test_leaves_that_shrank_are_spread_to_their_size() -> None:

@@ -42,6 +42,8 @@ def test_both_kinds_of_files_have_one_header() -> None:
 @pytest.mark.parametrize(
     ("data", "path", "defect"),
     [
+        (b"", GLTF, "empty file"),
+        (b"", GLB, "empty file"),
         (b"{", GLTF, "its glTF header is not JSON"),
         (b"[]", GLTF, "its glTF header is not an object"),
         (b"[" * 100_000, GLTF, "its glTF header is not JSON"),

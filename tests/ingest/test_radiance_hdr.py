@@ -42,6 +42,8 @@ def test_exact_values_and_directions_of_rows(tmp_path: Path) -> None:
     assert (read_radiance(written(tmp_path, data)) == light).all()
     assert (read_radiance(written(tmp_path, data.replace(b"-Y", b"+Y"))) == light[::-1]).all()
     assert (read_radiance(written(tmp_path, data.replace(b"+X", b"-X"))) == light[:, ::-1]).all()
+    head, pixels = data[: data.index(b"+X 2\n") + 5], data[data.index(b"+X 2\n") + 5 :]
+    assert (read_radiance(written(tmp_path, head.replace(b"\n", b"\r\n") + pixels)) == light).all()
 
 
 @pytest.mark.parametrize(

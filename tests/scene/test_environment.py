@@ -1,5 +1,6 @@
 """Sky, ground, lights, camera and walk of a scene file."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -32,6 +33,13 @@ def test_an_empty_group_switches_on() -> None:
     assert environment.ground.half_size == 10_000
 
 
+@pytest.mark.parametrize("model", ["picture", 3, ["image"]])
+def test_a_misspelt_model_is_the_only_mistake(model: Any) -> None:
+    with pytest.raises(ValidationError) as caught:
+        SkyParams.model_validate({"model": model, "image": "a.hdr"})
+    assert [error["loc"] for error in caught.value.errors()] == [("model",)]
+
+
 @pytest.mark.parametrize(
     ("sky", "defect"),
     [
@@ -49,16 +57,42 @@ def test_a_picture_has_keys_of_its_own(sky: dict[str, Any], defect: str) -> None
         SkyParams.model_validate(sky)
 
 
-def test_a_sky_can_be_changed_and_refused_changes_leave_it() -> None:
+def test_refused_changes_leave_a_sky() -> None:
     painted = SkyParams.model_validate({"zenith": "#102030"})
-    with pytest.raises(InputError, match=r"model: the model image needs 'image'|model: 'zenith' is not for"):
+    with pytest.raises(InputError, match="model: the model image needs 'image'"):
         painted.model = "image"
-    assert painted.model == "gradient"
+    with pytest.raises(InputError, match="turn: 'turn' is only for the model image"):
+        painted.turn = 45.0
+    assert (painted.model, painted.turn) == ("gradient", 0)
     shown = SkyParams.model_validate({"model": "image", "image": "a.hdr"})
     shown.turn, shown.light = 45.0, True
-    with pytest.raises(InputError, match="model: 'image' is only for the model image"):
-        shown.model = "gradient"
-    assert (shown.model, shown.turn, shown.light) == ("image", 45, True)
+    for key, value, defect in (
+        ("horizon", (1.0, 1.0, 1.0), "horizon: 'horizon' is not for the model image"),
+        ("image", None, "image: the model image needs 'image'"),
+        ("turn", 1000.0, "turn: must be at most 360"),
+    ):
+        with pytest.raises(InputError, match=defect):
+            setattr(shown, key, value)
+    assert (shown.model, shown.image, shown.turn, shown.light) == ("image", Path("a.hdr"), 45, True)
+
+
+def test_a_sky_becomes_a_picture_and_what_it_was() -> None:
+    """Both models keep their values, as for somebody who compares them in the panel."""
+    sky = SkyParams.model_validate({"zenith": "#102030"})
+    zenith = sky.zenith
+    sky.image = Path("a.hdr")
+    sky.model = "image"
+    sky.turn = 45.0
+    assert {"image", "turn"} <= sky.used_keys and "zenith" not in sky.used_keys
+    sky.sun = True
+    assert sky.is_sun
+    sky.model = "preetham"
+    assert not sky.is_sun and sky.used_keys == {"model", "turbidity", "sun_size", "light"}
+    sky.model = "gradient"
+    assert not sky.is_sun and sky.used_keys == {"model", "zenith", "horizon", "sun_size", "light"}
+    assert sky.zenith == zenith
+    sky.model = "image"
+    assert (sky.image, sky.turn) == (Path("a.hdr"), 45)
 
 
 @pytest.mark.parametrize("direction", [[0, 0, 0], [1e-9, 0, 0]])

@@ -218,9 +218,9 @@ def test_file_too_large(tmp_path: Path) -> None:
     assert str(caught.value) == f"{path}:1:1: the file is larger than 16 MiB"
 
 
-def test_a_picture(tmp_path: Path) -> None:
-    path = tmp_path / "picture.png"
-    path.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+def test_a_binary_file(tmp_path: Path) -> None:
+    path = tmp_path / "picture.psd"
+    path.write_bytes(b"8BPS\0\1\x89\0\0")
     with pytest.raises(InputError) as caught:
         load_scene(path)
     told = "binary, not UTF-8 text; scenes and camera paths are YAML, meshes end in .obj, .ply, .stl, .glb, .gltf"
@@ -243,3 +243,10 @@ def test_a_misspelt_name_of_a_file_that_ships_is_told(tmp_path: Path) -> None:
     file.write_text("version: 1\nassets: {pot: {mesh: teapto.ply}}\nobjects: [{asset: pot}]\n")
     with pytest.raises(InputError, match=r"file 'teapto\.ply' not found; did you mean 'teapot\.ply'\?"):
         load_scene(file)
+
+
+@pytest.mark.parametrize(("name", "length"), [("studio.hdr", MAX_SCENE_BYTES), ("picture.PNG", 3)])
+def test_a_picture_in_place_of_a_scene(tmp_path: Path, name: str, length: int) -> None:
+    (tmp_path / name).write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(length))
+    with pytest.raises(InputError, match=rf"{name}: a picture, no scene; --sky lights a scene or a model by it$"):
+        load_scene(tmp_path / name)

@@ -3,6 +3,7 @@
 Results go to stdout, everything else to stderr.
 """
 
+import errno
 import functools
 import gc
 import io
@@ -20,6 +21,8 @@ from depthwalk.commands.log_output import configure_logging, warned
 from depthwalk.commands.signals import end_if_interrupted, unwound_by_signals
 from depthwalk.commands.usage import HELP_OPTIONS, OneLineCommand
 from depthwalk.errors import InputError, printable
+
+_OF_THE_DISK = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS  # a traceback would explain nothing
 
 Command = TypeVar("Command", bound=Callable[..., None])
 
@@ -129,6 +132,9 @@ def _fail(error: Exception, verbose: bool) -> NoReturn:
         import traceback
 
         traceback.print_exc()
+    elif isinstance(error, OSError) and error.errno in _OF_THE_DISK:
+        where = "depthwalk" if error.filename is None else str(error.filename)
+        print(printable(f"{where}: {error.strerror}"), file=sys.stderr)
     else:
         lines = str(error).strip().splitlines()
         print(f"depthwalk: {type(error).__name__}: {printable(lines[0]) if lines else 'no message'}", file=sys.stderr)

@@ -4,6 +4,8 @@ Simplification makes leaves shrink or vanish. The remaining ones are enlarged in
 "Stochastic Simplification of Aggregate Detail"; counting voxels determines by how much.
 """
 
+import math
+from collections.abc import Iterable
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +17,11 @@ from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array, Ints
 
 _SAMPLES = 4  # per face of a voxel: enough to find nearly all voxels that are touched
+_MAX_MAP = 1 << 29  # voxels of a box, a byte each, that are always marked in a map: more than a tree at 512² has
+_MAP_SHARE = (
+    8  # of a map's bytes for each sample, which is less than sorting takes where most samples meet another voxel
+)
+_MIN_MERGED = 1 << 20  # voxel numbers that are sorted together
 _VIEWS = 6  # from which silhouettes are seen; opposite ones show the same
 _OFFSETS = 4  # that are tried, including the first
 _MAX_RATIO = 4.0  # of an offset to the one before
@@ -25,7 +32,8 @@ _LEAST_COVER = 0.95  # of what the original covers: what is as large as it
 def count_voxels(corners: Array, voxel_size: float) -> int:
     """Return how many voxels a set of triangles touches.
 
-    Triangles that overlap count once, unlike in a sum of areas.
+    Triangles that overlap count once, unlike in a sum of areas. Memory: 512 MiB at most, or, where that is
+    more, some 32 bytes for each voxel that is touched, however large the box around them is.
 
     Parameters
     ----------
@@ -40,14 +48,40 @@ def count_voxels(corners: Array, voxel_size: float) -> int:
         The number of voxels.
     """
     areas = face_normals(corners)[1]
-    # A bit map is several times as fast as sorting voxel numbers. It has a spare voxel for rounding.
     low = np.floor(corners.min((0, 1)) / voxel_size).astype(np.int64) - 1
-    met = np.zeros(np.floor(corners.max((0, 1)) / voxel_size).astype(np.int64) - low + 2, bool)
-    _, height, depth = met.shape
-    for point, _ in sample_batches(corners, areas, int(_SAMPLES * areas.sum() / voxel_size**2) + 1):
+    shape = np.floor(corners.max((0, 1)) / voxel_size).astype(np.int64) - low + 2  # a spare voxel for rounding
+    _, height, depth = shape.tolist()
+    count = int(_SAMPLES * areas.sum() / voxel_size**2) + 1
+    samples = sample_batches(corners, areas, count)
+
+    def numbers(point: Array) -> Ints:
         x, y, z = np.floor(point / voxel_size).astype(np.int64).T - low[:, None]
-        met.ravel()[(x * height + y) * depth + z] = True
+        return np.asarray((x * height + y) * depth + z)
+
+    # A map is quicker than sorting voxel numbers, but most of a large box may be empty.
+    if (size := math.prod(shape.tolist())) > max(_MAX_MAP, _MAP_SHARE * count):
+        return _count_distinct(numbers(point) for point, _ in samples)
+    met = np.zeros(size, bool)
+    for point, _ in samples:
+        met[numbers(point)] = True
     return int(np.count_nonzero(met))
+
+
+def _count_distinct(batches: Iterable[Ints]) -> int:
+    """Return how many different numbers there are in several arrays, in memory for little more than these."""
+    known, found, count = np.zeros(0, np.int64), [np.zeros(0, np.int64)], 0
+    for batch in batches:
+        found.append(_distinct(batch))
+        count += len(found[-1])
+        if count > max(len(known), _MIN_MERGED):  # rarely, since all are sorted again
+            known, found, count = _distinct(np.concatenate([known, *found])), [], 0
+    return len(_distinct(np.concatenate([known, *found])))
+
+
+def _distinct(numbers: Ints) -> Ints:
+    """Return the different ones of some numbers, in ascending order; quicker than `np.unique`, which hashes them."""
+    ordered = np.sort(numbers)
+    return np.asarray(ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]])
 
 
 def count_silhouette(corners: Array, pixel: float) -> int:

@@ -17,7 +17,8 @@ from depthwalk.ingest.mesh import OPAQUE
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
 _KNOWN = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp")
-_COMPRESSED = ("KHR_draco_", "EXT_meshopt_", "KHR_meshopt_", "KHR_texture_basisu")
+_COMPRESSED = ("KHR_draco_", "EXT_meshopt_", "KHR_meshopt_")
+_TEXTURES = ("KHR_texture_", "EXT_texture_", "MSFT_texture_")
 _UNLIT = "KHR_materials_unlit"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
@@ -29,6 +30,8 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
 
     Raises InputError if the header is damaged.
     """
+    if not data:
+        raise InputError(f"{path}: empty file")
     if path.suffix.lower() == ".glb":
         if len(data) < 20 or data[:4] != b"glTF":
             raise InputError(f"{path}: not a GLB file")
@@ -244,10 +247,16 @@ def check_header(header: dict[str, Any], path: Path) -> None:
     """
     for name in header.get("extensionsRequired", []):
         if not name.startswith(_KNOWN):
-            remedy = "; export it without compression" if name.startswith(_COMPRESSED) else ""
-            raise InputError(f"{path}: the required glTF extension {name} is not supported{remedy}")
+            raise InputError(f"{path}: the required glTF extension {name} is not supported{_remedy(name)}")
     for index, accessor in enumerate(header.get("accessors", [])):
         if "sparse" not in accessor and "bufferView" not in accessor:
             raise InputError(f"{path}: accessors[{index}]: compressed or empty data is not supported")
         if not 0 < accessor["count"] <= 3 * MAX_MESH_TRIANGLES:
             raise InputError(f"{path}: accessors[{index}]: count {accessor['count']} is out of range")
+
+
+def _remedy(extension: str) -> str:
+    """Return how to do without an extension that is not supported, as the end of a message; "" if nothing is known."""
+    if extension.startswith(_COMPRESSED):
+        return "; export it without compression"
+    return "; export its textures as PNG, JPEG or WebP" if extension.startswith(_TEXTURES) else ""

@@ -88,6 +88,12 @@ class Accessors:
             return np.maximum(values / np.float32(np.iinfo(dtype).max), np.float32(-1.0)).astype(np.float32)
         return values
 
+    def view(self, number: int) -> bytes:
+        """Return the bytes of a bufferView, such as a picture."""
+        view = self._header["bufferViews"][_whole(number)]
+        start, length = _whole(view.get("byteOffset", 0)), _whole(view["byteLength"])
+        return bytes(self._buffer(_whole(view["buffer"]))[start : start + length])
+
     def add(self, values: Numbers) -> int:
         """Add an accessor for `values` (N, width), float32 or uint32, to the header and return its number."""
         buffers, views = self._header.setdefault("buffers", []), self._header.setdefault("bufferViews", [])

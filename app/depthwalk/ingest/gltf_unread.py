@@ -4,6 +4,7 @@ from typing import Any
 
 from depthwalk.ingest.gltf import is_unlit, object_under, objects_under
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
+from depthwalk.ingest.gltf_textures import textures_without_picture
 
 _APART = "with other texture coordinates than the colours"
 _REPEAT = 10497  # the way of wrapping a texture that all textures are drawn with
@@ -30,6 +31,9 @@ def unread(header: dict[str, Any]) -> list[str]:
         ("camera", "cameras"): len(objects_under(header, "cameras")),
         ("lamp", "lamps"): len(objects_under(lights, "lights")),
         (f"normal map {_APART}", f"normal maps {_APART}"): normal_map_counts(header)[1],
+        ("texture without a picture that is read", "textures without pictures that are read"): sum(
+            textures_without_picture(header).values()
+        ),
         ("occlusion map", "occlusion maps"): sum("occlusionTexture" in material for material in materials),
         ("roughness map", "roughness maps"): sum(
             "metallicRoughnessTexture" in object_under(material, "pbrMetallicRoughness") for material in materials

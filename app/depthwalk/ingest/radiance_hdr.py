@@ -13,16 +13,20 @@ from numpy.typing import NDArray
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import check_sides
+from depthwalk.ingest.rgbe_rows import CHANNELS, CODED, LONGEST_RUN, coded_rows, row_marker
 from depthwalk.ingest.sources import read_bytes
+from depthwalk.parallel import batches, thread_map
 
 _MAGIC = (b"#?RADIANCE", b"#?RGBE")
 _FORMAT = b"32-bit_rle_rgbe"
 _MAX_HEADER = 1 << 16  # bytes
+_EMPTY_LINE = re.compile(rb"\n\r?\n")  # some programs end lines as Windows does
 _RESOLUTION = re.compile(rb"([-+])Y (\d{1,9}) ([-+])X (\d{1,9})")
-_CODED = range(8, 1 << 15)  # widths whose scan lines may be coded as runs; a marker holds 15 bits
-_LONGEST_RUN = 127
 _PIXEL_BYTES = 36  # per pixel while it is decoded: four bytes, three floats and as much again in between
 _EXPONENT_OF_ONE = 128 + 8  # mantissas are whole numbers, so 256 stands for 1
+_SCALES = np.ldexp(np.float32(1), np.arange(256) - _EXPONENT_OF_ONE).astype(np.float32)  # of mantissas, per exponent
+_SCALES[0] = 0  # stands for black
+_BAND_PIXELS = 1 << 16  # decoded at once: they stay in the cache of a core
 
 
 def read_radiance(path: Path) -> NDArray[np.float32]:
@@ -45,49 +49,67 @@ def read_radiance(path: Path) -> NDArray[np.float32]:
     """
     data = read_bytes(path)
     (height, width), is_upright, is_mirrored, start = _header(data, path)
-    rows = np.empty((height, width, 4), np.uint8)
-    place = start
-    for number, row in enumerate(rows):
-        try:
-            place = _read_row(data, place, row)
-        except ValueError as error:
-            raise InputError(f"{path}: row {number} of {height}: {error}") from None
-    rows = rows if is_upright else rows[::-1]
+    light = np.empty((height, width, 3), np.float32)
+    rows = light if is_upright else light[::-1]
     rows = rows[:, ::-1] if is_mirrored else rows
-    scale = np.ldexp(np.float32(1), np.arange(256) - _EXPONENT_OF_ONE).astype(np.float32)
-    scale[0] = 0  # stands for black
-    return np.asarray(rows[..., :3] * scale[rows[..., 3]][..., None], np.float32)
+    bands = batches(height, max(_BAND_PIXELS // width, 1))
+    if (coded := coded_rows(data, start, height, width)) is not None:
+        with thread_map() as parallel:
+            list(parallel(lambda band: _decode(coded.decoded(band), rows[band]), bands))
+        return light
+    pixels = _read_rows(data, start, (height, width), path)
+    for band in bands:
+        _decode(pixels[band].transpose(0, 2, 1), rows[band])
+    return light
+
+
+def _decode(channels: NDArray[np.uint8], light: NDArray[np.float32]) -> None:
+    """Compute the colours (H, W, 3) of rows from their mantissas and exponents (H, 4, W)."""
+    scale = _SCALES[channels[:, 3]]
+    for component in range(3):
+        np.multiply(channels[:, component], scale, out=light[..., component])
 
 
 def _header(data: bytes, path: Path) -> tuple[tuple[int, int], bool, bool, int]:
     """Return height and width, whether rows run downward, whether they run leftward, and where they begin."""
     if not data.startswith(_MAGIC):
         raise InputError(f"{path}: not a Radiance picture: it must begin with #?RADIANCE")
-    end = data.find(b"\n\n", 0, _MAX_HEADER)
-    if end < 0:
+    end = _EMPTY_LINE.search(data, 0, _MAX_HEADER)
+    if end is None:
         raise InputError(f"{path}: the header has no end within {_MAX_HEADER} bytes")
-    formats = [line[7:].strip() for line in data[:end].split(b"\n") if line.startswith(b"FORMAT=")]
+    formats = [line[7:].strip() for line in data[: end.start()].split(b"\n") if line.startswith(b"FORMAT=")]
     if any(found != _FORMAT for found in formats):
         raise InputError(f"{path}: pixels must be {_FORMAT.decode()}; XYZ colours are not supported")
-    start = data.find(b"\n", end + 2, end + 64) + 1
-    found = _RESOLUTION.fullmatch(data[end + 2 : max(start - 1, 0)].rstrip(b"\r"))
+    start = data.find(b"\n", end.end(), end.end() + 62) + 1
+    found = _RESOLUTION.fullmatch(data[end.end() : max(start - 1, 0)].rstrip(b"\r"))
     if found is None:
         raise InputError(f"{path}: after the header must come the size, as in -Y 1024 +X 2048")
     height, width = int(found[2]), int(found[4])
     check_sides(path, width, height)
-    runs = -(-width // _LONGEST_RUN)
-    if len(data) - start < height * (min(4 * width, 4 + 8 * runs) if width in _CODED else 4 * width):
+    runs = -(-width // LONGEST_RUN)
+    if len(data) - start < height * (min(4 * width, 4 + 8 * runs) if width in CODED else 4 * width):
         raise InputError(f"{path}: ends before its {height} rows of {width} pixels do")
     check_memory(path, _PIXEL_BYTES * height * width, f"an image of {width} × {height} pixels")
     return (height, width), found[1] == b"-", found[3] == b"-", start
 
 
+def _read_rows(data: bytes, place: int, size: tuple[int, int], path: Path) -> NDArray[np.uint8]:
+    """Read rows one by one, coded or not, (H, W, 4). Raises InputError with the row where the file is damaged."""
+    rows = np.empty((*size, CHANNELS), np.uint8)
+    for number, row in enumerate(rows):
+        try:
+            place = _read_row(data, place, row)
+        except ValueError as error:
+            raise InputError(f"{path}: row {number} of {len(rows)}: {error}") from None
+    return rows
+
+
 def _read_row(data: bytes, place: int, row: NDArray[np.uint8]) -> int:
     """Decode the row at `place` into `row` (W, 4), and return the place after it; raise ValueError for damage."""
     width = len(row)
-    if width in _CODED and data[place : place + 4] == bytes([2, 2, width >> 8, width & 255]):
+    if width in CODED and data[place : place + 4] == row_marker(width):
         place += 4
-        for channel in range(4):
+        for channel in range(CHANNELS):
             decoded, place = _read_runs(data, place, width)
             row[:, channel] = np.frombuffer(decoded, np.uint8)
         return place

@@ -27,6 +27,7 @@ from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
+from depthwalk.ingest.gltf_textures import warn_of_missing_textures
 from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material, without_light
 from depthwalk.ingest.mesh import Material
@@ -145,6 +146,7 @@ def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
         )
     check_mesh_memory(vertices, triangles, path)
     accessors = Accessors(header, data, folder.get)
+    warn_of_missing_textures(header, accessors, path)
     changed = [express(header, accessors), gltf.fold_extensions(header, path), fold_normal_maps(header, path)]
     folder.made[accessors.name] = bytes(accessors.added)
     return gltf.with_header(data, header, path) if any(changed) else data

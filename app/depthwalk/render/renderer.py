@@ -26,6 +26,7 @@ from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
 from depthwalk.render.image import has_texture
 from depthwalk.render.lighting.image_sky import SkyImages
 from depthwalk.render.lighting.irradiance import lighting
+from depthwalk.render.lighting.sky import environment_sky
 from depthwalk.render.occlusion_phases import InSight, PhaseInputs
 from depthwalk.render.pass_sequence import PassSequence
 from depthwalk.render.passes import default_passes
@@ -87,8 +88,7 @@ class Renderer:
         self, device: Device, scene: Scene, library: Library, passes: Sequence[Pass[Any]] | None = None
     ) -> None:
         self._sky_images = SkyImages(library.sky_image)
-        if scene.environment.sky is not None and scene.environment.sky.image is not None:
-            self._sky_images(scene.environment.sky.image)  # files that cannot be used are found before the first frame
+        environment_sky(scene.environment, self._sky_images)  # finds files that cannot be used before the first frame
         self.device = device
         self.scene = scene
         self.settings = scene.render

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from depthwalk.errors import InputError, missing_file, quoted
-from depthwalk.ingest.formats import MESH_SUFFIXES
+from depthwalk.ingest.formats import MESH_SUFFIXES, SKY_SUFFIXES
 from depthwalk.limits import MAX_SCENE_BYTES
 from depthwalk.scene.yaml_nodes import (
     MAX_YAML_DEPTH,
@@ -142,12 +142,14 @@ def _read_text(path: Path) -> str:
             data = file.read(MAX_SCENE_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if path.suffix.lower() in SKY_SUFFIXES and b"\0" in data:
+        raise InputError(f"{path}: a picture, no scene; --sky lights a scene or a model by it")
     if len(data) > MAX_SCENE_BYTES:
         raise located(str(path), 0, 0, f"the file is larger than {MAX_SCENE_BYTES >> 20} MiB")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        if b"\0" in data:  # a picture, say, or depth images
+        if b"\0" in data:  # depth images, say
             meshes = ", ".join(MESH_SUFFIXES)
             message = f"binary, not UTF-8 text; scenes and camera paths are YAML, meshes end in {meshes}"
             raise located(str(path), 0, 0, message) from None

@@ -3,10 +3,12 @@
 Colours are sRGB from 0 to 1, lengths metres, angles degrees, as in the file.
 """
 
-from typing import Annotated, Any, Literal, Self
+from contextvars import ContextVar
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
+from depthwalk.errors import InputError
 from depthwalk.limits import MAX_FOV, MAX_LIGHTS, MIN_FOV
 from depthwalk.params import param
 from depthwalk.scene.fields import Colour, Coordinate, FileParams, FilePath, Length, Vector
@@ -24,13 +26,16 @@ OF_IMAGE = "image", "turn", "intensity", "sun"
 """Keys of a sky that is a picture alone."""
 NOT_OF_IMAGE = "zenith", "horizon", "turbidity", "sun_size"
 """Keys of a sky that is no picture."""
+_changing = ContextVar("_changing", default=False)
+"""Whether a key of a sky is being set, not a sky read: then pydantic checks those of all models at once."""
+SkyModel = Literal["gradient", "preetham", "image"]
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
 class SkyParams(FileParams):
     """Describe a sky: two colours blended upward, clear daylight around the sun, or a picture of all directions."""
 
-    model: Literal["gradient", "preetham", "image"] = param(
+    model: SkyModel = param(
         "gradient",
         "Two colours (gradient), daylight scattered in air (Preetham et al. 1999), or a picture (image). In daylight, "
         "`sun` is the sun above the atmosphere, which dims and reddens it, and whose light makes the sky bright",
@@ -66,22 +71,50 @@ class SkyParams(FileParams):
     @property
     def used_keys(self) -> frozenset[str]:
         """Return the keys that matter for its model."""
-        unused = NOT_OF_IMAGE if self.model == "image" else OF_IMAGE
-        return frozenset(type(self).model_fields).difference(unused)
+        painted = {"gradient": ("turbidity",), "preetham": ("zenith", "horizon"), "image": ()}[self.model]
+        return frozenset(type(self).model_fields).difference(_unused(self.model), painted)
+
+    @property
+    def is_sun(self) -> bool:
+        """Return whether its picture holds the sun, instead of `environment`."""
+        return self.model == "image" and self.sun
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a key. Raises InputError if its model has no use for it, or for a value that is not allowed.
+
+        `image` can be set with any model, since the model `image` cannot be set without. What another model has used
+        is kept, for when that is set again.
+        """
+        if name in _unused(self.model) and name != "image":
+            raise InputError(f"{name}: {_misplaced(name)}")
+        changing = _changing.set(True)
+        try:
+            super().__setattr__(name, value)
+        finally:
+            _changing.reset(changing)
 
     @model_validator(mode="before")
     @classmethod
     def _keys_of_its_model(cls, value: Any) -> Any:
-        if not isinstance(value, dict):
+        model = value.get("model", "gradient") if isinstance(value, dict) else None
+        if model not in get_args(SkyModel):  # reported by the key itself
             return value
-        is_image = value.get("model") == "image"
-        for key in NOT_OF_IMAGE if is_image else OF_IMAGE:
-            # Where a single value is set, as by the panel, all others are given too.
+        for key in () if _changing.get() else _unused(model):
             if key in value and value[key] != cls.model_fields[key].default:
-                raise ValueError(f"{key!r} is {'not for' if is_image else 'only for'} the model image")
-        if is_image and value.get("image") is None:
+                raise ValueError(_misplaced(key))
+        if model == "image" and value.get("image") is None:
             raise ValueError("the model image needs 'image', the file of the picture")
         return value
+
+
+def _unused(model: object) -> tuple[str, ...]:
+    """Return the keys of a sky that its model has no use for."""
+    return NOT_OF_IMAGE if model == "image" else OF_IMAGE
+
+
+def _misplaced(key: str) -> str:
+    """Return what is wrong with a key of a sky whose model has no use for it."""
+    return f"{key!r} is {'not' if key in NOT_OF_IMAGE else 'only'} for the model image"
 
 
 class FogParams(FileParams):

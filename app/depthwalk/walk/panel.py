@@ -7,7 +7,7 @@ from pyglm import glm
 from depthwalk.geometry.vectors import components
 from depthwalk.params import Params
 from depthwalk.scene.arrays import Representation
-from depthwalk.scene.environment import SkyParams
+from depthwalk.scene.environment import AmbientParams, SkyParams, SunParams
 from depthwalk.scene.render_settings import PictureParams
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import LABEL_WIDTH, draw_group
@@ -126,22 +126,33 @@ def _draw_path(state: State, playback: Playback) -> None:
         state.seek(min(max(seconds, 0.0), playback.duration))
 
 
+def _draw_intensity(label: str, light: SunParams | AmbientParams) -> None:
+    changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
+    if changed:
+        light.intensity = min(max(intensity, 0.0), 100.0)
+
+
 def _draw_environment(state: State) -> None:
-    """Draw the sun's controls, by its position instead of its light's direction; sky and fog if the scene has them."""
+    """Draw the sun's controls, by its position instead of its light's direction; sky and fog if the scene has them.
+
+    Light that the sky gives instead cannot be changed.
+    """
     environment = state.scene.environment
-    sun, ambient = environment.sun, environment.ambient
+    sun, ambient, sky = environment.sun, environment.ambient, environment.sky
+    imgui.begin_disabled(sky is not None and sky.is_sun)
     elevation, azimuth, _ = glm.degrees(glm.polar(-glm.dvec3(*sun.direction)))
     turned, azimuth = imgui.slider_float("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
     raised, elevation = imgui.slider_float("sun elevation", elevation, -89, 89, "%.0f\u00b0")
     if turned or raised:
         sun.direction = components(-glm.euclidean(glm.radians(glm.dvec2(elevation, azimuth))))
-    for label, light in (("sun intensity", sun), ("ambient intensity", ambient)):
-        changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
-        if changed:
-            light.intensity = min(max(intensity, 0.0), 100.0)
-    if environment.sky is None:
+    _draw_intensity("sun intensity", sun)
+    imgui.end_disabled()
+    imgui.begin_disabled(sky is not None and sky.light)
+    _draw_intensity("ambient intensity", ambient)
+    imgui.end_disabled()
+    if sky is None:
         draw_group(environment, only=("background",))
-    for name, part in (("sky", environment.sky), ("fog", environment.fog)):
+    for name, part in (("sky", sky), ("fog", environment.fog)):
         if part is not None and imgui.tree_node(name):
             refusal = draw_group(part, only=part.used_keys if isinstance(part, SkyParams) else ())
             imgui.tree_pop()

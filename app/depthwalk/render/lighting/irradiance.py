@@ -99,7 +99,7 @@ def lighting(environment: "Environment", read: "ReadImage" = no_images) -> Light
         The light, linear RGB.
     """
     to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), environment_sky(environment, read)
-    takes_sun = environment.sky is not None and environment.sky.sun
+    takes_sun = environment.sky is not None and environment.sky.is_sun
     if isinstance(sky, ImageSky) and takes_sun:
         to_sun, sun = sky.sun() or (to_sun, np.zeros(3))
     if environment.sky is not None and environment.sky.light:

@@ -206,7 +206,7 @@ def environment_sky(environment: "Environment", read: ReadImage = no_images) -> 
         return Gradient(zenith=background, horizon=background)
     if sky.model == "gradient":
         return Gradient(zenith=_triple(linear_from_srgb(sky.zenith)), horizon=_triple(linear_from_srgb(sky.horizon)))
-    if sky.image is not None:
+    if sky.model == "image" and sky.image is not None:
         return ImageSky(image=read(sky.image), turn=float(np.radians(sky.turn)), intensity=sky.intensity)
     return daylight(direction_to_sun(environment), sky.turbidity, environment.sun.intensity)
 

@@ -84,7 +84,7 @@ class LightPass(PixelPass[LightParams]):
 def _background(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     """Return defines and uniforms of the sky, of the sun's disc in it, or of the plain background."""
     light, params = frame.light, frame.environment.sky
-    if params is None or params.sun_size == 0:
+    if params is None or params.model == "image" or params.sun_size == 0:
         return light.sky.defines, light.sky.uniforms()
     radius = np.radians(params.sun_size / 2)
     disc = np.minimum(light.sun / radius**2, _MAX_RADIANCE)  # π · sun over the solid angle π · radius²
