@@ -177,6 +177,16 @@ def simplified(mesh: Mesh) -> tuple[MeshLevel, ...]:
     return _shared(mesh_levels, pickle.dumps((mesh,)))
 
 
+def clusters_of(mesh: Mesh) -> MeshClusters:
+    """The clusters of a mesh; of an equal one as before, those."""
+    return _shared(build_clusters, pickle.dumps((mesh,)))
+
+
+def captured(mesh: Mesh, params: CaptureParams) -> CapturedViews:
+    """Pictures of a mesh from many directions; of an equal one as before, those."""
+    return _shared(capture_views, pickle.dumps((mesh, params)))
+
+
 shared_folder: Path | None = None  # where all processes of a test run find what one has made; None: each makes its own
 
 
@@ -276,18 +286,18 @@ class ShapeLibrary:
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         if asset not in self._levels:
             mesh = self._meshes[asset]
-            self._levels[asset] = () if mesh is None else mesh_levels(mesh)
+            self._levels[asset] = () if mesh is None else simplified(mesh)
         return self._levels[asset]
 
     def mesh_clusters(self, asset: int) -> MeshClusters | None:
         if asset not in self._clusters:
             mesh = self._meshes[asset]
-            self._clusters[asset] = None if mesh is None else build_clusters(mesh)
+            self._clusters[asset] = None if mesh is None else clusters_of(mesh)
         return self._clusters[asset]
 
     def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
         mesh = self._meshes[asset]
-        return None if mesh is None else capture_views(mesh, params)
+        return None if mesh is None else captured(mesh, params)
 
     def translucent_mesh(self, asset: int) -> Mesh | None:
         mesh = self._meshes[asset]
