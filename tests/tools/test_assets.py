@@ -126,7 +126,7 @@ def test_mesh_is_sound(name: str) -> None:
 
 @cache
 def made(name: str) -> Model:
-    """The model, its hollows as bright as the rest: to darken them is most of the work, and no test here asks for it."""
+    """The model, its hollows as bright as the rest: to darken them is most of the work, and no test here needs it."""
 
     def in_the_open(model: Model, *_: object) -> NDArray[np.float32]:
         return np.ones(len(model.positions), np.float32)
