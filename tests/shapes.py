@@ -162,6 +162,24 @@ def of_model(model: Model) -> Mesh:
     return mesh
 
 
+shared_folder: Path | None = None  # where all processes of a test run find what one has made; None: each makes its own
+
+
+def shared(function: Callable[..., T], *arguments: object) -> T:
+    """What a function of the package returns for these arguments: made by one process, read by all others."""
+    return _shared(function, pickle.dumps(arguments))
+
+
+def _shared(function: Callable[..., T], call: bytes) -> T:
+    """`shared`, for the arguments that `call` holds, pickled."""
+    if shared_folder is None:
+        return function(*pickle.loads(call))
+    file = shared_folder / f"{function.__name__}-{hashlib.sha256(call).hexdigest()}.pickle"
+    if not file.exists():
+        write_bytes(file, pickle.dumps(function(*pickle.loads(call))))
+    return cast(T, pickle.loads(file.read_bytes()))
+
+
 def bake(mesh: Mesh, resolution: int = 128, layers: int | Literal["auto"] = 2) -> BakedObject:
     """The depth images of a mesh; of an equal one as before, those."""
     return _baked(pickle.dumps((mesh, BakeParams(resolution=resolution, layers=layers), "test")))
@@ -174,30 +192,17 @@ def _baked(call: bytes) -> BakedObject:
 
 def simplified(mesh: Mesh) -> tuple[MeshLevel, ...]:
     """The levels of a mesh; of an equal one as before, those."""
-    return _shared(mesh_levels, pickle.dumps((mesh,)))
+    return shared(mesh_levels, mesh)
 
 
 def clusters_of(mesh: Mesh) -> MeshClusters:
     """The clusters of a mesh; of an equal one as before, those."""
-    return _shared(build_clusters, pickle.dumps((mesh,)))
+    return shared(build_clusters, mesh)
 
 
 def captured(mesh: Mesh, params: CaptureParams) -> CapturedViews:
     """Pictures of a mesh from many directions; of an equal one as before, those."""
-    return _shared(capture_views, pickle.dumps((mesh, params)))
-
-
-shared_folder: Path | None = None  # where all processes of a test run find what one has made; None: each makes its own
-
-
-def _shared(function: Callable[..., T], call: bytes) -> T:
-    """What a function returns for the arguments that `call` holds, pickled: made by one process, read by the others."""
-    if shared_folder is None:
-        return function(*pickle.loads(call))
-    file = shared_folder / f"{function.__name__}-{hashlib.sha256(call).hexdigest()}.pickle"
-    if not file.exists():
-        write_bytes(file, pickle.dumps(function(*pickle.loads(call))))
-    return cast(T, pickle.loads(file.read_bytes()))
+    return shared(capture_views, mesh, params)
 
 
 @overload
