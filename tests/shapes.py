@@ -347,7 +347,7 @@ def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
     params = ModelParams(resolution=resolution, layers=1, axis="x")
-    return BakedModel(parts=tuple(bake_model(piece, params, "halves").parts[0] for piece in pieces))
+    return BakedModel(parts=tuple(shared(bake_model, piece, params, "halves").parts[0] for piece in pieces))
 
 
 def globe(texture: NDArray[np.uint8], columns: int = 256, rows: int = 128, turns: float = 1.0) -> Mesh:
