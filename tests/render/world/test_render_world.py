@@ -34,7 +34,7 @@ def test_a_turned_cylinder_shows_the_same_picture(
     mesh = joined(box(1.0, 0.4, 0.4, (0.6, 0.2, 0)), box(0.3, 1.0, 0.3, (1.0, 0.7, 0.2), colour=(60, 90, 200)))
     scene, camera = scene_of((0, (0.5, 0.1, 0), 0.7, 1.5)), Camera((1, 2, 4.5), (1.2, 0.9, -1), 0.6)
     scene.render.lod.error = 0.0  # where triangles are left out differs
-    params = ModelParams(resolution=160, layers=2)
+    params = ModelParams(resolution=96, layers=2)
     pictures = [
         studio.picture(scene, ShapeLibrary([mesh], [shared(bake_model, mesh, each, "")]), camera, transparent=True)
         for each in (params, replace(params, axis=axis))
