@@ -150,7 +150,8 @@ def test_heavy_mesh_is_sound(name: str) -> None:
     assert area.min() > 0
     assert model.positions[:, 1].min() == pytest.approx(0, abs=1e-6)
     assert model.colours.std(axis=0).max() > 0.01
-    forward.sort(), backward.sort()
+    forward.sort()
+    backward.sort()
     opposite = backward.take(np.searchsorted(backward, forward), mode="clip")  # `np.isin` takes ten times as long
     assert np.array_equal(opposite, forward) == MODELS[name].closed
     assert np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0
