@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
+from platformdirs import user_cache_path
 
 if TYPE_CHECKING:
     from depthwalk.gpu.device import Device
@@ -132,23 +133,34 @@ def cache_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder.mkdir(exist_ok=True)
     _share_compiled_loops(folder)
     with pytest.MonkeyPatch.context() as patch:
+        if "MESA_SHADER_CACHE_DIR" not in os.environ:  # shaders are compiled once, wherever a test has its cache
+            patch.setenv("MESA_SHADER_CACHE_DIR", str(user_cache_path()))
         patch.setenv("XDG_CACHE_HOME", str(folder))
         patch.setattr(shapes, "shared_folder", folder)
         yield folder
 
 
 def _share_compiled_loops(folder: Path) -> None:
-    """Let the tests use the loops that were compiled before, each state of their files in a folder of its own.
+    """Let a cache `folder` have the loops that were compiled before, each state of their files in a folder of its own.
 
-    They take half a minute, and are the same whoever compiles them. `folder`: that of the tests' caches.
+    They take half a minute, and are the same whoever compiles them.
     """
     from depthwalk.cache import cache_folder
 
     own, theirs = folder / "depthwalk" / "compiled", cache_folder().parent / "compiled"
-    own.parent.mkdir(exist_ok=True)
+    own.parent.mkdir(parents=True, exist_ok=True)
     with contextlib.suppress(OSError):  # another worker did so, or this machine has no cache folder
         theirs.mkdir(parents=True, exist_ok=True)
         own.symlink_to(theirs, target_is_directory=True)
+
+
+@pytest.fixture
+def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache of the test's own, for its programs too: empty, but for loops, which each of them would compile again."""
+    folder = tmp_path / "cache"
+    _share_compiled_loops(folder)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
+    return folder
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -16,7 +16,7 @@ from depthwalk.render.resources.relative_depth import relative_depth
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Representation
 from depthwalk.types import Array
-from shapes import ShapeLibrary, mesh_of, scene_of
+from shapes import ShapeLibrary, mesh_of, scene_of, shared
 from stage import SIZE, OnScreen, set_all, view_of
 
 SIDE = 96  # texels
@@ -68,7 +68,7 @@ def surface_mesh(depth: NDArray[np.float32]) -> Mesh:
 
 def field_library(depth: NDArray[np.float32], *others: Mesh) -> ShapeLibrary:
     """A height field, with its mesh, and other meshes."""
-    baked = bake_planar(image_of(depth), "field", cut=False)
+    baked = shared(bake_planar, image_of(depth), "field", False)
     return ShapeLibrary([surface_mesh(depth), *others], [baked, *(None for _ in others)])
 
 
@@ -96,13 +96,17 @@ def drawn_distance(
 
 def true_distance(depth: NDArray[np.float32], view: View, steps: tuple[int, int] = _TRUE) -> Array:
     """The same, of rays cast at the surface in so many linear and binary steps."""
-    return _true_distance(depth.tobytes(), depth.shape, view, steps)
+    return _true_distances(depth.tobytes(), depth.shape, view, steps)
 
 
 @cache
+def _true_distances(*call: object) -> Array:
+    return shared(_true_distance, *call)
+
+
 def _true_distance(texels: bytes, shape: tuple[int, ...], view: View, steps: tuple[int, int]) -> Array:
     depth = np.frombuffer(texels, np.float32).reshape(shape)
-    baked = bake_planar(image_of(depth), "field", cut=False)
+    baked = shared(bake_planar, image_of(depth), "field", False)
     x, y = ((np.arange(n) + 0.5) / n * 2 - 1 for n in SIZE)
     screen = np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1).reshape(-1, 3)
     scale = np.array([1 / WIDTH, -1 / HEIGHT, -1 / baked.cylinder.height])

@@ -162,6 +162,24 @@ def of_model(model: Model) -> Mesh:
     return mesh
 
 
+shared_folder: Path | None = None  # where all processes of a test run find what one has made; None: each makes its own
+
+
+def shared(function: Callable[..., T], *arguments: object) -> T:
+    """What a function of the package returns for these arguments: made by one process, read by all others."""
+    return _shared(function, pickle.dumps(arguments))
+
+
+def _shared(function: Callable[..., T], call: bytes) -> T:
+    """`shared`, for the arguments that `call` holds, pickled."""
+    if shared_folder is None:
+        return function(*pickle.loads(call))
+    file = shared_folder / f"{function.__name__}-{hashlib.sha256(call).hexdigest()}.pickle"
+    if not file.exists():
+        write_bytes(file, pickle.dumps(function(*pickle.loads(call))))
+    return cast(T, pickle.loads(file.read_bytes()))
+
+
 def bake(mesh: Mesh, resolution: int = 128, layers: int | Literal["auto"] = 2) -> BakedObject:
     """The depth images of a mesh; of an equal one as before, those."""
     return _baked(pickle.dumps((mesh, BakeParams(resolution=resolution, layers=layers), "test")))
@@ -174,20 +192,17 @@ def _baked(call: bytes) -> BakedObject:
 
 def simplified(mesh: Mesh) -> tuple[MeshLevel, ...]:
     """The levels of a mesh; of an equal one as before, those."""
-    return _shared(mesh_levels, pickle.dumps((mesh,)))
+    return shared(mesh_levels, mesh)
 
 
-shared_folder: Path | None = None  # where all processes of a test run find what one has made; None: each makes its own
+def clusters_of(mesh: Mesh) -> MeshClusters:
+    """The clusters of a mesh; of an equal one as before, those."""
+    return shared(build_clusters, mesh)
 
 
-def _shared(function: Callable[..., T], call: bytes) -> T:
-    """What a function returns for the arguments that `call` holds, pickled: made by one process, read by the others."""
-    if shared_folder is None:
-        return function(*pickle.loads(call))
-    file = shared_folder / f"{function.__name__}-{hashlib.sha256(call).hexdigest()}.pickle"
-    if not file.exists():
-        write_bytes(file, pickle.dumps(function(*pickle.loads(call))))
-    return cast(T, pickle.loads(file.read_bytes()))
+def captured(mesh: Mesh, params: CaptureParams) -> CapturedViews:
+    """Pictures of a mesh from many directions; of an equal one as before, those."""
+    return shared(capture_views, mesh, params)
 
 
 @overload
@@ -276,18 +291,18 @@ class ShapeLibrary:
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         if asset not in self._levels:
             mesh = self._meshes[asset]
-            self._levels[asset] = () if mesh is None else mesh_levels(mesh)
+            self._levels[asset] = () if mesh is None else simplified(mesh)
         return self._levels[asset]
 
     def mesh_clusters(self, asset: int) -> MeshClusters | None:
         if asset not in self._clusters:
             mesh = self._meshes[asset]
-            self._clusters[asset] = None if mesh is None else build_clusters(mesh)
+            self._clusters[asset] = None if mesh is None else clusters_of(mesh)
         return self._clusters[asset]
 
     def captured_views(self, asset: int, params: CaptureParams) -> CapturedViews | None:
         mesh = self._meshes[asset]
-        return None if mesh is None else capture_views(mesh, params)
+        return None if mesh is None else captured(mesh, params)
 
     def translucent_mesh(self, asset: int) -> Mesh | None:
         mesh = self._meshes[asset]
@@ -332,7 +347,7 @@ def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
     params = ModelParams(resolution=resolution, layers=1, axis="x")
-    return BakedModel(parts=tuple(bake_model(piece, params, "halves").parts[0] for piece in pieces))
+    return BakedModel(parts=tuple(shared(bake_model, piece, params, "halves").parts[0] for piece in pieces))
 
 
 def globe(texture: NDArray[np.uint8], columns: int = 256, rows: int = 128, turns: float = 1.0) -> Mesh:

@@ -50,7 +50,7 @@ def test_near_by_it_is_the_mesh_and_far_away_a_few_triangles(ball: Mesh, cluster
 
 @pytest.mark.slow
 def test_a_nearer_half_is_finer() -> None:
-    large = build_clusters(bumpy(192, 96))
+    large = build_clusters(bumpy(128, 64))
     chosen = triangles_of(large, cut(large, (0, 1.2, 1.3), 0.02))
     in_front = large.positions[chosen].mean(1)[:, 2] > 0
     assert in_front.sum() > 1.3 * (~in_front).sum() > 0

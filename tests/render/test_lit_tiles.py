@@ -104,7 +104,7 @@ def test_a_ball_is_lit_as_its_twin_says() -> None:
     scene = scene_of((0, (0, 0, 0), 0.7, 1.0))
     set_all(scene.render, {"light.mode": "warp", "lod.error": 0.0, **PAPER})
     camera, centre = Camera((1.0, 1.8, 3.6), (0, 1, 0), 0.6), np.array([0, 1.0, 0])
-    with HeadlessRenderer(scene, ShapeLibrary([sphere()], resolution=256), SIZE) as headless:
+    with HeadlessRenderer(scene, ShapeLibrary([sphere()], resolution=128), SIZE) as headless:
         view = View(camera, SIZE)
         headless.draw(view, linear=True)
         shown = headless.linear_image()

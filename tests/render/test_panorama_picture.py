@@ -17,7 +17,7 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.range_image import PanoramaLens, RangeImage
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.types import Array
-from shapes import ShapeLibrary, box, joined, scene_of
+from shapes import ShapeLibrary, box, joined, scene_of, shared
 from studio import Studio
 
 WIDTH, HEIGHT = 256, 176
@@ -60,12 +60,12 @@ def panorama() -> RangeImage:
 
 @cache
 def baked(cut: bool) -> BakedObject:
-    return bake_panorama(panorama(), "test", cut)
+    return shared(bake_panorama, panorama(), "test", cut)
 
 
 @cache
 def library(cut: bool) -> ShapeLibrary:
-    return ShapeLibrary([room()], [baked(cut)], kept=False)
+    return ShapeLibrary([room()], [baked(cut)])
 
 
 def picture(studio: Studio, camera: Camera, cut: bool, representation: Representation = Representation.DPCI) -> Array:

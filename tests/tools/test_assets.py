@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes
 from tools.make_models.catalogue import MODELS, TEXTURES
 from tools.make_models.model import Model
@@ -125,7 +126,14 @@ def test_mesh_is_sound(name: str) -> None:
 
 @cache
 def made(name: str) -> Model:
-    return MODELS[name].make()
+    """The model, its hollows as bright as the rest: to darken them is most of the work, and no test here needs it."""
+
+    def in_the_open(model: Model, *_: object) -> NDArray[np.float32]:
+        return np.ones(len(model.positions), np.float32)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tools.make_models.paint.interpolated_occlusion", in_the_open)
+        return MODELS[name].make()
 
 
 @pytest.mark.parametrize("name", ["hedge", "tree_fir", "pedestal"])  # among those soonest made
@@ -142,7 +150,10 @@ def test_heavy_mesh_is_sound(name: str) -> None:
     assert area.min() > 0
     assert model.positions[:, 1].min() == pytest.approx(0, abs=1e-6)
     assert model.colours.std(axis=0).max() > 0.01
-    assert np.isin(forward, backward).all() == MODELS[name].closed
+    forward.sort()
+    backward.sort()
+    opposite = backward.take(np.searchsorted(backward, forward), mode="clip")  # `np.isin` takes ten times as long
+    assert np.array_equal(opposite, forward) == MODELS[name].closed
     assert np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0
 
 

@@ -69,9 +69,8 @@ def scene_file(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def start(display: None, scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator["Start"]:
+def start(display: None, scene_file: Path, tmp_path: Path) -> Iterator["Start"]:
     """start(samples): the walk through `scene_file`, with its user, ended with the test."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     with contextlib.ExitStack() as stack:
         yield lambda samples=4: User(stack.enter_context(Program(scene_file, tmp_path, samples)))
 
@@ -134,7 +133,7 @@ def write_many(scene_file: Path) -> None:
 
 
 @linux
-def test_escape_ends_the_loading(start: Start, scene_file: Path, tmp_path: Path) -> None:
+def test_escape_ends_the_loading(start: Start, scene_file: Path, empty_cache: Path) -> None:
     write_many(scene_file)
     user = start()
     for _ in range(PATIENCE):  # a key pressed as the window appears may be lost
@@ -143,12 +142,12 @@ def test_escape_ends_the_loading(start: Start, scene_file: Path, tmp_path: Path)
             user.program.process.wait(1)
             break
     assert not any(user.program.end().values())
-    assert len(list((tmp_path / "cache").rglob("*.exr"))) < 90  # of 100 bakes
+    assert len(list(empty_cache.rglob("*.exr"))) < 90  # of 100 bakes
 
 
 @linux
 def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(
-    start: Start, tmp_path: Path
+    start: Start, tmp_path: Path, empty_cache: Path
 ) -> None:
     write_many(many := tmp_path / "many.yaml")
     user = start()
@@ -162,7 +161,7 @@ def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_l
     assert not any(program.end().values())
     (recorded,) = tmp_path.glob("depthwalk-*.yaml")
     assert len(load_path(recorded).times) > 1
-    assert len(list((tmp_path / "cache").rglob("*.exr"))) < 90  # it was loading
+    assert len(list(empty_cache.rglob("*.exr"))) < 90  # it was loading
 
 
 @linux
@@ -336,10 +335,7 @@ main()
 
 
 @linux
-def test_a_signal_that_gets_lost_in_a_callback_closes_the_window(
-    display: None, scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+def test_a_signal_that_gets_lost_in_a_callback_closes_the_window(display: None, scene_file: Path) -> None:
     program = LOST.replace("SCENE", repr(str(scene_file)))
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 143, done.stderr
