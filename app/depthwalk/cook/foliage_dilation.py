@@ -18,9 +18,7 @@ from depthwalk.types import Array, Ints
 
 _SAMPLES = 4  # per face of a voxel: enough to find nearly all voxels that are touched
 _MAX_MAP = 1 << 29  # voxels of a box, a byte each, that are always marked in a map: more than a tree at 512² has
-_MAP_SHARE = (
-    8  # of a map's bytes for each sample, which is less than sorting takes where most samples meet another voxel
-)
+_MAP_SHARE = 8  # bytes of a map for each sample: less than sorting takes where most samples meet another voxel
 _MIN_MERGED = 1 << 20  # voxel numbers that are sorted together
 _VIEWS = 6  # from which silhouettes are seen; opposite ones show the same
 _OFFSETS = 4  # that are tried, including the first
