@@ -15,7 +15,7 @@ in vec4 in_right;               // plane axes, object frame; w: low corner of th
 in vec4 in_up;
 in vec4 in_normal;              // toward the viewer; w: D0
 in vec4 in_high;                // high corner of the rectangle; λ of the object's nearest and farthest points
-in vec4 in_diagonals;           // least and greatest x + y and x − y, where x and y go from 0 to 1 across the rectangle
+in vec4 in_diagonals;           // least and greatest s + v and s − v of the outline, on the plane
 in vec4 in_origin;              // C0, object frame; the tile's least w / λ
 in vec3 in_to_x;                // homography from plane coordinates, relative to the epipole, to texels from the tile's corner
 in vec3 in_to_y;
@@ -41,10 +41,9 @@ flat out float least;           // w / λ of the tile: `nearest` in docs/algorit
 flat out vec3 parallax;         // r; λ in the middle of the object; 1 where C is not C0
 #endif
 
-// Where C sees what C0 has at the rectangle's low corner, if its λ is `lambda`, and, z, by what its outline is scaled.
-vec3 shifted(vec2 low, float lambda, float ratio, vec2 aside) {
-    float scale = 1.0 / (lambda + (1.0 - lambda) * ratio);
-    return vec3((low + (1.0 - lambda) * ratio * aside) * scale, scale);
+// Where C sees what C0 has at `position`, if its λ is `lambda`.
+vec4 shifted(vec4 position, float lambda, float ratio, vec4 aside) {
+    return (position + (1.0 - lambda) * ratio * aside) / (lambda + (1.0 - lambda) * ratio);
 }
 
 // Corner of an octagon: left and right ones in turn, from the lower edge to the upper. low, high: of the rectangle around it;
@@ -65,16 +64,14 @@ void main() {
     vec2 aside = vec2(dot(in_right.xyz, moved), dot(in_up.xyz, moved));
     float away = in_normal.w + dot(in_normal.xyz, moved);
     float ratio = in_normal.w / away;
-    vec2 low = vec2(in_right.w, in_up.w), extent = in_high.xy - low;
-    vec3 near = shifted(low, in_high.z, ratio, aside), far = shifted(low, in_high.w, ratio, aside);
-    near.xy /= extent;
-    far.xy /= extent;
-    vec4 near_ends = vec2(near.x + near.y, near.x - near.y).xxyy + near.z * in_diagonals;
-    vec4 far_ends = vec2(far.x + far.y, far.x - far.y).xxyy + far.z * in_diagonals;
+    vec4 sides = vec4(in_right.w, in_up.w, in_high.xy);
+    vec4 near = shifted(sides, in_high.z, ratio, aside.xyxy), far = shifted(sides, in_high.w, ratio, aside.xyxy);
+    vec4 along = vec2(aside.x + aside.y, aside.x - aside.y).xxyy;
+    vec4 near_ends = shifted(in_diagonals, in_high.z, ratio, along);
+    vec4 far_ends = shifted(in_diagonals, in_high.w, ratio, along);
     vec4 lower = min(near_ends, far_ends), upper = max(near_ends, far_ends);
-    vec2 place = extent * octagon_corner(
-        min(near.xy, far.xy), max(near.xy + near.z, far.xy + far.z), vec4(lower.x, upper.y, lower.z, upper.w)
-    );
+    vec4 ends = vec4(lower.x, upper.y, lower.z, upper.w);
+    vec2 place = octagon_corner(min(near.xy, far.xy), max(near.zw, far.zw), ends);
 
     vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
     vec3 to_plane = rotate(in_rotation, direction) * in_viewer.w;

@@ -8,6 +8,9 @@ const float STEEP = 0.3;            // of the depths that one surface may span f
 vec4 tile_light_found;      // by `tile_depth`: linear light, filtered bilinearly as the paper's textures are (§2.5)
 #endif
 
+// Of texels that weigh the same but for rounding, as where pixels lie between half as wide ones, the right and upper owns.
+const float TIE = 1e-3;
+
 // The pixel's surface lies on the texels of `depth` at `low` + (0,1) (1,1) (1,0) (0,0), as far as their bilinear `weight` says;
 // of empty ones it is 0. Returns whether any is left; if not, `stored` is what closes a crack, or 1, and `nearest` the
 // texel that owns it. position: in texels, of the atlas.
@@ -57,8 +60,8 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered, out vec2 as
 #endif
     // The heaviest that is not empty owns the pixel; of equals exactly one.
     vec2 left_right = vec2(max(weight.x, weight.w), max(weight.y, weight.z));
-    bool right = left_right.y > left_right.x;
-    bool upper = right ? weight.y > weight.z : weight.x > weight.w;
+    bool right = left_right.y > left_right.x - TIE && left_right.y > 0.0;
+    bool upper = right ? weight.y > weight.z - TIE && weight.y > 0.0 : weight.x > weight.w - TIE && weight.x > 0.0;
     nearest += ivec2(right, upper);
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(depth_tolerance(own)));

@@ -13,7 +13,6 @@ from depthwalk.geometry.bounding_hull import bounding_hull, prism_corners
 from depthwalk.reference.warp import table, unwarp, warp
 from depthwalk.render.impostors.frustum_crop import crop_to_frustum
 from depthwalk.render.impostors.warp_planes import (
-    NO_DIAGONALS,
     Planes,
     Volumes,
     choose_planes,
@@ -35,15 +34,14 @@ def cylinder(count: int = 1) -> Volumes:
 
 def assert_within(position: Array, planes: Planes, slack: float) -> None:
     """Points (n, 2) are within the outlines of their planes, or outside by a part `slack` of a metre at most."""
-    size = np.maximum(planes.high - planes.low, 1e-12)
-    x, y = ((position - planes.low) / size).T
-    slack = slack * (1 + 1 / size.min())
+    s, v = position.T
     for value, least, greatest in (
-        (x, 0, 1),
-        (y, 0, 1),
-        (x + y, *planes.diagonals[:, :2].T),
-        (x - y, *planes.diagonals[:, 2:].T),
+        (s, planes.low[:, 0], planes.high[:, 0]),
+        (v, planes.low[:, 1], planes.high[:, 1]),
+        (s + v, *planes.diagonals[:, :2].T),
+        (s - v, *planes.diagonals[:, 2:].T),
     ):
+        slack *= 1 + np.abs(value).max()
         assert (value >= least - slack).all() and (value <= greatest + slack).all()
 
 
@@ -96,8 +94,10 @@ def test_a_ball_is_seen_in_an_octagon() -> None:
     planes = choose_planes(np.array([[3.0, 0.85, 40.0]]), volumes)
     size = (planes.high - planes.low)[0]
     assert size == pytest.approx(2 * 0.7 * planes.distance[0] / (planes.distance[0] + R), rel=0.05)
-    cut = 1 - np.sqrt(0.5)
-    np.testing.assert_allclose(planes.diagonals[0], [cut, 2 - cut, cut - 1, 1 - cut], atol=0.05)
+    middle = (planes.low + planes.high)[0] / 2
+    half = np.sqrt(0.5) * size.sum() / 2
+    along = np.repeat([middle.sum(), middle[0] - middle[1]], 2)
+    np.testing.assert_allclose(planes.diagonals[0], along + half * np.array([-1, 1, -1, 1]), atol=0.05)
 
 
 def test_a_viewer_close_before_a_hull_sees_the_cylinder() -> None:
@@ -105,7 +105,8 @@ def test_a_viewer_close_before_a_hull_sees_the_cylinder() -> None:
     near = cylinder()
     near.hull[0, 0] = [2.0, 1.0, 0.0]
     planes = choose_planes(np.array([[1.0, 1.0, 0.0]]), near)
-    assert tuple(planes.diagonals[0]) == NO_DIAGONALS
+    low, high = planes.low[0], planes.high[0]
+    np.testing.assert_allclose(planes.diagonals[0], [low.sum(), high.sum(), low[0] - high[1], high[0] - low[1]])
     far = np.sqrt(0.3 / 1.7)
     assert planes.high[0, 0] == pytest.approx(R * far) == pytest.approx(-planes.low[0, 0])
 
@@ -123,6 +124,27 @@ def test_cropping_keeps_what_the_camera_sees(viewer: Array, point: Array, headin
         assert seen.visible[0]
         assert_within(position, cropped, 1e-6)
     assert (cropped.low >= planes.low - 1e-6).all() or not seen.visible[0]
+
+
+@given(viewers, arrays(np.float64, (9, 3), elements=st.floats(-0.4, 0.4)), st.floats(0, 6), st.floats(-1, 1))
+def test_what_an_outline_shows_lies_in_its_tile(viewer: Array, points: Array, heading: float, pitch: float) -> None:
+    """Pass 2 draws the outline; beyond the tile are other tiles."""
+    forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(pitch), np.sin(heading) * np.cos(pitch)])
+    view = View(Camera(tuple(viewer), tuple(viewer + forward), 0.9), (160, 90))
+    one = np.ones(1)
+    hull = bounding_hull(points + np.array([0, 0.85, 0]))[None]
+    volumes = Volumes(radius=R * one, bottom=Y0 * one, top=Y1 * one, hull=hull, has_side=one > 0)
+    planes, seen = crop_to_frustum(choose_planes(viewer[None], volumes), view, np.array([[0.0, 0, 0, 1]]))
+    if not seen.visible[0]:
+        return
+    s, v = np.meshgrid(*(np.linspace(low, high, 40) for low, high in zip(planes.low[0], planes.high[0], strict=True)))
+    ends = planes.diagonals[0]
+    within = (s + v >= ends[0]) & (s + v <= ends[1]) & (s - v >= ends[2]) & (s - v <= ends[3])
+    x, y, z = seen.camera[0] @ np.stack([s[within], v[within], np.full(within.sum(), -planes.distance[0])])
+    tan_x, tan_y = view.half_extent
+    shown = (np.abs(x) < tan_x * z) & (np.abs(y) < tan_y * z)
+    pixel = (np.stack([x / tan_x, y / tan_y], -1)[shown] / z[shown, None] + 1) / 2 * view.size
+    assert (pixel >= seen.pixel_low[0] - 1e-3).all() and (pixel <= seen.pixel_high[0] + 1e-3).all()
 
 
 def test_the_papers_shift_on_the_tangent_plane() -> None:

@@ -73,7 +73,7 @@ def crop_to_frustum(
     visible = (high > low).all(-1)
     low, high = (np.where(visible[:, None], bound, planes.low) for bound in (low, high))
     pixel_low, pixel_high = _pixel_bounds(view, guard, _in_camera(camera, planes.distance, corners), inside)
-    return replace(planes, low=low, high=high, diagonals=diagonals_of(corners, inside, low, high)), PlaneVisibility(
+    return replace(planes, low=low, high=high, diagonals=diagonals_of(corners, inside)), PlaneVisibility(
         camera=camera,
         visible=visible,
         whole=~(within & ~ahead).any(1),
@@ -83,20 +83,15 @@ def crop_to_frustum(
 
 
 def _edge_lines(planes: Planes) -> Array:
-    """Return the lines (n, 8, 3) of the outlines' edges; line · (s, v, 1) is positive inside."""
-    width, height = np.maximum(planes.high - planes.low, 1e-12).T
-    zero, one = np.zeros_like(width), np.ones_like(width)
-    x = np.stack([1 / width, zero, -planes.low[:, 0] / width], -1)
-    y = np.stack([zero, 1 / height, -planes.low[:, 1] / height], -1)
+    """Return the lines (n, 8, 3) of the outlines' edges; line · (s, v, 1) is positive inside, in units of the size."""
+    size = np.maximum(planes.high - planes.low, 1e-12)
+    unit = np.broadcast_to(np.eye(3), (len(size), 3, 3)) / size.max(1)[:, None, None]
+    s, v, one = np.moveaxis(unit, 1, 0)
+    ends = np.concatenate([np.stack([planes.low, planes.high], -1).reshape(-1, 4), planes.diagonals], -1)
     lines = []
-    for value, least, greatest in (
-        (x, zero, one),
-        (y, zero, one),
-        (x + y, *planes.diagonals[:, :2].T),
-        (x - y, *planes.diagonals[:, 2:].T),
-    ):
-        lines.append(value - np.stack([zero, zero, least], -1))
-        lines.append(np.stack([zero, zero, greatest], -1) - value)
+    for number, value in enumerate((s, v, s + v, s - v)):
+        least, greatest = ends[:, 2 * number, None], ends[:, 2 * number + 1, None]
+        lines += [value - least * one, greatest * one - value]
     return np.stack(lines, 1)
 
 

@@ -17,8 +17,6 @@ from depthwalk.types import Array, Mask
 # tile of a plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
 MIN_PLANE_DISTANCE = 0.1
 _NEAREST_CORNER = 0.25  # of the plane's distance: how near in front of the viewer a hull may reach to be of use
-NO_DIAGONALS = 0.0, 2.0, -1.0, 1.0
-"""`Planes.diagonals` of a whole rectangle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,8 +37,8 @@ class Planes(StructOfArrays):
     offset : (n,) distance of the plane from the object's origin along the normal, metres.
     low : (n, 2) lower left corner of each rectangle, metres, relative to the epipole.
     high : (n, 2) upper right corner of each rectangle, metres, relative to the epipole.
-    diagonals : (n, 4) least and greatest x + y, least and greatest x − y within the outlines, where x and y go from 0
-        to 1 across the rectangle.
+    diagonals : (n, 4) least and greatest s + v, least and greatest s − v of the outlines, with s along `right` and v
+        along `up`, metres, relative to the epipole.
     """
 
     face: NDArray[np.intp]
@@ -55,9 +53,9 @@ class Planes(StructOfArrays):
     diagonals: Array
 
     def widened(self, margin: Array) -> "Planes":
-        """Return the planes with whole rectangles, wider by `margin` (n, 2), metres, on every side."""
-        whole = np.tile(NO_DIAGONALS, (len(margin), 1))
-        return replace(self, low=self.low - margin, high=self.high + margin, diagonals=whole)
+        """Return the planes with outlines that are wider by `margin` (n, 2), metres, on every side."""
+        both = margin.sum(1, keepdims=True) * [-1, 1, -1, 1]
+        return replace(self, low=self.low - margin, high=self.high + margin, diagonals=self.diagonals + both)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,29 +193,26 @@ def _outlines(across: Array, ahead: Array, distance: Array, low: Array, high: Ar
     seen = distance[:, None, None] * across / np.where(usable[:, None], ahead, 1)[..., None]
     low = np.where(usable[:, None], np.maximum(low, seen.min(1)), low)
     high = np.where(usable[:, None], np.minimum(high, seen.max(1)), high)
-    diagonals = diagonals_of(seen, np.ones(seen.shape[:2], bool), low, high)
-    return low, high, np.where(usable[:, None], diagonals, NO_DIAGONALS)
+    corners = np.stack([low, high, np.stack([low[:, 0], high[:, 1]], -1), np.stack([high[:, 0], low[:, 1]], -1)], 1)
+    whole, cut = (diagonals_of(points, np.ones(points.shape[:2], bool)) for points in (corners, seen))
+    return low, high, np.where(usable[:, None], cut, whole)
 
 
-def diagonals_of(points: Array, valid: Mask, low: Array, high: Array) -> Array:
-    """Return the diagonals of the least outlines that hold points, within rectangles.
+def diagonals_of(points: Array, valid: Mask) -> Array:
+    """Return the diagonals of the least outlines that hold points.
 
     Parameters
     ----------
     points : (n, k, 2) points of n planes.
     valid : (n, k) which of them to hold.
-    low, high : (n, 2) corners of the rectangles.
 
     Returns
     -------
     (n, 4), see `Planes.diagonals`.
     """
-    x, y = np.moveaxis((points - low[:, None]) / np.maximum(high - low, 1e-12)[:, None], -1, 0)
-    bounds = []
-    for diagonal, least, greatest in ((x + y, 0, 2), (x - y, -1, 1)):
-        bounds.append(np.maximum(np.where(valid, diagonal, np.inf).min(1), least))
-        bounds.append(np.minimum(np.where(valid, diagonal, -np.inf).max(1), greatest))
-    return np.stack(bounds, -1)
+    both = points[..., 0] + points[..., 1], points[..., 0] - points[..., 1]
+    bounds = ((np.where(valid, d, np.inf).min(1), np.where(valid, d, -np.inf).max(1)) for d in both)
+    return np.stack([bound for pair in bounds for bound in pair], -1)
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:

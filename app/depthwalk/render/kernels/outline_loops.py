@@ -57,19 +57,16 @@ def _seen_hull(hull: Array, frame: Array, seen: Array) -> bool:
 
 
 @compiled()
-def _diagonals(points: Array, count: int, bound: Array, diagonals: Array) -> None:
+def _diagonals(points: Array, count: int, diagonals: Array) -> None:
     """Write to `diagonals` (4,) those of the least outline that holds the first `count` of `points` (k, 2).
 
-    bound: (2, 2) low and high corner. See `warp_planes.diagonals_of`.
+    See `warp_planes.diagonals_of`.
     """
     diagonals[0], diagonals[1], diagonals[2], diagonals[3] = np.inf, -np.inf, np.inf, -np.inf
-    width, height = max(bound[1, 0] - bound[0, 0], 1e-12), max(bound[1, 1] - bound[0, 1], 1e-12)
     for k in range(count):
-        x, y = (points[k, 0] - bound[0, 0]) / width, (points[k, 1] - bound[0, 1]) / height
-        diagonals[0], diagonals[1] = min(diagonals[0], x + y), max(diagonals[1], x + y)
-        diagonals[2], diagonals[3] = min(diagonals[2], x - y), max(diagonals[3], x - y)
-    diagonals[0], diagonals[1] = max(diagonals[0], 0.0), min(diagonals[1], 2.0)
-    diagonals[2], diagonals[3] = max(diagonals[2], -1.0), min(diagonals[3], 1.0)
+        s, v = points[k, 0], points[k, 1]
+        diagonals[0], diagonals[1] = min(diagonals[0], s + v), max(diagonals[1], s + v)
+        diagonals[2], diagonals[3] = min(diagonals[2], s - v), max(diagonals[3], s - v)
 
 
 @compiled()
@@ -91,14 +88,11 @@ def hull_outline(hull: Array, frame: Array, bound: Array, seen: Array, polygon: 
     if not usable:
         return 4
     diagonals = np.empty(4)
-    _diagonals(seen, len(hull), bound, diagonals)
-    width, height = max(bound[1, 0] - bound[0, 0], 1e-12), max(bound[1, 1] - bound[0, 1], 1e-12)
+    _diagonals(seen, len(hull), diagonals)
     count = 4
     for k in range(4):
-        inward, other = (1.0 if k % 2 == 0 else -1.0), (1.0 if k < 2 else -1.0)
-        a, b = inward / width, inward * other / height
-        c = -a * bound[0, 0] - b * bound[0, 1] - inward * diagonals[k]
-        count = _clipped(polygon, count, a, b, c, clipped)
+        inward, across = (1.0 if k % 2 == 0 else -1.0), (1.0 if k < 2 else -1.0)
+        count = _clipped(polygon, count, inward, inward * across, -inward * diagonals[k], clipped)
         polygon[:count] = clipped[:count]
     return count
 
@@ -181,7 +175,7 @@ def crop_outline(
             pixel[0, axis], pixel[1, axis] = min(pixel[0, axis], pixels), max(pixel[1, axis], pixels)
             bound[0, axis] = min(bound[0, axis], polygon[k, axis])
             bound[1, axis] = max(bound[1, axis], polygon[k, axis])
-    _diagonals(polygon, count, bound, diagonals)
+    _diagonals(polygon, count, diagonals)
     if not (bound[1, 0] > bound[0, 0] and bound[1, 1] > bound[0, 1]):
         return 0
     return 2 if whole else 1
