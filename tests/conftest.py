@@ -35,6 +35,8 @@ def pytest_configure(config: pytest.Config) -> None:
         # that start later, as workers do.
         for threshold, size in (("MMAP", 1 << 25), ("TRIM", 1 << 30)):
             os.environ.setdefault(f"MALLOC_{threshold}_THRESHOLD_", str(size))
+        # Optimising shaders takes llvmpipe longer than drawing a few small pictures with them as they are.
+        os.environ.setdefault("GALLIVM_PERF", "nopt")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
