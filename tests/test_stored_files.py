@@ -35,6 +35,20 @@ def test_baked_and_cooked_files_hold_the_same_object(version: str) -> None:
     assert np.ptp(geometry.positions, axis=0) == pytest.approx([1, 1, 1], abs=0.1)
 
 
+@pytest.mark.parametrize("name", ["tip-0.1", "tip-hull"])  # extents around the axis, and a hull in their place
+def test_what_encloses_a_cooked_object_is_known(name: str) -> None:
+    """Nothing reaches beyond it; a prism is close around the axis, a hull in all directions."""
+    (cooked,) = read_cooked(STORED / f"{name}.dpci.npz")
+    positions = cooked.load()[0].positions
+    for flat in (1.0, 0.0):
+        ways = np.random.default_rng(1).normal(size=(50, 3)) * [1, flat, 1]
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        reach, needed = (cooked.hull @ ways.T).max(0), (positions @ ways.T).max(0)
+        assert (reach >= needed - 1e-6).all()
+        if name == "tip-hull" or not flat:
+            assert (reach <= needed + 0.02).all()
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_scenes_paths_and_places_mean_the_same(version: str) -> None:
     scene = load_scene(STORED / f"scene-{version}.yaml")

@@ -1,11 +1,12 @@
 // Draws one rectangle per impostor tile, the part of the plane that the tile covers, from the object frame to clip space (Liu,
-// Liu and Wu 2007, §2.5).
+// Liu and Wu 2007, §2.5). Its corners, where the tile is empty, are cut off, so that it is an octagon.
 //
 // The tile may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
 // (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
 //   λ·x + (1 − λ)·r·(x − δ):
 // between x itself and x(∞) = r·(x − δ), what C sees at infinity in that direction. So the tile's texel is linear in λ too
-// (docs/algorithms.md, tile cache).
+// (docs/algorithms.md, tile cache). What C0 has at x with the depth λ, C has at (x + (1 − λ)·r·δ) / (λ + (1 − λ)·r): outlines
+// are scaled and shifted, and reach farthest in any direction at the least or the greatest λ.
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -14,6 +15,7 @@ in vec4 in_right;               // plane axes, object frame; w: low corner of th
 in vec4 in_up;
 in vec4 in_normal;              // toward the viewer; w: D0
 in vec4 in_high;                // high corner of the rectangle; λ of the object's nearest and farthest points
+in vec4 in_diagonals;           // least and greatest x + y and x − y, where x and y go from 0 to 1 across the rectangle
 in vec4 in_origin;              // C0, object frame; the tile's least w / λ
 in vec3 in_to_x;                // homography from plane coordinates, relative to the epipole, to texels from the tile's corner
 in vec3 in_to_y;
@@ -39,9 +41,23 @@ flat out float least;           // w / λ of the tile: `nearest` in docs/algorit
 flat out vec3 parallax;         // r; λ in the middle of the object; 1 where C is not C0
 #endif
 
-// Where C sees what C0 has at `position`, if its λ is `lambda`.
-vec2 shifted(vec2 position, float lambda, float ratio, vec2 aside) {
-    return (position + (1.0 - lambda) * ratio * aside) / (lambda + (1.0 - lambda) * ratio);
+// Where C sees what C0 has at the rectangle's low corner, if its λ is `lambda`, and, z, by what its outline is scaled.
+vec3 shifted(vec2 low, float lambda, float ratio, vec2 aside) {
+    float scale = 1.0 / (lambda + (1.0 - lambda) * ratio);
+    return vec3((low + (1.0 - lambda) * ratio * aside) * scale, scale);
+}
+
+// Corner of an octagon: left and right ones in turn, from the lower edge to the upper. low, high: of the rectangle around it;
+// ends: least and greatest x + y and x − y.
+vec2 octagon_corner(vec2 low, vec2 high, vec4 ends) {
+    bool right = (gl_VertexID & 1) == 1;
+    int height = gl_VertexID >> 1;
+    float y = height < 2 ? low.y : high.y;
+    if (height == 0) return vec2(right ? min(high.x, ends.w + y) : max(low.x, ends.x - y), y);
+    if (height == 3) return vec2(right ? min(high.x, ends.y - y) : max(low.x, ends.z + y), y);
+    float x = right ? high.x : low.x;
+    if (height == 1) return vec2(x, max(y, right ? x - ends.w : ends.x - x));
+    return vec2(x, min(y, right ? ends.y - x : x - ends.z));
 }
 
 void main() {
@@ -49,11 +65,16 @@ void main() {
     vec2 aside = vec2(dot(in_right.xyz, moved), dot(in_up.xyz, moved));
     float away = in_normal.w + dot(in_normal.xyz, moved);
     float ratio = in_normal.w / away;
-    vec2 low = vec2(in_right.w, in_up.w), high = in_high.xy;
-    bvec2 last = bvec2(gl_VertexID & 1, gl_VertexID >> 1);
-    vec2 corner = mix(low, high, last);
-    vec2 near = shifted(corner, in_high.z, ratio, aside), far = shifted(corner, in_high.w, ratio, aside);
-    vec2 place = mix(min(near, far), max(near, far), last);
+    vec2 low = vec2(in_right.w, in_up.w), extent = in_high.xy - low;
+    vec3 near = shifted(low, in_high.z, ratio, aside), far = shifted(low, in_high.w, ratio, aside);
+    near.xy /= extent;
+    far.xy /= extent;
+    vec4 near_ends = vec2(near.x + near.y, near.x - near.y).xxyy + near.z * in_diagonals;
+    vec4 far_ends = vec2(far.x + far.y, far.x - far.y).xxyy + far.z * in_diagonals;
+    vec4 lower = min(near_ends, far_ends), upper = max(near_ends, far_ends);
+    vec2 place = extent * octagon_corner(
+        min(near.xy, far.xy), max(near.xy + near.z, far.xy + far.z), vec4(lower.x, upper.y, lower.z, upper.w)
+    );
 
     vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
     vec3 to_plane = rotate(in_rotation, direction) * in_viewer.w;

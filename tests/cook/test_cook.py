@@ -6,7 +6,7 @@ import pytest
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.cook import CookedObject, CookOptions, bare_image, cook_object
 from depthwalk.cook.grid_lods import build_grid_lods
-from depthwalk.geometry.support_function import DIRECTIONS
+from depthwalk.geometry.bounding_hull import CORNERS
 from shapes import bake, leaves, sphere
 
 
@@ -41,8 +41,9 @@ def test_large_images_are_simplified(monkeypatch: pytest.MonkeyPatch, ball: Bake
 def test_drawing_knows_the_object_before_it_is_loaded(ball: BakedObject, cooked: CookedObject) -> None:
     geometry, texture = cooked.load()
     assert cooked.first is geometry.first and cooked.error is geometry.error
-    assert cooked.footprint.shape == (DIRECTIONS,)
-    assert cooked.footprint == pytest.approx(0.5, rel=0.05)
+    assert cooked.hull.shape == (CORNERS, 3)
+    centre = [0, (ball.cylinder.bottom + ball.cylinder.top) / 2, 0]
+    assert np.linalg.norm(cooked.hull - centre, axis=1) == pytest.approx(0.5, rel=0.1)
     assert cooked.bytes > geometry.vertices.nbytes + texture.normals.nbytes
     outline = cooked.outline
     assert outline.cylinder == ball.cylinder and not outline.boundary_strips

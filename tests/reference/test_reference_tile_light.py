@@ -9,7 +9,7 @@ from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.reference.light import Surfaces, reflected
 from depthwalk.reference.tile_light import filtered_light, forward_light, shadowed_light, surface_point
 from depthwalk.reference.warp import unwarp, warp
-from depthwalk.render.impostors.warp_planes import Planes
+from depthwalk.render.impostors.warp_planes import NO_DIAGONALS, Planes
 from depthwalk.types import Array
 
 
@@ -26,6 +26,7 @@ def plane_before(viewer: Array, count: int) -> Planes:
         offset=np.zeros(count),
         low=-one * [1.0, 1],
         high=one * [1.0, 1],
+        diagonals=one * NO_DIAGONALS,
     )
 
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from depthwalk.reference.warp import table, unwarp, warp
-from depthwalk.render.impostors.warp_planes import Planes
+from depthwalk.render.impostors.warp_planes import NO_DIAGONALS, Planes
 
 
 def plane_before(viewer: ArrayLike) -> Planes:
@@ -22,6 +22,7 @@ def plane_before(viewer: ArrayLike) -> Planes:
         offset=np.zeros(1),
         low=one * [-1.0, -1],
         high=one * [1.0, 1],
+        diagonals=one * NO_DIAGONALS,
     )
 
 

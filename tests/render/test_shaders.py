@@ -11,7 +11,7 @@ from depthwalk.bake.planar import bake_planar
 from depthwalk.colour import linear_from_srgb, srgb_from_linear
 from depthwalk.cook.lod_geometry import BORDER, EASE
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD
-from depthwalk.geometry.support_function import box_support_values
+from depthwalk.geometry.bounding_hull import prism_corners
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GpuError
 from depthwalk.gpu.program import Program
@@ -38,7 +38,7 @@ def test_pass_one_matches_its_twin(gl_device: Device) -> None:
         radius=0.8 * one,
         bottom=-0.5 * one,
         top=1.5 * one,
-        footprint=box_support_values(0.8 * one, 0.8 * one),
+        hull=np.tile(prism_corners(np.full(4, 0.8), -0.5, 1.5), (len(one), 1, 1)),
         has_side=one > 0,
     )
     direction = rng.normal(size=(count, 3))

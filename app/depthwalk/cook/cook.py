@@ -30,13 +30,13 @@ from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.cook.cases import PIECES
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.virtual_texture import VirtualTexture, build_mip_tiers, build_virtual_texture
-from depthwalk.geometry.support_function import support_values
+from depthwalk.geometry.bounding_hull import bounding_hull
 from depthwalk.parallel import Map, begin, thread_map
 from depthwalk.types import Array, Ints
 
 # Part of the names of cached files: raise it with every change of the output of `cook_object`. A test compares the
 # cooking code with its state when the number was last set.
-COOK_VERSION = 8
+COOK_VERSION = 9
 
 # Up to this many texels across, simplifying an image takes longer than a visitor of the garden should have to wait, and
 # saves few triangles.
@@ -74,8 +74,8 @@ class CookedObject:
     ----------
     outline
         The baked object without pixels: its images have only their sizes.
-    footprint
-        (DIRECTIONS,) metres: how far the object extends from its axis, see `geometry.support_function`.
+    hull
+        (CORNERS, 3) metres, object frame: corners of a polytope that encloses the object, see `geometry.bounding_hull`.
     first, count
         (levels, RANGES), first index and number of indices of each piece and further range, see `LodGeometry`.
     horizon
@@ -89,7 +89,7 @@ class CookedObject:
     """
 
     outline: BakedObject
-    footprint: Array
+    hull: Array
     first: Ints
     count: Ints
     horizon: NDArray[np.float64]
@@ -182,7 +182,7 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
     relief = 0.0 if baked.meso is None else baked.meso.height
     return CookedObject(
         outline=replace(baked, images=tuple(map(_bare, baked.images)), boundary_strips=()),
-        footprint=support_values(geometry.positions) + relief,
+        hull=bounding_hull(geometry.positions, relief),
         first=geometry.first,
         count=geometry.count,
         horizon=geometry.horizon,

@@ -25,13 +25,15 @@ from depthwalk.cook.cooked_check import check_geometry, check_texture
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.errors import InputError
+from depthwalk.geometry.bounding_hull import padded_hull, prism_corners
 
 COOKED = Cache(suffix=".npz", content="cooked depth images")
 
 # Version of the arrays and of what they mean to the shaders. Raise it if older files would be drawn wrongly. Separate
 # files stay readable when COOK_VERSION is raised because cooking became better or faster.
-_LAYOUT = 2
-_PAIRED_LAYOUT = 3  # of files with an object whose texels have two colour components; older readers draw these wrongly
+_LAYOUT = 4
+_PAIRED_LAYOUT = 5  # of files with an object whose texels have two colour components; older readers draw these wrongly
+_READABLE = 2, 3, _LAYOUT, _PAIRED_LAYOUT  # the first two, also paired, have extents around the axis in place of hulls
 
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
 _OF_TEXTURED = "coordinates", "texture", "colour_level"  # fields that are stored only for objects with coordinates
@@ -160,8 +162,9 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
     """
     with _complaints(path):
         made_of = _made_of(path)
-        if made_of["version"] not in (_LAYOUT, _PAIRED_LAYOUT):
-            problem = f"a file of layout {made_of['version']!s:.20}, not {_LAYOUT} or {_PAIRED_LAYOUT}; bake it again"
+        if made_of["version"] not in _READABLE:
+            readable = f"{min(_READABLE)} to {max(_READABLE)}"
+            problem = f"a file of layout {made_of['version']!s:.20}, not {readable}; bake it again"
             raise InputError(f"{path}: {problem}")
         objects = _objects(path)
     packed = made_of.get("packed", False)
@@ -249,7 +252,7 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
         "key": outline.key,
         "position": [float(x) for x in outline.position],
         "rotation": [float(x) for x in outline.rotation],
-        "footprint": cooked.footprint.tolist(),
+        "hull": np.unique(cooked.hull, axis=0).tolist(),
         "bytes": cooked.bytes,
         "mesh_triangles": outline.mesh_triangles,
         # Left out where they are false, so that other files are unchanged.
@@ -274,11 +277,19 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
     )
     return CookedObject(
         outline=outline,
-        footprint=np.array(header["footprint"]),
+        hull=_hull(header),
         **{name: stored[_column(LodGeometry, number, name)] for name in _SMALL},
         bytes=header["bytes"],
         load=_loader(path, number),
     )
+
+
+def _hull(header: dict[str, Any]) -> NDArray[np.float64]:
+    """Return `CookedObject.hull` from an object's header. Raises ValueError, KeyError or TypeError if it is damaged."""
+    if "hull" in header:
+        return padded_hull(np.array(header["hull"], np.float64))
+    cylinder = dict(zip((field.name for field in fields(Cylinder)), header["cylinder"], strict=True))
+    return padded_hull(prism_corners(np.array(header["footprint"], np.float64), cylinder["bottom"], cylinder["top"]))
 
 
 def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) -> str:

@@ -174,6 +174,13 @@ class Program:
         """Draw `count` rectangles, each an instance of four vertices whose positions the vertex shader computes."""
         self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
+    def octagons(self, count: int) -> None:
+        """Draw `count` octagons, each an instance of eight vertices whose positions the vertex shader computes.
+
+        The vertices alternate between the left and the right side, from the lower edge to the upper.
+        """
+        self.array.render(moderngl.TRIANGLE_STRIP, vertices=8, instances=count)
+
     def points(self, count: int) -> None:
         """Draw `count` points; the vertex shader computes their places and, by `device.PROGRAM_POINT_SIZE`, sizes."""
         self.array.render(moderngl.POINTS, vertices=count)

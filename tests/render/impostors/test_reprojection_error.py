@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from depthwalk.geometry.support_function import box_support_values
+from depthwalk.geometry.bounding_hull import box_corners
 from depthwalk.reference.warp import warp
 from depthwalk.render.impostors.reprojection_error import HARDEST, coarseness, due, parallax
 from depthwalk.render.impostors.tile_mapping import Tiles
@@ -23,9 +23,8 @@ def test_no_point_is_shown_farther_off_than_the_bound() -> None:
     count = 20000
     one = np.ones(count)
     half = rng.uniform(0.2, 0.7, (2, count))
-    volumes = Volumes(
-        radius=0.7 * one, bottom=-0.2 * one, top=1.9 * one, footprint=box_support_values(*half), has_side=one > 0
-    )
+    hull = box_corners(np.stack([half[0], 1.05 * one, half[1]], -1)) + np.array([0, 0.85, 0])
+    volumes = Volumes(radius=0.7 * one, bottom=-0.2 * one, top=1.9 * one, hull=hull, has_side=one > 0)
     there = rng.normal(size=(count, 3))
     there *= (rng.uniform(2.4, 30, count) / np.linalg.norm(there, axis=1))[:, None]
     moved = rng.normal(size=(count, 3))

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from depthwalk.geometry.support_function import box_support_values
+from depthwalk.geometry.bounding_hull import prism_corners
+from depthwalk.render.impostors.frustum_crop import crop_to_frustum
 from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles, screen_tiles
-from depthwalk.render.impostors.warp_planes import Planes, Volumes, choose_planes, crop_to_frustum
+from depthwalk.render.impostors.warp_planes import Planes, Volumes, choose_planes
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
 from stage import view_of
@@ -16,7 +17,7 @@ def planes_for(view: View) -> Planes:
     """The plane of a cylinder about the origin."""
     one = np.ones(1)
     volumes = Volumes(
-        radius=0.5 * one, bottom=0 * one, top=2 * one, footprint=box_support_values(one / 2, one / 2), has_side=one > 0
+        radius=0.5 * one, bottom=0 * one, top=2 * one, hull=prism_corners(np.full(4, 0.5), 0, 2)[None], has_side=one > 0
     )
     return choose_planes(view.position[None], volumes)
 

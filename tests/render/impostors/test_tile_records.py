@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.geometry.support_function import box_support_values
+from depthwalk.geometry.bounding_hull import prism_corners
 from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles
 from depthwalk.render.impostors.tile_records import place_tiles, tile_records, warp_records
 from depthwalk.render.impostors.warp_planes import Planes, Volumes, choose_planes, depths_behind
@@ -19,8 +19,8 @@ ROTATION = np.array([[0.0, 0.6, 0.0, 0.8], [0.0, 0.0, 0.0, 1.0]])
 def seen() -> tuple[Volumes, Planes, Tiles]:
     """Two cylinders, each from a viewer of its own: volumes, planes and tiles."""
     one = np.ones(2)
-    footprint = box_support_values(0.5 * one, 0.5 * one)
-    volumes = Volumes(radius=0.5 * one, bottom=0 * one, top=2 * one, footprint=footprint, has_side=one > 0)
+    hull = np.tile(prism_corners(np.full(4, 0.5), 0, 2), (2, 1, 1))
+    volumes = Volumes(radius=0.5 * one, bottom=0 * one, top=2 * one, hull=hull, has_side=one > 0)
     return volumes, *plane_tiles(choose_planes(VIEWER, volumes), 100.0, 128)
 
 
@@ -60,6 +60,7 @@ def test_a_tile_knows_whom_it_was_warped_for(seen: tuple[Volumes, Planes, Tiles]
     nearest, farthest = records["high"][:, 2:].T
     assert (farthest > 0).all() and (farthest < nearest).all()  # λ falls with the distance
     np.testing.assert_allclose(farthest, planes.distance / (planes.distance + depths[:, 1]), rtol=1e-6)
+    np.testing.assert_allclose(records["diagonals"], planes.diagonals, rtol=1e-6)
     for record, mapping in zip(records, tiles.texel, strict=True):
         np.testing.assert_allclose([record[name] for name in ("to_x", "to_y", "to_w")], mapping, rtol=1e-5, atol=1e-6)
 

@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from depthwalk.bake.images import Face
-from depthwalk.geometry.support_function import box_support_values, support_values
+from depthwalk.geometry.bounding_hull import bounding_hull, prism_corners
 from depthwalk.reference.warp import table, unwarp, warp
+from depthwalk.render.impostors.frustum_crop import crop_to_frustum
 from depthwalk.render.impostors.warp_planes import (
+    NO_DIAGONALS,
     Planes,
     Volumes,
     choose_planes,
-    crop_to_frustum,
     depths_behind,
     tile_sizes,
 )
@@ -28,9 +29,22 @@ R, Y0, Y1 = 0.7, -0.2, 1.9
 
 def cylinder(count: int = 1) -> Volumes:
     one = np.ones(count)
-    return Volumes(
-        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=box_support_values(R * one, R * one), has_side=one > 0
-    )
+    hull = np.tile(prism_corners(np.full(4, R), Y0, Y1), (count, 1, 1))
+    return Volumes(radius=R * one, bottom=Y0 * one, top=Y1 * one, hull=hull, has_side=one > 0)
+
+
+def assert_within(position: Array, planes: Planes, slack: float) -> None:
+    """Points (n, 2) are within the outlines of their planes, or outside by a part `slack` of a metre at most."""
+    size = np.maximum(planes.high - planes.low, 1e-12)
+    x, y = ((position - planes.low) / size).T
+    slack = slack * (1 + 1 / size.min())
+    for value, least, greatest in (
+        (x, 0, 1),
+        (y, 0, 1),
+        (x + y, *planes.diagonals[:, :2].T),
+        (x - y, *planes.diagonals[:, 2:].T),
+    ):
+        assert (value >= least - slack).all() and (value <= greatest + slack).all()
 
 
 coordinates = st.floats(-8, 8, allow_nan=False, width=32)
@@ -54,24 +68,46 @@ def test_a_warped_sample_leads_back_to_its_point(viewer: Array, point: Array) ->
 def test_the_rectangle_holds_every_sample(viewer: Array, point: Array) -> None:
     planes = choose_planes(viewer[None], cylinder())
     position, _ = warp(point[None], planes)
-    slack = 1e-9 + 1e-9 * np.abs(planes.high - planes.low)
-    assert (position >= planes.low - slack).all() and (position <= planes.high + slack).all()
+    assert_within(position, planes, 1e-8)
 
 
 @given(viewers, arrays(np.float64, (12, 3), elements=st.floats(-0.49, 0.49)))
 def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer: Array, points: Array) -> None:
     points[:, 1] += 0.85
     one = np.ones(1)
-    volumes = Volumes(
-        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=support_values(points)[None], has_side=one > 0
-    )
+    hull = bounding_hull(points)[None]
+    volumes = Volumes(radius=R * one, bottom=Y0 * one, top=Y1 * one, hull=hull, has_side=one > 0)
     planes = choose_planes(viewer[None], volumes)
     many = Planes(**{each.name: np.repeat(getattr(planes, each.name), len(points), 0) for each in fields(Planes)})
     position, lam = warp(points, many)
-    assert (position >= planes.low - 1e-9).all() and (position <= planes.high + 1e-9).all()
+    assert_within(position, many, 1e-8)
     nearest, farthest = depths_behind(planes, volumes)[0]
     depth = planes.distance * (1 / lam - 1)
     assert (depth >= nearest - 1e-9).all() and (depth <= farthest + 1e-9).all()
+
+
+def test_a_ball_is_seen_in_an_octagon() -> None:
+    """Whose corners are cut off as those of the octagon around a circle."""
+    rng = np.random.default_rng(7)
+    ball = rng.normal(size=(4000, 3))
+    ball = 0.7 * ball / np.linalg.norm(ball, axis=1, keepdims=True) + [0, 0.85, 0]
+    one = np.ones(1)
+    volumes = Volumes(radius=R * one, bottom=Y0 * one, top=Y1 * one, hull=bounding_hull(ball)[None], has_side=one > 0)
+    planes = choose_planes(np.array([[3.0, 0.85, 40.0]]), volumes)
+    size = (planes.high - planes.low)[0]
+    assert size == pytest.approx(2 * 0.7 * planes.distance[0] / (planes.distance[0] + R), rel=0.05)
+    cut = 1 - np.sqrt(0.5)
+    np.testing.assert_allclose(planes.diagonals[0], [cut, 2 - cut, cut - 1, 1 - cut], atol=0.05)
+
+
+def test_a_viewer_close_before_a_hull_sees_the_cylinder() -> None:
+    """Corners of a hull may reach in front of the plane, even beyond the viewer."""
+    near = cylinder()
+    near.hull[0, 0] = [2.0, 1.0, 0.0]
+    planes = choose_planes(np.array([[1.0, 1.0, 0.0]]), near)
+    assert tuple(planes.diagonals[0]) == NO_DIAGONALS
+    far = np.sqrt(0.3 / 1.7)
+    assert planes.high[0, 0] == pytest.approx(R * far) == pytest.approx(-planes.low[0, 0])
 
 
 @given(viewers, inside, st.floats(0, 2 * np.pi), st.floats(-1.2, 1.2))
@@ -85,8 +121,7 @@ def test_cropping_keeps_what_the_camera_sees(viewer: Array, point: Array, headin
     if ahead > 1e-3 and abs(right) < tan_x * ahead and abs(up) < tan_y * ahead:
         position, _ = warp(point[None], planes)
         assert seen.visible[0]
-        slack = 1e-7 * (1 + np.abs(position))
-        assert (position >= cropped.low - slack).all() and (position <= cropped.high + slack).all()
+        assert_within(position, cropped, 1e-6)
     assert (cropped.low >= planes.low - 1e-6).all() or not seen.visible[0]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.geometry.support_function import box_support_values
+from depthwalk.geometry.bounding_hull import prism_corners
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
 from depthwalk.render.paper.ordered_indices import viewer_of
@@ -20,7 +20,7 @@ def test_records_hold_the_viewer() -> None:
             radius=0.5 * one,
             bottom=0 * one,
             top=one,
-            footprint=box_support_values(0.5 * one, 0.5 * one),
+            hull=np.tile(prism_corners(np.full(4, 0.5), 0, 1), (50, 1, 1)),
             has_side=one > 0,
         ),
     )

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyglm import glm
 
-from depthwalk.geometry.support_function import box_support_values
+from depthwalk.geometry.bounding_hull import prism_corners
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.reference.shadows import lifted, light_share
 from depthwalk.reference.warp import warp
@@ -110,7 +110,7 @@ def test_the_suns_view_is_the_limit_of_a_far_viewers() -> None:
         radius=0.8 * one,
         bottom=-0.5 * one,
         top=1.5 * one,
-        footprint=box_support_values(0.8 * one, 0.8 * one),
+        hull=np.tile(prism_corners(np.full(4, 0.8), -0.5, 1.5), (len(one), 1, 1)),
         has_side=one > 0,
     )
     sun = np.array([0.48, 0.6, 0.64])

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.cook.lod_geometry import IMAGE_BITS
+from depthwalk.geometry.bounding_hull import box_corners
 from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.geometry.spatial_order import within_runs
-from depthwalk.geometry.support_function import box_support_values
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
 from depthwalk.render.draw.object_detail import ObjectDetail, describe, lasting_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
@@ -162,7 +162,7 @@ def _impostors(
             radius=np.hypot(half[:, 0], half[:, 2]),
             bottom=-half[:, 1],
             top=half[:, 1],
-            footprint=box_support_values(half[:, 0], half[:, 2]),
+            hull=box_corners(half),
             has_side=np.ones(count, bool),
         ),
         viewer=view.position - bounds.centre,
@@ -239,6 +239,7 @@ def member_records(
         offset=np.einsum("ni,ni->n", viewer, normal) - distance,
         low=planes.low / scale,
         high=planes.high / scale,
+        diagonals=planes.diagonals,
     )
     texel = tiles.texel * np.concatenate([scale, scale, np.ones_like(scale)], 1)[:, None]
     scaled = Tiles(texel=texel, nearest=tiles.nearest, size=tiles.size, pixel=tiles.pixel)

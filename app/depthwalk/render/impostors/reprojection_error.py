@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import matrices
+from depthwalk.render.impostors.frustum_crop import GUARD
 from depthwalk.render.impostors.tile_cache import CachedTiles
-from depthwalk.render.impostors.warp_planes import GUARD
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask, Rows
 

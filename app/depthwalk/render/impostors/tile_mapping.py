@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.geometry.soa import StructOfArrays
-from depthwalk.render.impostors.warp_planes import Planes, PlaneVisibility, tile_sizes
+from depthwalk.render.impostors.frustum_crop import PlaneVisibility
+from depthwalk.render.impostors.warp_planes import Planes, tile_sizes
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Rows
 

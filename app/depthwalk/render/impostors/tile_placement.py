@@ -6,11 +6,12 @@ from types import ModuleType
 import numpy as np
 
 from depthwalk.render import kernels
+from depthwalk.render.impostors.frustum_crop import GUARD, crop_to_frustum
 from depthwalk.render.impostors.reprojection_error import MARGIN, frustum_rows
 from depthwalk.render.impostors.tile_cache import CachedTiles
 from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles, screen_tiles
 from depthwalk.render.impostors.tile_records import tile_records
-from depthwalk.render.impostors.warp_planes import GUARD, Planes, Volumes, choose_planes, crop_to_frustum, depths_behind
+from depthwalk.render.impostors.warp_planes import Planes, Volumes, choose_planes, depths_behind
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Objects
@@ -145,6 +146,7 @@ def _nothing_placed() -> PlacedTiles:
         offset=real,
         low=pair,
         high=pair,
+        diagonals=np.zeros((0, 4)),
     )
     return PlacedTiles(
         number=number,
@@ -218,7 +220,7 @@ def _place_compiled(
     """Place impostors by compiled `loops`, for tiles whose texels are pixels. texels: per pixel."""
     volumes, bounds, objects = impostors.volumes, impostors.bounds, impostors.objects
     lens = np.array(view.half_extent), np.array(view.size, float)
-    kept, face, frame, bound, texel, nearest, size, pixel, depths, whole, density, frustum = loops.place(
+    kept, face, frame, bound, diagonals, texel, nearest, size, pixel, depths, whole, density, frustum = loops.place(
         number,
         impostors.at,
         impostors.viewer,
@@ -226,7 +228,7 @@ def _place_compiled(
         volumes.radius,
         volumes.bottom,
         volumes.top,
-        volumes.footprint,
+        volumes.hull,
         volumes.has_side,
         objects.rotation,
         bounds.centre,
@@ -254,6 +256,7 @@ def _place_compiled(
             offset=frame[:, 4, 1],
             low=bound[:, 0],
             high=bound[:, 1],
+            diagonals=diagonals,
         ),
         tiles=Tiles(texel=texel, nearest=nearest, size=size, pixel=pixel),
         depths=depths,

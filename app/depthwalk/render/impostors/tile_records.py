@@ -34,7 +34,8 @@ WARP_RECORD = np.dtype(
 # high: the rectangle's high corner, and λ of the object's nearest and farthest points;
 # origin: the viewer that it was warped for, object frame, and the tile's nearest w / λ;
 # to_x, to_y, to_w: rows that map plane coordinates to its texels;
-# tile: where it lies in the atlas, texels; pixel: where it lies in the picture, see `Tiles`.
+# tile: where it lies in the atlas, texels; pixel: where it lies in the picture, see `Tiles`;
+# diagonals: where the corners of its rectangle are cut off, see `Planes`.
 # Of the object: viewer: the present one in its frame, and its scale; rotation: its own;
 # objects: the number of its first object in the phase, and how many it shows.
 COMPOSITE_RECORD = np.dtype(
@@ -48,6 +49,7 @@ COMPOSITE_RECORD = np.dtype(
         ("to_y", "3f4"),
         ("to_w", "3f4"),
         ("tile", "4f4"),
+        ("diagonals", "4f4"),
         ("viewer", "4f4"),
         ("rotation", "4f4"),
         ("pixel", "2f4"),
@@ -112,7 +114,7 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
     """
     loops = kernels.loaded()
     if loops is not None:
-        plane = planes.right, planes.up, planes.normal, planes.distance, planes.low, planes.high
+        plane = planes.right, planes.up, planes.normal, planes.distance, planes.low, planes.high, planes.diagonals
         tile = tiles.texel, tiles.nearest, tiles.size, tiles.pixel
         return np.asarray(loops.tile_records(viewer, *plane, depths, *tile, corners).view(COMPOSITE_RECORD)[:, 0])
     records = np.zeros(len(corners), COMPOSITE_RECORD)
@@ -121,6 +123,7 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
     records["normal"] = np.column_stack([planes.normal, planes.distance])
     distance = planes.distance[:, None]
     records["high"] = np.column_stack([planes.high, distance / (distance + depths)])
+    records["diagonals"] = planes.diagonals
     records["origin"] = np.column_stack([viewer, tiles.nearest])
     records["to_x"], records["to_y"], records["to_w"] = np.moveaxis(tiles.texel, 1, 0)
     records["tile"] = np.column_stack([corners, tiles.size])

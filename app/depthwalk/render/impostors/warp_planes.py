@@ -1,4 +1,4 @@
-"""Choose the plane on which pass 1 warps an object's depth images, the visible part of it, and its resolution.
+"""Choose the plane on which pass 1 warps an object's depth images, the part of it that shows them, and its resolution.
 
 Arrays have one row for each of n objects, are float64, and in the objects' frames unless said otherwise. Source: Liu et
 al. 2007, §3.2 f., and docs/conventions.md.
@@ -10,23 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import Face
-from depthwalk.geometry.quaternions import matrices
 from depthwalk.geometry.soa import StructOfArrays
-from depthwalk.geometry.support_function import support
-from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
 # If the viewer is nearer to every plane than this part of the radius, the object is warped straight to the screen: the
 # tile of a plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
 MIN_PLANE_DISTANCE = 0.1
-GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neighbours for filtering at its border
+_NEAREST_CORNER = 0.25  # of the plane's distance: how near in front of the viewer a hull may reach to be of use
+NO_DIAGONALS = 0.0, 2.0, -1.0, 1.0
+"""`Planes.diagonals` of a whole rectangle."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Planes(StructOfArrays):
-    """Hold the warp planes of n objects, and on each the rectangle that holds the object's warped samples.
+    """Hold the warp planes of n objects, and on each an outline that holds the object's warped samples.
 
-    `right` × `up` = `normal`, which points to the viewer. `crop_to_frustum` shrinks the rectangles to the view.
+    The outline is an octagon: a rectangle whose corners are cut off. `right` × `up` = `normal`, which points to the
+    viewer. `crop_to_frustum` shrinks the outlines to the view.
 
     Attributes
     ----------
@@ -39,6 +39,8 @@ class Planes(StructOfArrays):
     offset : (n,) distance of the plane from the object's origin along the normal, metres.
     low : (n, 2) lower left corner of each rectangle, metres, relative to the epipole.
     high : (n, 2) upper right corner of each rectangle, metres, relative to the epipole.
+    diagonals : (n, 4) least and greatest x + y, least and greatest x − y within the outlines, where x and y go from 0
+        to 1 across the rectangle.
     """
 
     face: NDArray[np.intp]
@@ -50,10 +52,12 @@ class Planes(StructOfArrays):
     offset: Array
     low: Array
     high: Array
+    diagonals: Array
 
     def widened(self, margin: Array) -> "Planes":
-        """Return the planes with rectangles widened by `margin` (n, 2), metres, on every side."""
-        return replace(self, low=self.low - margin, high=self.high + margin)
+        """Return the planes with whole rectangles, wider by `margin` (n, 2), metres, on every side."""
+        whole = np.tile(NO_DIAGONALS, (len(margin), 1))
+        return replace(self, low=self.low - margin, high=self.high + margin, diagonals=whole)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,14 +69,14 @@ class Volumes(StructOfArrays):
     radius : (n,) metres.
     bottom : (n,) height of the lower end, metres.
     top : (n,) height of the upper end, metres.
-    footprint : (n, DIRECTIONS) how far the samples reach from the axis, metres, see `geometry.support_function`.
+    hull : (n, k, 3) corners of polytopes that enclose the samples, see `geometry.bounding_hull`.
     has_side : (n,) whether the object has a side image; false for planar images.
     """
 
     radius: Array
     bottom: Array
     top: Array
-    footprint: Array
+    hull: Array
     has_side: Mask
 
 
@@ -100,7 +104,7 @@ def warp_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Array
 
 
 def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
-    """Return the planes that `warp_faces` finds, with rectangles that hold all warped samples.
+    """Return the planes that `warp_faces` finds, with outlines that hold all warped samples.
 
     Parameters
     ----------
@@ -125,7 +129,10 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
     normal = np.where(side[:, None], np.stack([outward[:, 0], zero, outward[:, 1]], -1), vertical)
     epipole = np.stack([np.einsum("ni,ni->n", viewer, right), np.einsum("ni,ni->n", viewer, up)], -1)
     offset = np.einsum("ni,ni->n", viewer, normal) - distance
-    low, high = _rectangles(v, side, right, up, distance, epipole)
+    low, high = _rectangles(v, side, distance, epipole)
+    across = np.stack([np.einsum("nki,ni->nk", v.hull, axis) for axis in (right, up)], -1) - epipole[:, None]
+    ahead = (offset + distance)[:, None] - np.einsum("nki,ni->nk", v.hull, normal)
+    low, high, diagonals = _outlines(across, ahead, distance, low, high)
     return Planes(
         face=face,
         right=right,
@@ -134,8 +141,9 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
         distance=distance,
         epipole=epipole,
         offset=offset,
-        low=low - epipole,
-        high=high - epipole,
+        low=low,
+        high=high,
+        diagonals=diagonals,
     )
 
 
@@ -152,15 +160,14 @@ def depths_behind(planes: Planes, volumes: Volumes) -> Array:
     (n, 2) least and greatest depth, metres.
     """
     v, side = volumes, planes.face == Face.SIDE
-    toward, away = (np.minimum(support(v.footprint, way * planes.normal[:, [0, 2]]), v.radius) for way in (1, -1))
+    along = np.einsum("nki,ni->nk", v.hull, planes.normal)
+    toward, away = np.minimum(along.max(1), v.radius), np.minimum(-along.min(1), v.radius)
     nearest, farthest = np.where(side, v.radius - toward, 0), np.where(side, v.radius + away, v.top - v.bottom)
     return np.stack([nearest, farthest], -1)
 
 
-def _rectangles(
-    v: Volumes, side: Mask, right: Array, up: Array, distance: Array, epipole: Array
-) -> tuple[Array, Array]:
-    """Return the corners (n, 2) of rectangles that hold all samples within the footprint, warped onto their planes.
+def _rectangles(v: Volumes, side: Mask, distance: Array, epipole: Array) -> tuple[Array, Array]:
+    """Return the corners (n, 2), from the epipole, of rectangles that hold all of the cylinders, warped.
 
     A point moves toward the epipole by 1 − λ, and λ is least at the far side of the cylinder, so the bounds lie at
     λ = 1 or at that λ (docs/conventions.md).
@@ -168,144 +175,49 @@ def _rectangles(
     distance = np.maximum(distance, 1e-9)
     behind = np.where(side, 2 * v.radius, v.top - v.bottom)
     far = (distance / (distance + behind))[:, None]
-    first, last = (
-        way * np.stack([support(v.footprint, way * axis[:, [0, 2]]) for axis in (right, up)], -1) for way in (-1, 1)
-    )
-    first[:, 1], last[:, 1] = np.where(side, v.bottom, first[:, 1]), np.where(side, v.top, last[:, 1])
-    low = np.minimum(first, epipole + far * (first - epipole))
-    high = np.maximum(last, epipole + far * (last - epipole))
+    last = np.column_stack([v.radius, np.where(side, v.top, v.radius)])
+    first = np.column_stack([-v.radius, np.where(side, v.bottom, -v.radius)])
+    low, high = first - epipole, last - epipole
+    low, high = np.minimum(low, far * low), np.maximum(high, far * high)
     silhouette = v.radius * np.sqrt(far[:, 0])  # |s| ≤ R·sqrt((ρ−R)/(ρ+R)): the tangents from the viewer to the circle
-    low[:, 0] = np.where(side, np.maximum(low[:, 0], -silhouette), low[:, 0])
-    high[:, 0] = np.where(side, np.minimum(high[:, 0], silhouette), high[:, 0])
+    low[:, 0] = np.where(side, np.maximum(low[:, 0], -silhouette - epipole[:, 0]), low[:, 0])
+    high[:, 0] = np.where(side, np.minimum(high[:, 0], silhouette - epipole[:, 0]), high[:, 0])
     return low, high
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlaneVisibility(StructOfArrays):
-    """Hold what the camera sees of n rectangles on planes.
+def _outlines(across: Array, ahead: Array, distance: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
+    """Return outlines that hold the hulls, seen in perspective, within rectangles: `low`, `high` and `diagonals`.
 
-    Attributes
-    ----------
-    camera : (n, 3, 3) matrices from plane coordinates (s, v, −D), D the viewer's distance to the plane, to camera
-        coordinates (right, up, forward).
-    visible : (n,) whether any part of the rectangle is seen.
-    whole : (n,) whether nothing of the rectangle was cut away.
-    pixel_low : (n, 2) lower left bound on the screen, pixels.
-    pixel_high : (n, 2) upper right bound on the screen, pixels.
+    across: (n, k, 2) corners of the hulls along right and up, from the epipole; ahead: (n, k) their distances from the
+    viewer along the normal; low, high: (n, 2) the rectangles.
     """
+    usable = (ahead > _NEAREST_CORNER * distance[:, None]).all(1) & (distance > 0)
+    seen = distance[:, None, None] * across / np.where(usable[:, None], ahead, 1)[..., None]
+    low = np.where(usable[:, None], np.maximum(low, seen.min(1)), low)
+    high = np.where(usable[:, None], np.minimum(high, seen.max(1)), high)
+    diagonals = diagonals_of(seen, np.ones(seen.shape[:2], bool), low, high)
+    return low, high, np.where(usable[:, None], diagonals, NO_DIAGONALS)
 
-    camera: Array
-    visible: Mask
-    whole: Mask
-    pixel_low: Array
-    pixel_high: Array
 
-
-def crop_to_frustum(
-    planes: Planes, view: View, rotation: Array, guard: float = GUARD
-) -> tuple[Planes, PlaneVisibility]:
-    """Crop the rectangles to what the camera sees, in pictures `guard` times as wide and high as the view's.
-
-    The visible part is a convex polygon. Its corners are corners of the rectangle, crossings of an edge with a side of
-    the frustum, or the frustum's own corner rays. Its bounding box becomes the rectangle.
+def diagonals_of(points: Array, valid: Mask, low: Array, high: Array) -> Array:
+    """Return the diagonals of the least outlines that hold points, within rectangles.
 
     Parameters
     ----------
-    planes : the planes of n objects, with the rectangles to crop.
-    view : the view of the picture.
-    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
-    guard : the factor by which the pictures are wider and higher than the view's.
+    points : (n, k, 2) points of n planes.
+    valid : (n, k) which of them to hold.
+    low, high : (n, 2) corners of the rectangles.
 
     Returns
     -------
-    The planes with smaller rectangles, and what the camera sees of them.
+    (n, 4), see `Planes.diagonals`.
     """
-    axes = view.axes @ matrices(rotation)  # (n, 3, 3) right, up, forward in the object frame
-    camera = axes @ np.stack([planes.right, planes.up, planes.normal], -1)
-    tan_x, tan_y = (guard * t for t in view.half_extent)
-    low, high = planes.low, planes.high
-    corners = np.stack([np.stack([s[:, 0], v[:, 1]], -1) for s in (low, high) for v in (low, high)], 1)  # (n, 4, 2)
-    seen_at = _in_camera(camera, planes.distance, corners)
-    x, y, forward = seen_at
-    whole = ((np.abs(x) <= tan_x * forward) & (np.abs(y) <= tan_y * forward)).all(1)
-    visible = whole.copy()
-    pixel_low, pixel_high = _pixel_bounds(view, guard, seen_at, whole[:, None])
-    cut = np.flatnonzero(~whole)
-    if len(cut):
-        lines = _side_lines(camera[cut], planes.distance[cut], tan_x, tan_y)
-        crossings = _edge_crossings(lines, low[cut], high[cut])
-        rays = _corner_rays(camera[cut], planes.distance[cut], tan_x, tan_y)
-        candidates = np.concatenate([corners[cut], crossings, rays], 1)
-        slack = 1e-6 * (high - low)[cut][:, None] + 1e-12
-        inside = ((candidates >= low[cut][:, None] - slack) & (candidates <= high[cut][:, None] + slack)).all(-1)
-        scale = np.abs(lines).max(-1)[:, None] + 1e-12
-        inside &= (_evaluate(lines, candidates) >= -1e-6 * scale * (1 + np.abs(candidates).sum(-1))[..., None]).all(-1)
-        low, high = low.copy(), high.copy()
-        low[cut] = np.where(inside[..., None], candidates, np.inf).min(1)
-        high[cut] = np.where(inside[..., None], candidates, -np.inf).max(1)
-        visible[cut] = (high[cut] > low[cut]).all(-1)
-        seen_at = _in_camera(camera[cut], planes.distance[cut], candidates)
-        pixel_low[cut], pixel_high[cut] = _pixel_bounds(view, guard, seen_at, inside)
-    return replace(planes, low=low, high=high), PlaneVisibility(
-        camera=camera, visible=visible, whole=whole, pixel_low=pixel_low, pixel_high=pixel_high
-    )
-
-
-def _in_camera(camera: Array, distance: Array, points: Array) -> Array:
-    """Return the camera coordinates (3, n, k), right, up and forward, of plane points (n, k, 2)."""
-    s, v = points[..., 0], points[..., 1]
-    rows = camera.transpose(1, 2, 0)[..., None]
-    return np.stack([along * s + across * v - toward * distance[:, None] for along, across, toward in rows])
-
-
-def _pixel_bounds(view: View, guard: float, points: Array, valid: Mask) -> tuple[Array, Array]:
-    """Return bounds (n, 2) on the screen, pixels, of points, clipped to the picture widened by the guard.
-
-    points: (3, n, k) camera coordinates; valid: (n, k) or (n, 1), which of them to include.
-    """
-    x, y, z = points
-    z = np.maximum(z, 1e-9)
-    low, high = [], []
-    for position, tangent, size in zip((x, y), view.half_extent, view.size, strict=True):
-        pixels = (np.clip(position / (tangent * z), -guard, guard) + 1) / 2 * size
-        low.append(np.where(valid, pixels, np.inf).min(1))
-        high.append(np.where(valid, pixels, -np.inf).max(1))
-    return np.stack(low, -1), np.stack(high, -1)
-
-
-def _side_lines(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
-    """Return the lines (n, 4, 3) where the frustum's sides cut the planes; line · (s, v, 1) is positive inside."""
-    right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
-    lines = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
-    lines[..., 2] *= -distance[:, None]
-    return lines
-
-
-def _evaluate(lines: Array, points: Array) -> Array:
-    """Evaluate lines (n, 4, 3) at points (n, k, 2): (n, k, 4), positive inside the frustum."""
-    return np.asarray(points @ np.swapaxes(lines[..., :2], 1, 2) + lines[:, None, :, 2])
-
-
-def _edge_crossings(lines: Array, low: Array, high: Array) -> Array:
-    """Return where the lines meet the rectangles' edge lines: (n, 16, 2), far away where they are parallel."""
-    a, b, c = lines[..., 0], lines[..., 1], lines[..., 2]  # (n, 4)
-    points = []
-    with np.errstate(all="ignore"):
-        for bound in (low, high):
-            s = np.broadcast_to(bound[:, :1], a.shape)
-            v = np.broadcast_to(bound[:, 1:], a.shape)
-            points += [np.stack([s, -(a * s + c) / b], -1), np.stack([-(b * v + c) / a, v], -1)]
-    crossings = np.nan_to_num(np.concatenate(points, 1), nan=np.inf, posinf=1e30, neginf=-1e30)
-    return np.asarray(crossings.clip(-1e30, 1e30))
-
-
-def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
-    """Return where the frustum's corner rays meet the planes: (n, 4, 2), far away where they do not."""
-    rays = np.array([[x * tan_x, y * tan_y, 1.0] for x in (-1, 1) for y in (-1, 1)])
-    directions = rays @ np.swapaxes(np.linalg.inv(camera), 1, 2)  # (n, 4, 3) in plane coordinates
-    toward = directions[..., 2] < -1e-9
-    along = distance[:, None] / np.where(toward, -directions[..., 2], 1)
-    return np.where(toward[..., None], directions[..., :2] * along[..., None], 1e30)
+    x, y = np.moveaxis((points - low[:, None]) / np.maximum(high - low, 1e-12)[:, None], -1, 0)
+    bounds = []
+    for diagonal, least, greatest in ((x + y, 0, 2), (x - y, -1, 1)):
+        bounds.append(np.maximum(np.where(valid, diagonal, np.inf).min(1), least))
+        bounds.append(np.minimum(np.where(valid, diagonal, -np.inf).max(1), greatest))
+    return np.stack(bounds, -1)
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:

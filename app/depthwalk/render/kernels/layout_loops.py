@@ -1,6 +1,7 @@
 """Compute the planes and tiles of impostors.
 
-The reference is `render.impostors.warp_planes`, `tile_mapping.screen_tiles` and `tile_placement`, which calls them.
+The reference is `render.impostors.warp_planes`, `frustum_crop`, `tile_mapping.screen_tiles` and `tile_placement`, which
+calls them.
 """
 
 import math
@@ -8,6 +9,7 @@ import math
 import numpy as np
 
 from depthwalk.kernels.compilation import compiled
+from depthwalk.render.kernels.outline_loops import crop_outline, cylinder_rectangle, hull_outline
 from depthwalk.types import Array, Mask, Rows
 
 _TOP, _SIDE = 0, 1  # of `bake.images.Face`
@@ -28,116 +30,6 @@ def _product(a: Array, b: Array, product: Array) -> None:
     for i in range(3):
         for j in range(3):
             product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
-
-
-@compiled()
-def _support(footprint: Array, x: float, z: float) -> float:
-    """Return how far an object reaches along the unit vector (x, z), see `geometry.support_function.support`."""
-    directions = len(footprint)
-    step = 2 * math.pi / directions
-    turn = math.atan2(z, x) / step
-    before = math.floor(turn)
-    first, part = int(before), turn - before
-    one, other = footprint[first % directions], footprint[(first + 1) % directions]
-    return float(math.sin((1 - part) * step) * one + math.sin(part * step) * other) / math.sin(step)
-
-
-@compiled()
-def _rectangle(
-    footprint: Array, radius: float, bottom: float, top: float, side: bool, frame: Array, distance: float, bound: Array
-) -> None:
-    """Write the rectangle of an object's warped samples, its low and high corner from the epipole, to `bound` (2, 2).
-
-    frame: (5, 3), see `place`. See `warp_planes._rectangles`.
-    """
-    distance = max(distance, 1e-9)
-    far = distance / (distance + (2 * radius if side else top - bottom))
-    for axis in range(2):
-        x, z, epipole = frame[axis, 0], frame[axis, 2], frame[3, axis]
-        if side and axis == 1:
-            first, last = bottom, top
-        else:
-            first, last = -_support(footprint, -x, -z), _support(footprint, x, z)
-        low, high = min(first, epipole + far * (first - epipole)), max(last, epipole + far * (last - epipole))
-        if side and axis == 0:
-            silhouette = radius * math.sqrt(far)
-            low, high = max(low, -silhouette), min(high, silhouette)
-        bound[0, axis], bound[1, axis] = low - epipole, high - epipole
-
-
-@compiled()
-def _clipped(polygon: Array, count: int, a: float, b: float, c: float, clipped: Array) -> int:
-    """Clip a convex polygon to a·s + b·v + c ≥ 0; write the corners to `clipped`, and return their number.
-
-    polygon: its first `count` rows are the corners (s, v). See Sutherland and Hodgman 1974.
-    """
-    kept = 0
-    for k in range(count):
-        before = k - 1 if k else count - 1
-        s, v, last_s, last_v = polygon[k, 0], polygon[k, 1], polygon[before, 0], polygon[before, 1]
-        now, last = a * s + b * v + c, a * last_s + b * last_v + c
-        if (now >= 0) != (last >= 0):
-            part = last / (last - now)
-            clipped[kept, 0], clipped[kept, 1] = last_s + part * (s - last_s), last_v + part * (v - last_v)
-            kept += 1
-        if now >= 0:
-            clipped[kept, 0], clipped[kept, 1] = s, v
-            kept += 1
-    return kept
-
-
-@compiled()
-def _seen_rectangle(
-    camera: Array, distance: float, tangent: Array, guard: float, size: Array, bound: Array, pixel: Array
-) -> int:
-    """Crop a rectangle on a plane to what the camera sees; see `warp_planes.crop_to_frustum`.
-
-    Parameters
-    ----------
-    camera : (3, 3) from plane coordinates (s, v, −distance) to camera coordinates.
-    distance : the viewer's distance to the plane, metres.
-    tangent, size : of the `View`: `half_extent` and `size`.
-    guard : the factor by which the picture is wider and higher than the view's.
-    bound : (2, 2) low and high corner, which are replaced by those of the visible part.
-    pixel : (2, 2) receives the bounds of that part on the screen, low and high, pixels.
-
-    Returns
-    -------
-    2 if the whole rectangle is visible, 1 if a part is, 0 if nothing is.
-    """
-    polygon, clipped = np.empty((12, 2)), np.empty((12, 2))
-    for k in range(4):
-        polygon[k, 0], polygon[k, 1] = bound[1 if k in (1, 2) else 0, 0], bound[k // 2, 1]
-    count, whole = 4, True
-    for axis in range(2):
-        wide = guard * tangent[axis]
-        for way in (-1.0, 1.0):
-            a, b = wide * camera[2, 0] + way * camera[axis, 0], wide * camera[2, 1] + way * camera[axis, 1]
-            c = -distance * (wide * camera[2, 2] + way * camera[axis, 2])
-            inside = True
-            for k in range(count):
-                inside &= a * polygon[k, 0] + b * polygon[k, 1] + c >= 0
-            if not inside:
-                whole = False
-                count = _clipped(polygon, count, a, b, c, clipped)
-                polygon, clipped = clipped, polygon
-    if not count:
-        return 0
-    pixel[0], pixel[1] = np.inf, -np.inf
-    seen_low, seen_high = np.full(2, np.inf), np.full(2, -np.inf)
-    for k in range(count):
-        s, v = polygon[k, 0], polygon[k, 1]
-        forward = max(camera[2, 0] * s + camera[2, 1] * v - camera[2, 2] * distance, 1e-9)
-        for axis in range(2):
-            sideways = camera[axis, 0] * s + camera[axis, 1] * v - camera[axis, 2] * distance
-            place = min(max(sideways / (tangent[axis] * forward), -guard), guard)
-            pixels = (place + 1) / 2 * size[axis]
-            pixel[0, axis], pixel[1, axis] = min(pixel[0, axis], pixels), max(pixel[1, axis], pixels)
-            seen_low[axis] = min(seen_low[axis], polygon[k, axis])
-            seen_high[axis] = max(seen_high[axis], polygon[k, axis])
-    if not whole:
-        bound[0], bound[1] = seen_low, seen_high
-    return 2 if whole else int(bound[1, 0] > bound[0, 0] and bound[1, 1] > bound[0, 1])
 
 
 @compiled()
@@ -177,7 +69,7 @@ def _plane(viewer: Array, radius: float, bottom: float, top: float, has_side: bo
     return face
 
 
-@compiled("I1 I1 D2 N1 D1 D1 D1 D2 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
+@compiled("I1 I1 D2 N1 D1 D1 D1 D3 B1 F2 F2 F1 F1 D1 D2 D1 D1 f f f f f i")
 def place(
     number: Rows,
     at: Rows,
@@ -186,7 +78,7 @@ def place(
     radius: Array,
     bottom: Array,
     top: Array,
-    footprint: Array,
+    hull: Array,
     has_side: Mask,
     rotation: Array,
     centre: Array,
@@ -202,7 +94,7 @@ def place(
     texels: float,
     detail_pixels: float,
     limit: int,
-) -> tuple[Rows, Rows, Array, Array, Array, Array, Rows, Array, Array, Mask, Array, Array]:
+) -> tuple[Rows, Rows, Array, Array, Array, Array, Array, Rows, Array, Array, Mask, Array, Array]:
     """Find planes and tiles for those objects `number` that are in sight.
 
     Parameters
@@ -210,7 +102,7 @@ def place(
     number : (k,) indices, among the m impostors below, of those to place.
     at, viewer : (m,) index of each impostor among the n objects below, and (m, 3) the viewer in its frame, metres.
     volume : (n,) index of each object's cylinder among those below.
-    radius, bottom, top, footprint, has_side : (v, …) cylinders, see `warp_planes.Volumes`.
+    radius, bottom, top, hull, has_side : (v, …) cylinders, see `warp_planes.Volumes`.
     rotation, centre, bounding_radius, scale : (n, …) the objects and their bounding spheres.
     position, axes, tangent, size, detail_pixels : of the `View`; `tangent` is its `half_extent`.
     near : the near plane, metres.
@@ -221,17 +113,18 @@ def place(
 
     Returns
     -------
-    number (j,), face (j,), frame (j, 5, 3), bounds (j, 2, 2), texel (j, 3, 3), nearest (j,), size (j, 2), pixel (j, 2),
-    depths (j, 2), whole (j,), density (j,) and frustum (j, 3, 3), see `Planes`, `Tiles` and `PlacedTiles`. The rows
-    of a frame are right, up, normal; the epipole and, third, the viewer's place along the normal; the distance of the
-    viewer and the offset. The rows of bounds are the low and the high corner.
+    number (j,), face (j,), frame (j, 5, 3), bounds (j, 2, 2), diagonals (j, 4), texel (j, 3, 3), nearest (j,), size
+    (j, 2), pixel (j, 2), depths (j, 2), whole (j,), density (j,) and frustum (j, 3, 3), see `Planes`, `Tiles` and
+    `PlacedTiles`. The rows of a frame are right, up, normal; the epipole and, third, the viewer's place along the
+    normal; the distance of the viewer and the offset. The rows of bounds are the low and the high corner.
     """
     count = len(number)
     kept, faces = np.empty(count, np.int64), np.empty(count, np.int64)
     frames, bounds, texel = np.empty((count, 5, 3)), np.empty((count, 2, 2)), np.empty((count, 3, 3))
     nearest, sizes, pixels = np.empty(count), np.empty((count, 2), np.int64), np.empty((count, 2))
     depths, wholes = np.empty((count, 2)), np.empty(count, np.bool_)
-    density, frustum = np.empty(count), np.empty((count, 3, 3))
+    density, frustum, diagonals = np.empty(count), np.empty((count, 3, 3)), np.empty((count, 4))
+    corners, polygon, clipped = np.empty((hull.shape[1], 2)), np.empty((16, 2)), np.empty((16, 2))
     turned, to_object, camera, pixel = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 2))
     found = 0
     for impostor in number:
@@ -240,7 +133,8 @@ def place(
         frame, bound = frames[found], bounds[found]
         face = _plane(viewer[impostor], radius[a], bottom[a], top[a], has_side[a], frame)
         side, distance = face == _SIDE, frame[4, 0]
-        _rectangle(footprint[a], radius[a], bottom[a], top[a], side, frame, distance, bound)
+        cylinder_rectangle(radius[a], bottom[a], top[a], side, frame, distance, bound)
+        edges = hull_outline(hull[a], frame, bound, corners, polygon, clipped)
         turned_axes(rotation[index], turned)
         _product(axes, turned, to_object)
         for i in range(3):
@@ -248,7 +142,8 @@ def place(
                 camera[i, j] = (
                     to_object[i, 0] * frame[j, 0] + to_object[i, 1] * frame[j, 1] + to_object[i, 2] * frame[j, 2]
                 )
-        seen = _seen_rectangle(camera, distance, tangent, guard, size, bound, pixel)
+        ends = diagonals[found]
+        seen = crop_outline(camera, distance, tangent, guard, size, polygon, clipped, edges, bound, ends, pixel)
         if not seen:
             continue
         for axis in range(2):
@@ -275,8 +170,12 @@ def place(
         depths[found, 0], depths[found, 1] = 0.0, top[a] - bottom[a]
         if side:
             x, z = frame[2, 0], frame[2, 2]
-            depths[found, 0] = radius[a] - min(_support(footprint[a], x, z), radius[a])
-            depths[found, 1] = radius[a] + min(_support(footprint[a], -x, -z), radius[a])
+            nearest_corner, farthest_corner = -radius[a], radius[a]
+            for k in range(hull.shape[1]):
+                along = hull[a, k, 0] * x + hull[a, k, 2] * z
+                nearest_corner, farthest_corner = max(nearest_corner, along), min(farthest_corner, along)
+            depths[found, 0] = radius[a] - min(nearest_corner, radius[a])
+            depths[found, 1] = radius[a] - max(farthest_corner, -radius[a])
         kept[found], faces[found], wholes[found] = impostor, face, seen == 2
         found += 1
     return (
@@ -284,6 +183,7 @@ def place(
         faces[:found],
         frames[:found],
         bounds[:found],
+        diagonals[:found],
         texel[:found],
         nearest[:found],
         sizes[:found],

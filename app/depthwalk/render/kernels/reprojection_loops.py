@@ -16,7 +16,7 @@ from depthwalk.types import Array, Mask, Rows
 def _parallax(record: Array, viewer: Array, focal_pixels: float) -> float:
     """Return a bound on the displacement of any point of an object on the screen, pixels; see `parallax`.
 
-    record: (45,), a COMPOSITE_RECORD: rows right, up, normal, high, origin of four numbers come first.
+    record: (49,), a COMPOSITE_RECORD: rows right, up, normal, high, origin of four numbers come first.
     """
     distance = np.float64(record[11])
     x, y, z = viewer[0] - record[16], viewer[1] - record[17], viewer[2] - record[18]
@@ -95,7 +95,7 @@ def errors(
     ----------
     row : (m,) index of each impostor's tile among the cached tiles; −1 for none.
     record, density, frustum, whole, tile_pieces, provisional : (t, …) the cached tiles, see `CachedTiles`; `record` as
-        (t, 45) numbers.
+        (t, 49) numbers.
     at, viewer, pieces : (m, …) the impostors, see `ImpostorObjects`.
     rotation, centre, bounding_radius, scale : (n, …) the objects that `at` refers to.
     position, axes, ray_from_screen, detail_pixels : of the `View`.

@@ -58,7 +58,7 @@ def warp_records(
     return record
 
 
-@compiled("D2 D2 D2 D2 D1 D2 D2 D2 D3 D1 I2 D2 I2")
+@compiled("D2 D2 D2 D2 D1 D2 D2 D2 D2 D3 D1 I2 D2 I2")
 def tile_records(
     viewer: Array,
     right: Array,
@@ -67,6 +67,7 @@ def tile_records(
     distance: Array,
     low: Array,
     high: Array,
+    diagonals: Array,
     depths: Array,
     texel: Array,
     nearest: Array,
@@ -79,17 +80,17 @@ def tile_records(
     Parameters
     ----------
     viewer : (n, 3) the viewer that the tiles are warped for, in the objects' frames, metres.
-    right, up, normal, distance, low, high : (n, …) see `Planes`.
+    right, up, normal, distance, low, high, diagonals : (n, …) see `Planes`.
     depths : (n, 2) least and greatest depth of each object behind its plane, metres.
     texel, nearest, size, pixel : (n, …) see `Tiles`.
     corner : (n, 2) where the tiles lie in the atlas, texels.
 
     Returns
     -------
-    (n, 45) float32, a COMPOSITE_RECORD each, without the fields that `place_tiles` adds.
+    (n, 49) float32, a COMPOSITE_RECORD each, without the fields that `place_tiles` adds.
     """
     count = len(nearest)
-    record = np.zeros((count, 45), np.float32)
+    record = np.zeros((count, 49), np.float32)
     for k in range(count):
         for j in range(3):
             record[k, j], record[k, 4 + j], record[k, 8 + j] = right[k, j], up[k, j], normal[k, j]
@@ -97,11 +98,13 @@ def tile_records(
             for axis in range(3):
                 record[k, 20 + 3 * axis + j] = texel[k, axis, j]
         record[k, 3], record[k, 7], record[k, 11], record[k, 19] = low[k, 0], low[k, 1], distance[k], nearest[k]
+        for j in range(4):
+            record[k, 33 + j] = diagonals[k, j]
         for axis in range(2):
             record[k, 12 + axis] = high[k, axis]
             record[k, 14 + axis] = distance[k] / (distance[k] + depths[k, axis])
             record[k, 29 + axis], record[k, 31 + axis] = corner[k, axis], size[k, axis]
-            record[k, 41 + axis] = pixel[k, axis]
+            record[k, 45 + axis] = pixel[k, axis]
     return record
 
 
@@ -111,7 +114,7 @@ def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rot
 
     Parameters
     ----------
-    cached : (t, 45) the records of all cached tiles.
+    cached : (t, 49) the records of all cached tiles.
     row : (d,) indices of those to draw.
     viewer : (d, 3) the viewer in the frames of the objects that they show, metres.
     scale, rotation : (n, …) objects.
@@ -119,20 +122,20 @@ def composite_records(cached: Array, row: Rows, viewer: Array, scale: Array, rot
 
     Returns
     -------
-    (d, 45) float32, a COMPOSITE_RECORD each.
+    (d, 49) float32, a COMPOSITE_RECORD each.
     """
     count = len(row)
-    record = np.empty((count, 45), np.float32)
+    record = np.empty((count, 49), np.float32)
     for k in range(count):
         number = at[k]
-        for j in range(45):
+        for j in range(49):
             record[k, j] = cached[row[k], j]
         for j in range(3):
-            record[k, 33 + j] = viewer[k, j]
-        record[k, 36] = scale[number]
+            record[k, 37 + j] = viewer[k, j]
+        record[k, 40] = scale[number]
         for j in range(4):
-            record[k, 37 + j] = rotation[number, j]
-        record[k, 43], record[k, 44] = k, 1.0
+            record[k, 41 + j] = rotation[number, j]
+        record[k, 47], record[k, 48] = k, 1.0
     return record
 
 

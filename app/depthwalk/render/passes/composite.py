@@ -1,4 +1,4 @@
-"""Composite: draw every impostor tile as a rectangle with the true depth of each pixel.
+"""Composite: draw every impostor tile as a rectangle with the true depth of each pixel, less its empty corners.
 
 The second pass of Liu, Liu and Wu 2007 (§2.5). Where a tile stores λ at the point X of its plane, the viewer C sees the
 surface at P = C + (X − C) / λ (§2.2). This writes P's distance, and which object and image the pixel shows, into the
@@ -57,4 +57,4 @@ class CompositePass(Pass[CompositeParams]):
             if frame.common.lit_tiles:
                 program.set(atlas_light=2)
             self._instances.bind(program.array, first)
-            program.rectangles(count)
+            program.octagons(count)

@@ -11,7 +11,7 @@ from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.cases import BOTTOM_PIECE, PAPER_SIDE, PIECES, RANGES, piece_runs
 from depthwalk.cook.cook import CookedObject
 from depthwalk.cook.mesh_clusters import MeshClusters
-from depthwalk.geometry.support_function import DIRECTIONS
+from depthwalk.geometry.bounding_hull import CORNERS
 from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.impostors.warp_planes import Volumes
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
@@ -247,15 +247,15 @@ def _used_clusters(objects: Objects, library: Library) -> dict[int, MeshClusters
 def _volumes(count: int, cooked: dict[int, CookedObject]) -> tuple[Volumes, NDArray[np.float64]]:
     """Return `AssetTable.volumes` and `texel` for `count` numbers, of which `cooked` are depth objects."""
     columns = {name: np.zeros(count) for name in ("radius", "bottom", "top")}
-    footprint, has_side, texel = np.zeros((count, DIRECTIONS)), np.zeros(count, bool), np.ones(count)
+    hull, has_side, texel = np.zeros((count, CORNERS, 3)), np.zeros(count, bool), np.ones(count)
     for number, depth_object in cooked.items():
         baked = depth_object.outline
         for name, column in columns.items():
             column[number] = getattr(baked.cylinder, name)
-        footprint[number] = depth_object.footprint
+        hull[number] = depth_object.hull
         has_side[number] = any(image.face is Face.SIDE for image in baked.images)
         texel[number] = square_texel(baked)
-    return Volumes(**columns, footprint=footprint, has_side=has_side), texel
+    return Volumes(**columns, hull=hull, has_side=has_side), texel
 
 
 def _level_columns(
