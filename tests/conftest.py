@@ -5,6 +5,7 @@ import gc
 import logging
 import os
 import signal
+import subprocess
 import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -29,6 +30,13 @@ def pytest_configure(config: pytest.Config) -> None:
         # Of llvmpipe, NumPy and SciPy, which are loaded later; without threads llvmpipe draws in the caller's.
         for library, threads in (("LP", "0"), ("OPENBLAS", "1"), ("OMP", "1")):
             os.environ.setdefault(f"{library}_NUM_THREADS", threads)
+        # The C library gives memory of megabytes back at once, and the system clears each page that it hands out again:
+        # with pictures and arrays made anew for each test, that is an eighth of the processor time. Read by processes
+        # that start later, as workers do.
+        for threshold, size in (("MMAP", 1 << 25), ("TRIM", 1 << 30)):
+            os.environ.setdefault(f"MALLOC_{threshold}_THRESHOLD_", str(size))
+        # Optimising shaders takes llvmpipe longer than drawing a few small pictures with them as they are.
+        os.environ.setdefault("GALLIVM_PERF", "nopt")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -36,6 +44,37 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--most-cpu", type=float, metavar="SECONDS", help="fail tests that take more of a processor and are not slow"
     )
+
+
+# In this order: the first bench of a run waits for those of `render`.
+_COMPILE = """
+from depthwalk.cook import kernels as cook
+from depthwalk.kernels import compiled_code
+from depthwalk.render import kernels as render
+for loops in (render, cook):
+    if not compiled_code.is_complete(loops._FILES):
+        loops.load()
+"""
+_compiler: subprocess.Popen[bytes] | None = None
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Compile the loops that tests will ask for in a process beside the first of several workers.
+
+    So no worker has to wait for all of them, which take three quarters of a minute the first time.
+    """
+    global _compiler
+    if os.environ.get("PYTEST_XDIST_WORKER") == "gw0" and any("kernels" in item.path.name for item in session.items):
+        paths = os.pathsep.join(path for path in sys.path if path)
+        run = [sys.executable, "-c", _COMPILE]
+        _compiler = subprocess.Popen(run, env=os.environ | {"PYTHONPATH": paths}, stdin=subprocess.DEVNULL)
+
+
+def pytest_unconfigure() -> None:
+    """End the process that compiles, if the tests that need it were not reached."""
+    if _compiler is not None:
+        _compiler.kill()
+        _compiler.wait()
 
 
 def _cpu_seconds() -> float:

@@ -140,8 +140,8 @@ def test_looks_stay_those_of_the_surface() -> None:
 
 @pytest.mark.slow
 def test_groups_that_are_simplified_apart_fit_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("depthwalk.cook.cluster_builder._BATCH", 4096)
-    clusters = build_clusters(bumpy(128, 64))
+    monkeypatch.setattr("depthwalk.cook.cluster_builder._BATCH", 2048)
+    clusters = build_clusters(bumpy(88, 44))
     for allowed in (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0):
         for viewer in ((0.0, 1.2, 1.3), (3.0, 0.0, 1.0), (0.2, 2.6, 0.1)):
             assert is_watertight(clusters, triangles_of(clusters, cut(clusters, viewer, allowed)))

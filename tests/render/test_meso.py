@@ -93,8 +93,8 @@ def test_no_place_is_moved_past_another() -> None:
 
 def pillar(
     radius: float = 0.5,
-    columns: int = 512,
-    rows: int = 256,
+    columns: int = 256,
+    rows: int = 128,
     height: float = 2.0,
     meso: Meso | None = None,
     cylinder: float = 0.5,

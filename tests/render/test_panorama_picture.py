@@ -20,8 +20,8 @@ from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, scene_of, shared
 from studio import Studio
 
-WIDTH, HEIGHT = 256, 176
-LENS = PanoramaLens(width=WIDTH, horizon=95.5)
+WIDTH, HEIGHT = 192, 132
+LENS = PanoramaLens(width=WIDTH, horizon=71.5)
 EYE = np.array([0.0, 1.4, 0.0])
 WALLS = np.array([2.0, 1.5])  # x and z, metres; the room is 2.6 m high
 LIGHT: dict[str, Any] = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 1.0}}

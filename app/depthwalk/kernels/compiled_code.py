@@ -21,9 +21,15 @@ from typing import Any
 
 from depthwalk.cache import cache_folder
 
+try:
+    import fcntl
+except ImportError:  # Windows, where two processes may compile the same
+    fcntl = None  # type: ignore[assignment]
+
 log = logging.getLogger(__name__)
 
 _COMPLETE = "complete"  # a file in a folder whose loops are all compiled; its time is that of their last use
+_LOCK = "lock"  # a file in such a folder, locked by the process that compiles
 _KEEPING = threading.RLock()  # numba has one folder for all code that is compiled at a time
 _UNUSED = 21 * 86_400  # seconds after which the code of another state of files is removed
 
@@ -94,8 +100,11 @@ def loaded(loops: Path, module: str, purpose: str) -> ModuleType | None:
 
 @contextmanager
 def kept(loops: Path) -> Iterator[None]:
-    """Let numba keep in the package's folder what is compiled within the `with` block; record that it is complete."""
-    with _KEEPING:
+    """Let numba keep in the package's folder what is compiled within the `with` block; record that it is complete.
+
+    If another process is compiling the same at this time, wait for it, and read what it has compiled.
+    """
+    with _KEEPING, _alone(loops):
         import numba
 
         config: Any = numba.config
@@ -106,6 +115,18 @@ def kept(loops: Path) -> Iterator[None]:
             config.CACHE_DIR = default  # for other users of numba in this process
     mark_complete(loops)
     remove_unused(loops)
+
+
+@contextmanager
+def _alone(loops: Path) -> Iterator[None]:
+    """Let one process at a time into the `with` block, unless all loops are compiled or the folder cannot be locked."""
+    if fcntl is None or is_complete(loops):
+        yield
+        return
+    with (folder(loops) / _LOCK).open("wb") as file:
+        with suppress(OSError):  # some network file systems have no locks
+            fcntl.flock(file, fcntl.LOCK_EX)  # given back when the file is closed, or the process ends
+        yield
 
 
 def is_complete(loops: Path) -> bool:

@@ -324,6 +324,24 @@ def test_code_that_nobody_uses_is_removed(tmp_path: Path, monkeypatch: pytest.Mo
     assert own.stat().st_mtime > time.time() - 60  # counts as used
 
 
+def test_one_process_at_a_time_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Others wait, to read what it compiles; once all is compiled nobody waits."""
+    fcntl = pytest.importorskip("fcntl")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (loops := tmp_path / "loops").mkdir()
+    assert compiled_code.is_writable(loops, "nothing is done")
+
+    def lock() -> None:
+        with (compiled_code.folder(loops) / "lock").open("wb") as other:
+            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    with compiled_code.kept(loops), pytest.raises(BlockingIOError):
+        lock()
+    assert compiled_code.is_complete(loops)
+    with compiled_code.kept(loops):
+        lock()
+
+
 def test_numpy_serves_without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels, "available", lambda: False)
     assert not kernels.load()
