@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from depthwalk.gpu.timers import PassTimers
+from depthwalk.params import Memo
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades, shadow_extent
 from depthwalk.render.shadows.casters import LightView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
 from depthwalk.render.shadows.seen_prism import SeenPrism
-from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
+from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot, shadow_lamps
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.frame_residency import FrameResidency
@@ -84,6 +85,7 @@ class ShadowPlanner:
     def __init__(self, world: RenderWorld, timers: PassTimers) -> None:
         self._world, self._timers = world, timers
         self._warned = False
+        self._lamps = Memo(shadow_lamps)
         self._found: dict[int, _Found] = {}  # by the map's number in a frame
         self._planned: dict[int, _Planned] = {}
         self._shadowed: tuple[tuple[object, ...], tuple[Array, float] | None] = (), None
@@ -130,7 +132,7 @@ class ShadowPlanner:
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
             cascades = fit_cascades(view, light.to_sun, params, self._extent(light.to_sun)) if by_sun else ()
-            chosen = choose_shadow_lamps(view, lamps)
+            chosen = choose_shadow_lamps(view, self._lamps.of(lamps))
             self._warn_of_lamps(len(chosen), params.lamps)
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]

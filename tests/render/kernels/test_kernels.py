@@ -24,6 +24,7 @@ from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
+from depthwalk.render.lighting import light_clusters
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.relief_prewarp import plane_images, prewarp
 from depthwalk.render.renderer import Renderer
@@ -254,6 +255,22 @@ def test_plans_of_a_walk(table: AssetTable, seed: int) -> None:
 def _settings() -> PlanSettings:
     layout = TileParams.model_validate({"reuse_error": 0.5})
     return PlanSettings(lod=LodParams(), layout=layout, polygons=MeshLodParams(), atlas_size=(1024, 1024))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_lamps_by_cluster(seed: int) -> None:
+    """Some boxes lie wholly or partly outside; every number is exact."""
+    rng = np.random.default_rng(seed)
+    count, shape = (0, 1, 30, 200)[seed], np.array([9, 7, 5])
+    first = rng.uniform(-6, 12, (count, 3))
+    last = first + rng.uniform(0, 8, (count, 3))
+    (cells, lists), (compiled_cells, compiled_lists) = both(
+        lambda: (kernels.loaded() or light_clusters).cluster_lists(first, last, shape, count // 3)
+    )
+    np.testing.assert_array_equal(compiled_cells, cells)
+    np.testing.assert_array_equal(compiled_lists, lists)
+    assert cells.dtype == compiled_cells.dtype and lists.dtype == compiled_lists.dtype
+    assert cells[:, 1].sum() >= count and (count < 3 or cells[:, 2].any())
 
 
 def test_loaded_behind_frames(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from depthwalk.render.kernels.culling_loops import boxes_about, cells_in_sight, hidden, upright_cylinders, visible
 from depthwalk.render.kernels.detail_loops import describe, nearer_than, surfaces
+from depthwalk.render.kernels.lamp_loops import cluster_lists
 from depthwalk.render.kernels.layout_loops import place
 from depthwalk.render.kernels.prewarp_loops import prewarp
 from depthwalk.render.kernels.reprojection_loops import errors
@@ -12,6 +13,7 @@ __all__ = [
     "allocate",
     "boxes_about",
     "cells_in_sight",
+    "cluster_lists",
     "composite_records",
     "describe",
     "errors",

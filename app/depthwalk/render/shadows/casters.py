@@ -132,7 +132,7 @@ class Shadows:
 
 def sees_same(view: LightView, other: LightView) -> bool:
     """Return whether two maps have the same place, projection and size."""
-    return (view.centre, view.resolution, view.clip_from_centre) == (
+    return view is other or (view.centre, view.resolution, view.clip_from_centre) == (
         other.centre,
         other.resolution,
         other.clip_from_centre,
