@@ -185,7 +185,8 @@ class Renderer:
         # 1. Cull: what the settings ask for, textures to draw into, and the objects that may be seen.
         self.device.state.restore()
         memory, common = self._memory(kind), self._common(view, screen, kind)
-        view = replace(view, size=(view.size[0] * common.aa.samples, view.size[1] * common.aa.samples))
+        if common.aa.samples > 1:
+            view = replace(view, size=(view.size[0] * common.aa.samples, view.size[1] * common.aa.samples))
         targets = self._prepare_targets(view, common, memory)
         targets.screen = screen
         self.world.take_arrivals(view.position)
@@ -289,7 +290,7 @@ class Renderer:
         ground = self.scene.environment.ground
         seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
         near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
-        return replace(view, near=near, far=far)
+        return view.fitted(near, far)
 
     def _objects_part(self, view: View, in_sight: InSight) -> Part | None:
         """Return the part of the picture that holds all surfaces.
