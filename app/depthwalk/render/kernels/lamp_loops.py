@@ -1,6 +1,6 @@
-"""Sort lamps into clusters of the view.
+"""Find the lamps in sight, and sort them into clusters of the view.
 
-The reference is `render.lighting.light_clusters.cluster_lists`.
+The reference is `render.lighting.light_clusters`.
 """
 
 import math
@@ -8,7 +8,60 @@ import math
 import numpy as np
 
 from depthwalk.kernels.compilation import compiled
+from depthwalk.render.kernels.detail_loops import extent
 from depthwalk.types import Array, Rows
+
+
+@compiled("D2 D1 I1 D1 D2 D1 D1 f D1 f")
+def boxes_in_sight(
+    centre: Array,
+    reach: Array,
+    tile: Rows,
+    eye: Array,
+    axes: Array,
+    tangent: Array,
+    shear: Array,
+    near: float,
+    squares: Array,
+    slices: float,
+) -> tuple[Rows, int, Array, Array]:
+    """Return which lamps may light something in sight, and the boxes of clusters that they reach.
+
+    Parameters
+    ----------
+    centre, reach : (n, 3) and (n,) positions and ranges of all lamps, metres, world.
+    tile : (n,) the tile of each lamp's shadow map, −1 for none.
+    eye, axes, tangent, shear : of the `View`: `position`, `axes`, `half_extent` and `shear`.
+    near : the near plane, metres.
+    squares : (2,) width and height of the picture in clusters, not rounded.
+    slices : slices of clusters in which the distance doubles.
+
+    Returns
+    -------
+    (k,) rows of the lamps, first those with shadow maps, how many these are, and (k, 3) lower and upper corners of
+    their boxes, in columns, rows and slices.
+    """
+    seen, first, last = np.empty(len(reach), np.int64), np.empty((len(reach), 3)), np.empty((len(reach), 3))
+    count, mapped = 0, 0
+    for maps in (True, False):
+        for lamp in range(len(reach)):
+            if (tile[lamp] >= 0) != maps:
+                continue
+            x, y, z = centre[lamp, 0] - eye[0], centre[lamp, 1] - eye[1], centre[lamp, 2] - eye[2]
+            ahead, radius = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z, reach[lamp]
+            inside = ahead + radius > 0
+            for j in range(2):
+                across = axes[j, 0] * x + axes[j, 1] * y + axes[j, 2] * z
+                low, high = extent(across, ahead, radius, shear[j], tangent[j], near)
+                first[count, j], last[count, j] = (low + 1) / 2 * squares[j], (high + 1) / 2 * squares[j]
+                inside = inside and low < high
+            first[count, 2] = slices * math.log2(max(ahead - radius, 1.0))
+            last[count, 2] = slices * math.log2(max(ahead + radius, 1.0))
+            if inside:
+                seen[count] = lamp
+                count += 1
+        mapped = count if maps else mapped
+    return seen[:count], mapped, first[:count], last[:count]
 
 
 @compiled()

@@ -109,27 +109,23 @@ def visible_lamps(view: View, lamps: LampTable, tiles: Mapping[int, int] = _NO_T
     LightClusters
         The lamps in sight and the lists of the clusters.
     """
-    bounds = lamps.bounds
-    to_centre = bounds.centre - view.position
-    low, high = extents(view, bounds)
-    forward = to_centre @ view.axes[2]
-    tile = np.full(len(forward), -1)
+    tile = np.full(len(lamps.records), -1)
     tile[list(tiles)] = list(tiles.values())
-    seen = np.flatnonzero((forward + bounds.bounding_radius > 0) & (low < high).all(1))
-    is_mapped = tile[seen] >= 0
-    seen, mapped = np.concatenate([seen[is_mapped], seen[~is_mapped]]), int(is_mapped.sum())
-    forward, radius = forward[seen, None], bounds.bounding_radius[seen, None]
     across = -(-view.size[0] // SQUARE), -(-view.size[1] // SQUARE)
-    first, last = (
-        np.column_stack(
-            [(corner[seen] + 1) / 2 * view.size / SQUARE, SLICES_PER_DOUBLING * np.log2(np.maximum(distance, 1))]
+    shape = np.array([*across, SLICES])
+    if (loops := kernels.loaded()) is None:
+        seen, mapped, first, last = boxes_in_sight(view, lamps.bounds, tile)
+        cells, lists = cluster_lists(first, last, shape, mapped)
+    else:
+        lens = np.array(view.half_extent), np.array(view.shear), view.depth_range[0]
+        squares = np.array(view.size) / SQUARE
+        spheres = lamps.bounds.centre, lamps.bounds.bounding_radius
+        seen, mapped, first, last = loops.boxes_in_sight(
+            *spheres, tile, view.position, view.axes, *lens, squares, SLICES_PER_DOUBLING
         )
-        for corner, distance in ((low, forward - radius), (high, forward + radius))
-    )
-    sort = cluster_lists if (loops := kernels.loaded()) is None else loops.cluster_lists
-    cells, lists = sort(first, last, np.array([*across, SLICES]), mapped)
+        cells, lists = loops.cluster_lists(first, last, shape, mapped)
     records = lamps.records[seen]
-    records["place"][:, :3] = to_centre[seen]
+    records["place"][:, :3] = lamps.bounds.centre[seen] - view.position
     records["shadow"][:, 3] = tile[seen]
     return LightClusters(
         records=records, cells=cells.view(NUMBERS_RECORD)[:, 0], lists=lists.view(NUMBERS_RECORD)[:, 0], across=across
@@ -157,6 +153,39 @@ def _lamp_records(lights: Sequence["LampParams"]) -> NDArray[np.void]:
             seen = lamp_spot(light, 1)
             record["shadow"][:3] = seen.axes[0] / seen.tangent
     return records
+
+
+def boxes_in_sight(view: View, bounds: Bounds, tile: Rows) -> tuple[Rows, int, Array, Array]:
+    """Find the lamps that may light something in sight, and the boxes of clusters that they reach.
+
+    Parameters
+    ----------
+    view
+        The view of the picture.
+    bounds
+        The spheres that n lamps light, metres, world.
+    tile
+        (n,) the tile of each lamp's shadow map, −1 for none.
+
+    Returns
+    -------
+    tuple[Rows, int, Array, Array]
+        (k,) rows of the lamps, first those with shadow maps, how many these are, and (k, 3) lower and upper corners of
+        their boxes, in columns, rows and slices of clusters.
+    """
+    low, high = extents(view, bounds)
+    forward = (bounds.centre - view.position) @ view.axes[2]
+    seen = np.flatnonzero((forward + bounds.bounding_radius > 0) & (low < high).all(1))
+    is_mapped = tile[seen] >= 0
+    seen = np.concatenate([seen[is_mapped], seen[~is_mapped]])
+    forward, radius = forward[seen, None], bounds.bounding_radius[seen, None]
+    first, last = (
+        np.column_stack(
+            [(corner[seen] + 1) / 2 * view.size / SQUARE, SLICES_PER_DOUBLING * np.log2(np.maximum(distance, 1))]
+        )
+        for corner, distance in ((low, forward - radius), (high, forward + radius))
+    )
+    return seen, int(is_mapped.sum()), first, last
 
 
 def cluster_lists(first: Array, last: Array, shape: Rows, mapped: int) -> tuple[Array, Array]:
