@@ -170,8 +170,9 @@ def _drawn_triangles(
     mesh = fallbacks.mesh[number]
     triangles = fallbacks.triangles[mesh]
     light = np.flatnonzero(asked & (triangles <= MOST_LIGHT))
-    light = light[rule.is_resident(mesh[light])]
-    triangles[light] = levels.drawn(mesh[light], rule.error * nearest[light])
+    if len(light):
+        light = light[rule.is_resident(mesh[light])]
+        triangles[light] = levels.drawn(mesh[light], rule.error * nearest[light])
     return triangles
 
 

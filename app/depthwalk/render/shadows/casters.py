@@ -50,7 +50,7 @@ class ShadowMap:
     @property
     def triangles(self) -> int:
         """Return how many triangles of depth images are drawn into the map."""
-        return sum(group.count * length for group in self.grids.batches for _, length in group.indices) // 3
+        return sum(batch.count * batch.triangles for batch in self.grids.batches)
 
     def shows_same(self, other: "ShadowMap") -> bool:
         """Return whether an earlier map is equal to this one, so that this one need not be drawn.
