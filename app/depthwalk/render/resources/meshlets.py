@@ -93,9 +93,8 @@ class Meshlets:
         if (loops := kernels.loaded()) is not None:
             lens = view.axes, np.array(view.half_extent), np.array(view.shear)
             stands = placed["origin"].astype(np.float64), placed["rotation"].astype(np.float64), float(placed["scale"])
-            rows, forward = loops.meshlets(self.centre, self.radius, self.axis, self.sine, *stands, *lens, solid)
-            nearest_first: NDArray[np.intp] = np.lexsort((forward, self.part[rows]))
-            return np.asarray(rows[nearest_first], np.intp)
+            found, forward = loops.meshlets(self.centre, self.radius, self.axis, self.sine, *stands, *lens, solid)
+            return np.asarray(found[np.lexsort((forward, self.part[found]))])
         rotation, scale = placed["rotation"].astype(np.float64)[None], float(placed["scale"])
         middle = placed["origin"] + scale * rotate(rotation, self.centre)
         rows, _ = Bounds(view.position + middle, scale * self.radius).visible(view)
