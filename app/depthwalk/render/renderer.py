@@ -185,8 +185,7 @@ class Renderer:
         # 1. Cull: what the settings ask for, textures to draw into, and the objects that may be seen.
         self.device.state.restore()
         memory, common = self._memory(kind), self._common(view, screen, kind)
-        if common.aa.samples > 1:
-            view = replace(view, size=(view.size[0] * common.aa.samples, view.size[1] * common.aa.samples))
+        view = replace(view, size=(view.size[0] * common.aa.samples, view.size[1] * common.aa.samples))
         targets = self._prepare_targets(view, common, memory)
         targets.screen = screen
         self.world.take_arrivals(view.position)
