@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from depthwalk.colour import LUMINANCE, linear_from_srgb, linear_from_srgb8, srgb8_from_linear, srgb_from_linear
+from depthwalk.colour import (
+    LUMINANCE,
+    linear_colour,
+    linear_from_srgb,
+    linear_from_srgb8,
+    srgb8_from_linear,
+    srgb_from_linear,
+)
 
 
 def test_known_values_of_the_standard() -> None:
@@ -24,3 +31,11 @@ def test_what_no_screen_shows_is_clipped() -> None:
 
 def test_luminance_of_white_is_one() -> None:
     assert LUMINANCE.sum() == pytest.approx(1)
+
+
+def test_colours_of_settings_are_computed_once_and_cannot_be_changed() -> None:
+    colour = linear_colour((0.2, 0.5, 1.0))
+    np.testing.assert_array_equal(colour, linear_from_srgb([0.2, 0.5, 1.0]))
+    assert linear_colour((0.2, 0.5, 1.0)) is colour
+    with pytest.raises(ValueError, match="read-only"):
+        colour *= 2

@@ -1,10 +1,12 @@
 """Declared parameters: what is unknown or out of range is refused, whenever it is set."""
 
+from collections.abc import Sequence
+
 import pytest
 from pydantic import ValidationError
 
 from depthwalk.errors import InputError
-from depthwalk.params import Params, param
+from depthwalk.params import Memo, Params, param
 
 
 class Lamp(Params):
@@ -36,3 +38,19 @@ def test_the_schema_holds_help_unit_and_range() -> None:
     declared = Lamp.model_json_schema()["properties"]["watts"]
     assert declared["description"] == "Power" and declared["unit"] == "W"
     assert (declared["minimum"], declared["maximum"], declared["default"]) == (0, 100, 40)
+
+
+def test_a_memo_computes_again_only_what_has_changed_even_in_place() -> None:
+    calls: list[float] = []
+
+    def total(lamps: Sequence[Lamp]) -> float:
+        calls.append(sum(lamp.watts for lamp in lamps))
+        return calls[-1]
+
+    memo, lamps = Memo(total), [Lamp(watts=10), Lamp(watts=20)]
+    assert [memo.of(lamps), memo.of(list(lamps)), memo.of([Lamp(watts=10), Lamp(watts=20)])] == [30, 30, 30]
+    lamps[1].watts = 25
+    assert memo.of(lamps) == 35
+    lamps.append(Lamp(watts=1))
+    assert [memo.of(lamps), memo.of([])] == [36, 0]
+    assert calls == [30, 35, 36, 0]

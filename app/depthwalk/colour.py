@@ -1,5 +1,7 @@
 """Convert colours by the sRGB transfer function (IEC 61966-2-1): sRGB in files and on screens, linear in between."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,6 +13,14 @@ def linear_from_srgb(encoded: ArrayLike) -> NDArray[np.float32]:
     """Return the linear values (…) float32 in [0, 1] of the sRGB values `encoded` (…) in [0, 1]."""
     c = np.asarray(encoded, np.float32)
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+@lru_cache(maxsize=256)
+def linear_colour(encoded: tuple[float, float, float]) -> NDArray[np.float32]:
+    """Return the same as `linear_from_srgb` for a colour of the settings, (3,), computed once; it is read-only."""
+    linear = linear_from_srgb(encoded)
+    linear.setflags(write=False)
+    return linear
 
 
 def srgb_from_linear(linear: ArrayLike) -> NDArray[np.float32]:

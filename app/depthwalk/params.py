@@ -3,12 +3,16 @@
 The scene file, the panel, `--set KEY=VALUE` and the docs all read these declarations.
 """
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from depthwalk.errors import InputError, suggest
+
+P = TypeVar("P", bound="Params")
+T = TypeVar("T")
 
 _PLAIN_WORDS = {
     "Input should be": "must be",
@@ -44,6 +48,27 @@ class Params(BaseModel):
             if detail["type"] == "no_such_attribute":
                 raise InputError(f"{name}: unknown key{suggest(name, type(self).model_fields)}") from None
             raise InputError(f"{name}: {plain_message(detail)}") from None
+
+
+class Memo(Generic[P, T]):
+    """Keep what a function computes from a list of groups until one of them changes, which they may do in place.
+
+    Parameters
+    ----------
+    compute
+        The function. Groups within the groups must not change.
+    """
+
+    def __init__(self, compute: Callable[[Sequence[P]], T]) -> None:
+        self._compute = compute
+        self._known: tuple[list[dict[str, Any]], T] | None = None
+
+    def of(self, groups: Sequence[P]) -> T:
+        """Return the result for `groups`, computed again only if their values are others than in the last call."""
+        values = [group.__dict__ for group in groups]
+        if self._known is None or self._known[0] != values:
+            self._known = [dict(value) for value in values], self._compute(groups)
+        return self._known[1]
 
 
 def param(default: Any, help: str, *, unit: str = "", ge: float | None = None, le: float | None = None) -> Any:

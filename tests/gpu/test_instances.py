@@ -66,7 +66,10 @@ def test_a_stream_grows_and_shrinks_and_stays_one_buffer(gl_device: Device, scop
     assert sizes == [256, 20_000, 20_000, 256, 256]
 
 
-@pytest.mark.parametrize("counts", [(3,), (RECORDS_PER_ROW + 1, 2), (0, RECORDS_PER_ROW)])
+@pytest.mark.parametrize(
+    "counts",
+    [(3,), (RECORDS_PER_ROW + 1, 2), (0, RECORDS_PER_ROW), (3 * RECORDS_PER_ROW + 5, 70 * RECORDS_PER_ROW + 9)],
+)
 def test_a_record_texture_has_records_by_their_number(gl_device: Device, scope: Scope, counts: tuple[int, ...]) -> None:
     texture, before = RecordTexture(scope, RECORD), gl_device.live["texture"]
     for count in counts:

@@ -25,6 +25,7 @@ from depthwalk.scene.environment import Environment, LampParams
 from depthwalk.types import Rows
 
 VIEW = View(Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0), (320, 200), near=0.5, far=40.0)
+OBJECTS = SimpleNamespace(asset=np.arange(2))  # the asset of each of two objects
 DARK = {"sun": {"intensity": 0.0}}
 
 
@@ -47,8 +48,12 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
         lambda view, rows, scene, rule, chooses: Planned(view=view, rows=rows.tolist(), rule=rule),
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 500]], np.float32), np.ones(2, np.float32))
-    world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
-    residency = cast(FrameResidency, SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None))
+    world = SimpleNamespace(
+        bounds=lambda: bounds, objects=lambda: OBJECTS, ground_height=0.0, arrays=lambda: None, changes=0
+    )
+    uploads = SimpleNamespace(resident=lambda rows: rows == 0, are_resident=lambda assets: assets == 0)
+    uploads.is_mesh_resident = None
+    residency = cast(FrameResidency, uploads)
     planner = shadow_planner.ShadowPlanner(
         cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
     )
@@ -114,9 +119,15 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
 
     monkeypatch.setattr(shadow_planner, "shadow_map", shadow_map)
     monkeypatch.setattr(shadow_planner, "find_casters", find_casters)
-    world = SimpleNamespace(bounds=lambda: bounds, ground_height=0.0, arrays=lambda: None, changes=0)
+    world = SimpleNamespace(
+        bounds=lambda: bounds, objects=lambda: OBJECTS, ground_height=0.0, arrays=lambda: None, changes=0
+    )
     on_gpu, meshes = [True, False], [False]
-    uploads = SimpleNamespace(resident=lambda rows: np.array(on_gpu), is_mesh_resident=lambda asked: np.array(meshes))
+    uploads = SimpleNamespace(
+        resident=lambda rows: np.array(on_gpu)[rows],
+        are_resident=lambda assets: np.array(on_gpu)[assets],
+        is_mesh_resident=lambda asked: np.array(meshes),
+    )
     residency = cast(FrameResidency, uploads)
     timers = SimpleNamespace(measure_cpu=lambda name: nullcontext())
     planner = shadow_planner.ShadowPlanner(cast(RenderWorld, world), cast(PassTimers, timers))

@@ -16,6 +16,7 @@ from depthwalk.gpu.program import Program
 
 RECORDS_PER_ROW = 1024  # records in a row of a `RecordTexture`
 _TOO_LARGE = 16  # times the size needed: a larger buffer shrinks, as drivers reallocate all of it for new contents
+_COPIED_ROWS = 64  # of a `RecordTexture`, at most: copying them takes less time than another call of GL
 _TEXEL_BYTES = 16  # of four floats
 
 
@@ -47,7 +48,7 @@ class InstanceStream:
             self._buffer = self._scope.buffer(reserve=room, dynamic=True)
         if len(records):
             self._buffer.orphan()
-            self._buffer.write(records.tobytes())
+            self._buffer.write(np.ascontiguousarray(records))
 
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
         """Let the next draws of `array` read the records from the one numbered `first` on, one for each instance."""
@@ -89,12 +90,14 @@ class RecordTexture:
             self._texture = self._make(2 * rows)
         full, rest = divmod(len(records), RECORDS_PER_ROW)
         width, records = self._texture.width, np.ascontiguousarray(records)
-        if full:  # not copied, since there may be millions
-            self._texture.write(records[: len(records) - rest].view(np.uint8), viewport=(0, 0, width, full))
-        if rest:
-            padded = np.zeros(RECORDS_PER_ROW, self._dtype)
-            padded[:rest] = records[-rest:]
-            self._texture.write(padded.view(np.uint8), viewport=(0, full, width, 1))
+        if full > _COPIED_ROWS or not rest:  # not copied, since there may be millions
+            if full:
+                self._texture.write(records[: len(records) - rest], viewport=(0, 0, width, full))
+            records, full = records[len(records) - rest :], 0
+        if rest:  # the texture takes whole rows
+            padded = np.zeros((full + 1) * RECORDS_PER_ROW, self._dtype)
+            padded[: len(records)] = records
+            self._texture.write(padded, viewport=(0, rows - full - 1, width, full + 1))
 
     def use(self, unit: int) -> None:
         """Bind the texture to the texture unit with the number `unit`."""

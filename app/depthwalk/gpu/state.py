@@ -83,7 +83,7 @@ class StateKeeper:
         **changes
             Fields of `State` with their new values.
         """
-        return _Block(self, self.now._replace(**changes), into, depth_write)
+        return _Block(self, self.now._replace(**changes) if changes else self.now, into, depth_write)
 
     def restore(self) -> None:
         """Set the flags of the current state again, as other code may have changed them outside all blocks."""
@@ -92,7 +92,7 @@ class StateKeeper:
     def set(self, state: State) -> None:
         """Switch the context to `state`, with as few GL calls as possible."""
         before, self.now, context = self.now, state, self._context
-        if state == before:
+        if state is before or state == before:
             return
         was, wanted = _flags(before), _flags(state)
         if was & ~wanted:

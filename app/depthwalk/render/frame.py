@@ -249,8 +249,12 @@ class Pass(ABC, Generic[P]):
         -------
         The parameters; where there is no such group, the attribute `params`.
         """
+        if self._has_own_params:
+            return self.params
         group = vars(settings).get(self.name)  # `getattr` takes ten times as long where there is none
-        return cast(P, group) if isinstance(group, self.Params) and not self._has_own_params else self.params
+        # Asking pydantic's classes for their instances is slow.
+        is_own = type(group) is self.Params or (group is not None and isinstance(group, self.Params))
+        return cast(P, group) if is_own else self.params
 
     @abstractmethod
     def setup(self, gl: Scope) -> None:

@@ -5,8 +5,15 @@ from typing import Any
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
+from depthwalk.params import Memo
 from depthwalk.render.frame import Frame
-from depthwalk.render.lighting.light_clusters import LAMP_RECORD, NUMBERS_RECORD, LightClusters, visible_lamps
+from depthwalk.render.lighting.light_clusters import (
+    LAMP_RECORD,
+    NUMBERS_RECORD,
+    LightClusters,
+    lamp_table,
+    visible_lamps,
+)
 from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.pixel_pass import PixelInputs
 from depthwalk.render.shadows.sun_uniforms import LampMaps
@@ -21,6 +28,7 @@ class LampInputs:
     """
 
     def __init__(self, gl: Scope) -> None:
+        self._table = Memo(lamp_table)
         self._records = RecordTexture(gl, LAMP_RECORD)
         self._lists = RecordTexture(gl, NUMBERS_RECORD)
         self._cells = RecordTexture(gl, NUMBERS_RECORD)
@@ -35,7 +43,7 @@ class LampInputs:
         """
         if not frame.environment.lights:
             return None
-        lamps = visible_lamps(frame.view, frame.environment.lights, frame.shadows.tiles)
+        lamps = visible_lamps(frame.view, self._table.of(frame.environment.lights), frame.shadows.tiles)
         if not len(lamps.records):
             return None
         self._upload(lamps)

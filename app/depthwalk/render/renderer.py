@@ -289,7 +289,7 @@ class Renderer:
         ground = self.scene.environment.ground
         seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
         near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
-        return replace(view, near=near, far=far)
+        return view.fitted(near, far)
 
     def _objects_part(self, view: View, in_sight: InSight) -> Part | None:
         """Return the part of the picture that holds all surfaces.

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from depthwalk.gpu.timers import PassTimers
+from depthwalk.params import Memo
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades, shadow_extent
 from depthwalk.render.shadows.casters import LightView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
 from depthwalk.render.shadows.seen_prism import SeenPrism
-from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
+from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot, shadow_lamps
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.frame_residency import FrameResidency
@@ -31,11 +32,15 @@ _LIFTED = 4.0  # texels: how far, besides the filter's width, from a surface poi
 
 @dataclass(frozen=True, kw_only=True)
 class _Found:
-    """Hold the objects that cast shadows in a map, and the state of the world that they were found for."""
+    """Hold the objects that cast shadows in a map, and the state of the world that they were found for.
+
+    assets: their distinct assets, in the order of the `rows`.
+    """
 
     view: LightView
     changes: int
     rows: Rows
+    assets: Rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +89,7 @@ class ShadowPlanner:
     def __init__(self, world: RenderWorld, timers: PassTimers) -> None:
         self._world, self._timers = world, timers
         self._warned = False
+        self._lamps = Memo(shadow_lamps)
         self._found: dict[int, _Found] = {}  # by the map's number in a frame
         self._planned: dict[int, _Planned] = {}
         self._shadowed: tuple[tuple[object, ...], tuple[Array, float] | None] = (), None
@@ -130,20 +136,21 @@ class ShadowPlanner:
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
             cascades = fit_cascades(view, light.to_sun, params, self._extent(light.to_sun)) if by_sun else ()
-            chosen = choose_shadow_lamps(view, lamps)
+            chosen = choose_shadow_lamps(view, self._lamps.of(lamps))
             self._warn_of_lamps(len(chosen), params.lamps)
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[LightView] = [*cascades, *spots]
             bounds = self._world.bounds()
-            found = [self._casters(number, map_view, bounds) for number, map_view in enumerate(views)]
+            found = [self._found_in(number, map_view, bounds) for number, map_view in enumerate(views)]
             if cascades and not may_wait:
                 prism = SeenPrism.of(view, cascades[0].axes, params.distance)
-                margins = [(params.filter_width + _LIFTED) * cascade.texel for cascade in cascades]
-                for number, margin in enumerate(margins):
-                    found[number] = found[number][prism.meets(bounds.take(found[number]), margin)]
+                for number, cascade in enumerate(cascades):
+                    margin, rows = (params.filter_width + _LIFTED) * cascade.texel, found[number].rows
+                    met = rows[prism.meets(bounds.take(rows), margin)]
+                    found[number] = replace(found[number], rows=met, assets=self._assets(met))
         with self._timers.measure_cpu("upload"):
-            casters = [rows[uploads.resident(rows)] for rows in found]
+            casters = _resident(found, uploads)
         with self._timers.measure_cpu("plan"):
             # Far from the viewer edges are small on the screen, so farther maps of the sun may have fewer triangles.
             fraction = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
@@ -163,8 +170,10 @@ class ShadowPlanner:
                 for number, (map_view, rows, part) in enumerate(zip(views, casters, fraction, strict=True))
             ]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
-        of_sun = tuple(replace(map_, provisional=detail < 1) for map_ in maps[: len(cascades)]) if by_sun else None
-        return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
+        of_sun = maps[: len(cascades)]
+        if detail < 1:
+            of_sun = [replace(map_, provisional=True) for map_ in of_sun]
+        return Shadows(sun=tuple(of_sun) if by_sun else None, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
     def _extent(self, to_sun: Array) -> tuple[Array, float] | None:
         """Return a sphere that holds all shadows of the sun, computed again when anything has changed."""
@@ -173,13 +182,18 @@ class ShadowPlanner:
             self._shadowed = state, shadow_extent(self._world.bounds(), to_sun, self._world.ground_height)
         return self._shadowed[1]
 
-    def _casters(self, number: int, view: LightView, bounds: Bounds) -> Rows:
-        """Return the rows (m,) of the objects that cast shadows in the map with the `number`."""
+    def _found_in(self, number: int, view: LightView, bounds: Bounds) -> _Found:
+        """Return the objects that cast shadows in the map with the `number`, found again if anything has changed."""
         found, changes = self._found.get(number), self._world.changes
         if found is None or found.changes != changes or not sees_same(found.view, view):
-            found = _Found(view=view, changes=changes, rows=find_casters(view, bounds))
-            self._found[number] = found
-        return found.rows
+            rows = find_casters(view, bounds)
+            found = self._found[number] = _Found(view=view, changes=changes, rows=rows, assets=self._assets(rows))
+        return found
+
+    def _assets(self, rows: Rows) -> Rows:
+        """Return the distinct assets of the objects `rows`, in their order."""
+        asset = self._world.objects().asset[rows]
+        return asset[np.sort(np.unique(asset, return_index=True)[1])]
 
     def _map(self, number: int, view: LightView, rows: Rows, detail: _Detail, is_resident: IsResident) -> ShadowMap:
         """Return the map with the `number`, planned again only if something that it depends on has changed.
@@ -191,7 +205,7 @@ class ShadowPlanner:
             planned is not None
             and (planned.changes, planned.detail) == (changes, detail)
             and sees_same(planned.map.view, view)
-            and np.array_equal(planned.resident, rows)
+            and (planned.resident is rows or np.array_equal(planned.resident, rows))
             and all(np.array_equal(is_resident(meshes), answer) for meshes, answer in planned.asked)
         ):
             return planned.map
@@ -219,3 +233,12 @@ class ShadowPlanner:
             log.warning(
                 "%d visible lamps should cast shadows, but render.shadows.lamps allows only %d", requested, allowed
             )
+
+
+def _resident(found: Sequence[_Found], uploads: FrameResidency) -> list[Rows]:
+    """Return the rows of those objects `found` in each map whose assets are on the GPU, after uploading these."""
+    if not found:
+        return []
+    if uploads.are_resident(np.concatenate([of_map.assets for of_map in found])).all():  # as in nearly every frame
+        return [of_map.rows for of_map in found]
+    return [of_map.rows[uploads.resident(of_map.rows)] for of_map in found]

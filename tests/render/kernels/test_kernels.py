@@ -22,12 +22,15 @@ from depthwalk.render.draw import material_depth
 from depthwalk.render.draw.object_detail import DrawMethod, describe
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
+from depthwalk.render.impostors import tile_cache
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import record_numbers
+from depthwalk.render.lighting import light_clusters
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.relief_prewarp import plane_images, prewarp
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.resources.meshlets import build_meshlets
+from depthwalk.render.resources.placed_records import PLACED_RECORD, placed_records
 from depthwalk.render.view.bounds import Bounds, Cylinders, object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.asset_table import AssetTable
@@ -258,9 +261,86 @@ def _settings() -> PlanSettings:
     return PlanSettings(lod=LodParams(), layout=layout, polygons=MeshLodParams(), atlas_size=(1024, 1024))
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_lamps_by_cluster(seed: int) -> None:
+    """Some boxes lie wholly or partly outside; every number is exact."""
+    rng = np.random.default_rng(seed)
+    count, shape = (0, 1, 30, 200)[seed], np.array([9, 7, 5])
+    first = rng.uniform(-6, 12, (count, 3))
+    last = first + rng.uniform(0, 8, (count, 3))
+    (cells, lists), (compiled_cells, compiled_lists) = both(
+        lambda: (kernels.loaded() or light_clusters).cluster_lists(first, last, shape, count // 3)
+    )
+    np.testing.assert_array_equal(compiled_cells, cells)
+    np.testing.assert_array_equal(compiled_lists, lists)
+    assert cells.dtype == compiled_cells.dtype and lists.dtype == compiled_lists.dtype
+    assert cells[:, 1].sum() >= count and (count < 3 or cells[:, 2].any())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_lamps_in_sight(seed: int) -> None:
+    """Before, behind and beside the viewer, who stands in the reach of some; a third has shadow maps."""
+    rng = np.random.default_rng(seed)
+    view = replace(random_view(rng), shear=(0.1, -0.05))
+    bounds = Bounds(view.position + rng.normal(0, 12, (80, 3)), rng.uniform(0.3, 9, 80))
+    lamps = light_clusters.LampTable(bounds=bounds, records=np.zeros(80, light_clusters.LAMP_RECORD))
+    tiles = {number: number % 7 for number in range(0, 80, 3)}
+    reference, compiled = both(lambda: light_clusters.visible_lamps(view, lamps, tiles))
+    for name in ("records", "cells", "lists"):
+        np.testing.assert_array_equal(getattr(compiled, name), getattr(reference, name))
+    tile = reference.records["shadow"][:, 3]
+    assert 5 < len(tile) < 80 and 0 < (tile >= 0).sum() < len(tile)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_slots_that_tiles_keep(seed: int) -> None:
+    """Of all sizes, also powers of two; some objects have no slot, others one that is far too large."""
+    rng = np.random.default_rng(seed)
+    sizes = np.append(rng.integers(1, 600, (200, 2)), 2 ** rng.integers(0, 10, (40, 2)), 0)
+    factor = rng.choice([0.8, 1.0, 1.1, 2.0], (240, 1))
+    slot = np.hstack([rng.integers(0, 4000, (240, 2)), np.ceil(sizes * factor).astype(np.int64)])
+    row = np.where(rng.random(240) < 0.2, -1, np.arange(240)).astype(np.int32)
+    reference, compiled = both(lambda: (kernels.loaded() or tile_cache).kept_slots(row, slot, sizes))
+    for expected, found in zip(reference, compiled, strict=True):
+        np.testing.assert_array_equal(found, expected)
+    assert 0 < reference[2].sum() < (row >= 0).sum()
+    cache = tile_cache.TileCache(240, (4096, 4096))
+    cache.tiles, cache._row = tile_cache.CachedTiles.empty().take(np.zeros(0, np.int64)), row
+    cache.tiles = replace(cache.tiles, slot=slot)
+    np.testing.assert_array_equal(*both(lambda: cache.areas(np.arange(240))))
+
+
+@pytest.mark.parametrize("solid", [True, False])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_meshlets_in_sight(seed: int, solid: bool) -> None:
+    """From within the mesh to far off; some pictures are sheared."""
+    rng = np.random.default_rng(seed)
+    meshlets = build_meshlets(sphere(1.0, 160, 80))
+    assert meshlets is not None
+    meshlets = replace(meshlets, part=np.sort(rng.integers(0, 3, len(meshlets.part))))
+    most = 0
+    for _ in range(10):
+        view, rotation = replace(random_view(rng, 6.0), shear=tuple(rng.normal(0, 0.1, 2))), rng.normal(size=(1, 4))
+        placed = Objects(
+            asset=np.zeros(1, np.int32),
+            position=rng.normal(0, 2, (1, 3)).astype(np.float32),
+            rotation=(rotation / np.linalg.norm(rotation)).astype(np.float32),
+            scale=rng.uniform(0.5, 3, 1).astype(np.float32),
+            representation=np.ones(1, np.uint8),
+        )
+        record = placed_records(view.position, placed)[0]
+        reference, compiled = both(lambda: meshlets.seen(view, record, solid))  # noqa: B023
+        np.testing.assert_array_equal(compiled, reference)
+        most = max(most, len(reference))
+    assert 10 < most < len(meshlets.part) or not solid
+
+
 def test_loaded_behind_frames(tmp_path: Path) -> None:
     """A first start compiles in another process, and the loops then come from the cache."""
-    code = "from depthwalk.render import kernels; kernels.load_behind().join(); print(kernels.loaded() is not None)"
+    code = (
+        "import gc; from depthwalk.render import kernels; kernels.load_behind().join();"
+        "print(kernels.loaded() is not None and gc.isenabled())"
+    )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True"

@@ -8,8 +8,8 @@ from depthwalk.render.lighting.light_clusters import (
     SLICES,
     SLICES_PER_DOUBLING,
     SQUARE,
-    lamp_records,
-    lamps_by_cluster,
+    cluster_lists,
+    lamp_table,
     visible_lamps,
 )
 from depthwalk.render.view.view import View
@@ -32,18 +32,20 @@ def test_boxes_are_listed_in_every_cluster_that_they_overlap() -> None:
     shape = (5, 4, 3)
     first = rng.uniform(-2, 5, (40, 3))
     last = first + rng.uniform(0, 4, (40, 3))
-    numbers, counts = lamps_by_cluster(first, last, shape)
-    starts = np.cumsum(counts) - counts
+    cells, lists = cluster_lists(first, last, np.array(shape), 7)
+    starts, counts, mapped, _ = cells.astype(int).T
+    numbers = lists.ravel()
     low = np.clip(np.floor(first), 0, np.array(shape) - 1)
     high = np.clip(np.floor(last), 0, np.array(shape) - 1)
     for cluster in range(np.prod(shape)):
         place = np.array([cluster % 5, cluster // 5 % 4, cluster // 20])
         expected = np.flatnonzero(((low <= place) & (place <= high)).all(1))
         np.testing.assert_array_equal(numbers[starts[cluster] : starts[cluster] + counts[cluster]], expected)
+        assert mapped[cluster] == (expected < 7).sum()
 
 
 def test_no_lamps_leave_every_cluster_empty() -> None:
-    clusters = visible_lamps(VIEW, [])
+    clusters = visible_lamps(VIEW, lamp_table([]))
     assert len(clusters.records) == len(clusters.lists) == 0
     assert clusters.across == (10, 7) and len(clusters.cells) == 10 * 7 * SLICES
     assert (clusters.cells["numbers"][:, 1] == 0).all()
@@ -52,7 +54,7 @@ def test_no_lamps_leave_every_cluster_empty() -> None:
 @pytest.mark.slow
 def test_every_point_finds_the_lamps_that_reach_it() -> None:
     lamps = lamps_of(60)
-    clusters = visible_lamps(VIEW, lamps)
+    clusters = visible_lamps(VIEW, lamp_table(lamps))
     lists = clusters.lists["numbers"].ravel()
     rng = np.random.default_rng(9)
     reached = 0
@@ -74,13 +76,13 @@ def test_every_point_finds_the_lamps_that_reach_it() -> None:
 def test_lamps_behind_the_viewer_are_left_out() -> None:
     behind = VIEW.position - 5 * VIEW.axes[2]
     lamps = [LampParams(position=tuple(behind), range=reach) for reach in (4.0, 6.0)]
-    assert visible_lamps(VIEW, lamps).records["place"][:, 3].tolist() == [6.0]
+    assert visible_lamps(VIEW, lamp_table(lamps)).records["place"][:, 3].tolist() == [6.0]
 
 
 def test_lamps_with_maps_come_first_and_know_their_tiles() -> None:
     ahead = VIEW.position + 5 * VIEW.axes[2]
     lamps = [LampParams(position=tuple(ahead), direction=(0, -1, 0), range=3.0 + k) for k in range(4)]
-    clusters = visible_lamps(VIEW, lamps, {2: 7})
+    clusters = visible_lamps(VIEW, lamp_table(lamps), {2: 7})
     assert clusters.records["shadow"][:, 3].tolist() == [7, -1, -1, -1]
     assert clusters.records["place"][0, 3] == 5
     cells = clusters.cells["numbers"]
@@ -91,7 +93,7 @@ def test_lamps_with_maps_come_first_and_know_their_tiles() -> None:
 
 def test_cones_fade_from_four_fifths_of_their_angle_on() -> None:
     lamps = [LampParams(position=(0, 0, 0), direction=(0, -2, 0), angle=60), LampParams(position=(0, 0, 0))]
-    spot, point = lamp_records(VIEW, lamps)
+    spot, point = lamp_table(lamps).records
     edge, full = np.cos(np.radians([30, FADE * 30]))
     assert spot["light"][3] == pytest.approx(edge) and spot["cone"][3] == pytest.approx(1 / (full - edge), rel=1e-5)
     assert spot["cone"][:3] == pytest.approx([0, -1, 0])

@@ -15,7 +15,7 @@ from depthwalk.render.frame import Frame, common_settings
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lighting.harmonics import polynomials
 from depthwalk.render.lighting.irradiance import irradiance, lighting, sphere_directions
-from depthwalk.render.lighting.light_clusters import SLICES, SQUARE, visible_lamps
+from depthwalk.render.lighting.light_clusters import SLICES, SQUARE, lamp_table, visible_lamps
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
@@ -110,7 +110,7 @@ def test_lists_name_each_lamp_where_it_is_seen() -> None:
     rng = np.random.default_rng(4)
     environment = Environment.model_validate({"lights": random_lamps(rng, 40)})
     view = View(Camera((0.0, 2.0, 14.0), (0, 1, 0), 0.9), SIZE, near=0.1, far=60.0)
-    lamps = visible_lamps(view, environment.lights)
+    lamps = visible_lamps(view, lamp_table(environment.lights))
     place = lamps.records["place"].astype(float)
     direction = rng.normal(size=(len(place), 60, 3))
     direction *= rng.uniform(0, 1, (len(place), 60, 1)) / np.linalg.norm(direction, axis=-1, keepdims=True)

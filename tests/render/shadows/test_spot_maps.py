@@ -9,9 +9,9 @@ import pytest
 from pydantic import ValidationError
 
 from depthwalk.reference.shadows import lifted, light_share
-from depthwalk.render.lighting.light_clusters import visible_lamps
+from depthwalk.render.lighting.light_clusters import lamp_table, visible_lamps
 from depthwalk.render.shadows.casters import find_casters
-from depthwalk.render.shadows.spot_maps import NEAR, assign_tiles, choose_shadow_lamps, lamp_spot
+from depthwalk.render.shadows.spot_maps import NEAR, assign_tiles, choose_shadow_lamps, lamp_spot, shadow_lamps
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Representation
@@ -192,7 +192,7 @@ def lamps_at(*places: tuple[int, int, int]) -> list[LampParams]:
 
 def test_those_with_maps_come_first_in_every_cell() -> None:
     lights = [each.model_copy(update={"range": 2.0}) for each in lamps_at(*[(x, 1, -4 - x) for x in range(6)])]
-    found = visible_lamps(view_of(), lights, {4: 1, 1: 0})
+    found = visible_lamps(view_of(), lamp_table(lights), {4: 1, 1: 0})
     tile = found.records["shadow"][:, 3]
     assert tile[tile >= 0].tolist() == [0, 1]  # of lights 1 and 4
     lists = found.lists["numbers"].ravel().astype(int)
@@ -206,7 +206,7 @@ def test_the_brightest_in_sight_come_first_and_keep_their_tiles() -> None:
     lamps = lamps_at((0, 3, 0), (0, 3, -8), (0, 3, 90), (2, 3, 2))
     lamps[1].intensity = 20.0
     lamps[3].shadow = False
-    assert choose_shadow_lamps(view_of(), lamps) == [1, 0]  # the third is behind the viewer
+    assert choose_shadow_lamps(view_of(), shadow_lamps(lamps)) == [1, 0]  # the third is behind the viewer
     assert assign_tiles([1, 0], lamps, 3) == {0: 0, 1: 1}
     assert assign_tiles([1], lamps, 3) == {1: 1}
     assert sorted(assign_tiles([0, 1, 2], lamps, 3).values()) == [0, 1, 2]

@@ -110,6 +110,17 @@ def test_a_view_without_planes_says_so() -> None:
         _ = View(Camera((0, 0, 0), (0, 0, -1), 1.0), (4, 2), near=0.1).clip_from_eye
 
 
+def test_fitting_planes_keeps_what_is_computed_and_changes_nothing_else() -> None:
+    camera = Camera((1.0, 2.0, 3.0), (0.0, 1.0, -9.0), 1.0)
+    plain = View(camera, (320, 200), shear=(0.1, 0.2), scale=0.5)
+    axes = plain.axes
+    fitted = plain.fitted(0.5, 80.0)
+    assert fitted.axes is axes
+    assert fitted == View(camera, (320, 200), 0.5, 80.0, (0.1, 0.2), 0.5) != plain
+    assert fitted.clip_from_eye == replace(plain, near=0.5, far=80.0).clip_from_eye
+    assert (plain.near, plain.far) == (None, None)
+
+
 @pytest.mark.parametrize("size", [3, 4])
 def test_a_matrix_becomes_an_array(size: int) -> None:
     matrix = {3: glm.dmat3, 4: glm.dmat4}[size](*range(size**2))  # column by column

@@ -43,6 +43,11 @@ class DrawBatch:
     level: int = 0
     pieces: int = ALL_PIECES
 
+    @property
+    def triangles(self) -> int:
+        """Return how many triangles of depth images one instance has."""
+        return sum([length for _, length in self.indices]) // 3
+
 
 PART_TRIANGLES = 100_000  # per part of a pass: a software rasteriser draws them in some 20 ms
 
@@ -71,11 +76,13 @@ class DrawList:
 
     def parts(self, triangles: int) -> Iterator["DrawList"]:
         """Yield lists of about `triangles` triangles each that together draw the same; larger batches are divided."""
+        if self.batches and sum([batch.count * batch.triangles for batch in self.batches]) <= triangles:
+            yield self
+            return
         part: list[DrawBatch] = []
         room = triangles
         for batch in self.batches:
-            per_instance = max(sum(length for _, length in batch.indices) // 3, 1)
-            drawn = 0
+            per_instance, drawn = max(batch.triangles, 1), 0
             while drawn < batch.count:
                 count = min(batch.count - drawn, max(room // per_instance, 1))
                 whole = count == batch.count

@@ -228,7 +228,7 @@ def _warp_list(impostors: ImpostorObjects, work: TileWork, table: AssetTable, at
         return DrawList(records=_NO_WARP)
     at, cut = impostors.at[warped], ~work.whole
     asset, level, pieces = impostors.objects.asset[at], impostors.level[warped], impostors.pieces[warped]
-    order = np.lexsort((cut, pieces, level, asset))
+    order = np.lexsort((pieces, level, cut, asset))  # what is clipped is drawn together, as that is GL state
     batches = draw_batches(table, asset[order], level[order], pieces[order], cut[order])
     rotation = impostors.objects.rotation.take(at, 0)
     records = warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size, rotation).take(order)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.soa import StructOfArrays
+from depthwalk.render import kernels
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import COMPOSITE_RECORD
 from depthwalk.types import Array, Mask, Rows
@@ -130,6 +131,8 @@ class TileCache:
         (m,) texels, about as many as pixels that a tile covers; 0 for an object without a tile.
         """
         row = self._row[objects]
+        if (loops := kernels.loaded()) is not None:
+            return np.asarray(loops.areas(row, self.tiles.slot))
         area = np.zeros(len(row))
         area[row >= 0] = self.tiles.slot[row[row >= 0], 2:].prod(1)
         return area
@@ -186,11 +189,8 @@ class TileCache:
         to fit. None if even that does not help or, from time to time, if the atlas is fragmented: then the caller has
         to pack the atlas again.
         """
-        row = self._row[objects]
-        had = np.zeros((len(row), 4), np.int64)
-        had[row >= 0] = self.tiles.slot[row[row >= 0]]
-        padded = _roomy(sizes)
-        stays = (had[:, 2:] >= sizes).all(1) & (had[:, 2:].prod(1) <= 2 * padded.prod(1))
+        decide = kept_slots if (loops := kernels.loaded()) is None else loops.kept_slots
+        had, padded, stays = decide(self._row[objects], self.tiles.slot, sizes)
         self._atlas.release(had[~stays])
         slots, resolution = had.copy(), np.ones(len(objects))
         left = np.flatnonzero(~stays)
@@ -268,6 +268,24 @@ def shrunk(sizes: Rows, factor: float | Array) -> Rows:
     (n, 2) int64 texels, rounded down.
     """
     return np.maximum((sizes * factor).astype(np.int64), 1)
+
+
+def kept_slots(row: Rows, slot: Rows, sizes: Rows) -> tuple[Rows, Rows, Mask]:
+    """Decide which tiles may stay in the slots that their objects have: not in those that are much too large.
+
+    Parameters
+    ----------
+    row : (n,) row in `slot` of the slot that the object of each tile has, −1 for none.
+    slot : (t, 4) slots, x, y, width, height, texels.
+    sizes : (n, 2) width and height of the tiles, texels.
+
+    Returns
+    -------
+    (n, 4) slots that the objects have, 0 for none, (n, 2) sizes of new slots, and (n,) whether each tile stays.
+    """
+    had, padded = np.zeros((len(row), 4), np.int64), _roomy(sizes)
+    had[row >= 0] = slot[row[row >= 0]]
+    return had, padded, (had[:, 2:] >= sizes).all(1) & (had[:, 2:].prod(1) <= 2 * padded.prod(1))
 
 
 def _roomy(sizes: Rows) -> Rows:

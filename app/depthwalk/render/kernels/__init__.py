@@ -12,6 +12,7 @@ this package, `depthwalk[fast]`; without it NumPy is used.
 in every process would take longer than it saves.
 """
 
+import gc
 import logging
 import os
 import subprocess
@@ -103,4 +104,12 @@ def _load_behind() -> None:
                 "frames are planned by NumPy, which is slower, since numba fails: %s", done.stderr.strip()[-200:]
             )
             return
-    load()
+    # Searching what numba creates while it loads, and once more later, would stop frames for some 100 ms in all.
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        load()
+    finally:
+        if collects:
+            gc.freeze()
+            gc.enable()

@@ -1,6 +1,6 @@
-"""Cull objects: by the frustum, and by the depth buffer.
+"""Cull objects: by the frustum, and by the depth buffer. Cull meshlets likewise, and by the cones of their normals.
 
-The reference is `Bounds.visible` with `SpatialCells.visible`, and `render.culling.occlusion_test`.
+The reference is `Bounds.visible` with `SpatialCells.visible`, `render.culling.occlusion_test` and `Meshlets.seen`.
 """
 
 import math
@@ -8,13 +8,14 @@ import math
 import numpy as np
 
 from depthwalk.kernels.compilation import compiled
+from depthwalk.render.kernels.layout_loops import turned_axes
 from depthwalk.types import Array, Mask, Rows
 
 
 @compiled("F2 F2 F1 D1 D2 D1 f")
 def cells_in_sight(
     low: Array, high: Array, largest: Array, position: Array, axes: Array, tangent: Array, min_size: float
-) -> Rows:
+) -> tuple[Rows, Array]:
     """Return the spatial cells that hold any object that a view may show, see `SpatialCells.batches`.
 
     Parameters
@@ -26,7 +27,7 @@ def cells_in_sight(
 
     Returns
     -------
-    (k,) numbers of the cells, in their order.
+    (k,) numbers of the cells, in their order, and (k,) metres along the view axis to the nearest corner of each.
     """
     planes = np.empty((5, 3))
     for axis in range(3):
@@ -35,9 +36,9 @@ def cells_in_sight(
         planes[2, axis] = axes[1, axis] - tangent[1] * axes[2, axis]
         planes[3, axis] = -axes[1, axis] - tangent[1] * axes[2, axis]
         planes[4, axis] = -axes[2, axis]
-    found, count = np.empty(len(largest), np.int64), 0
+    found, nearest_corner, count = np.empty(len(largest), np.int64), np.empty(len(largest)), 0
     for cell in range(len(largest)):
-        inside, squared = True, 0.0
+        inside, squared, corner = True, 0.0, 0.0
         for plane in range(5):
             nearest = 0.0  # how far outside the box's nearest corner is
             for axis in range(3):
@@ -51,10 +52,90 @@ def cells_in_sight(
         for axis in range(3):
             gap = max(low[cell, axis] - position[axis], position[axis] - high[cell, axis], 0.0)
             squared += gap * gap
+            half, middle = (high[cell, axis] - low[cell, axis]) / 2, (high[cell, axis] + low[cell, axis]) / 2
+            corner += axes[2, axis] * (middle - position[axis]) - abs(axes[2, axis]) * half
         if largest[cell] >= min_size * math.sqrt(squared):
-            found[count] = cell
+            found[count], nearest_corner[count] = cell, corner
             count += 1
-    return found[:count]
+    return found[:count], nearest_corner[:count]
+
+
+@compiled()
+def _slants(tangent: Array, shear: Array) -> Array:
+    """Return how far the sides of a frustum are from a sphere's centre where they touch it, (2, 2), over its radius."""
+    slant = np.empty((2, 2))
+    for axis in range(2):
+        slant[axis, 0] = math.hypot(1, tangent[axis] - shear[axis])
+        slant[axis, 1] = math.hypot(1, tangent[axis] + shear[axis])
+    return slant
+
+
+@compiled()
+def _is_between(
+    x: float, y: float, z: float, ahead: float, reach: float, axes: Array, tangent: Array, slant: Array
+) -> bool:
+    """Return whether a sphere reaches between the sides of a frustum.
+
+    x, y, z: its centre relative to the viewer, metres, world. ahead, reach: the same along the view axis, and its
+    radius, metres. slant: see `_slants`.
+    """
+    for axis in range(2):
+        sideways = axes[axis, 0] * x + axes[axis, 1] * y + axes[axis, 2] * z
+        side = tangent[axis] * ahead
+        if sideways - side >= reach * slant[axis, 0] or -sideways - side >= reach * slant[axis, 1]:
+            return False
+    return True
+
+
+@compiled("D2 D1 D2 D1 D1 D1 f D2 D1 D1 ?")
+def meshlets(
+    centre: Array,
+    radius: Array,
+    axis: Array,
+    sine: Array,
+    origin: Array,
+    rotation: Array,
+    scale: float,
+    axes: Array,
+    tangent: Array,
+    shear: Array,
+    solid: bool,
+) -> tuple[Rows, Array]:
+    """Return the meshlets of an object that may be seen, see `Meshlets.seen`.
+
+    Parameters
+    ----------
+    centre, radius, axis, sine : (m, …) of `Meshlets`.
+    origin, rotation, scale : of the object, see `placed_records`.
+    axes, tangent, shear : of the `View`: `axes`, `half_extent` and `shear`.
+    solid : whether back faces cannot be seen.
+
+    Returns
+    -------
+    (k,) rows of the meshlets, rising, and (k,) distances of their centres, metres along the view axis.
+    """
+    rows, forward, count = np.empty(len(radius), np.int64), np.empty(len(radius)), 0
+    slant, turn, middle = _slants(tangent, shear), np.empty((3, 3)), np.empty(3)
+    turned_axes(rotation, turn)
+    for row in range(len(radius)):
+        for j in range(3):
+            turned = turn[j, 0] * centre[row, 0] + turn[j, 1] * centre[row, 1] + turn[j, 2] * centre[row, 2]
+            middle[j] = origin[j] + scale * turned
+        x, y, z, reach = middle[0], middle[1], middle[2], scale * radius[row]
+        ahead = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
+        if ahead <= -reach or not _is_between(x, y, z, ahead, reach, axes, tangent, slant):
+            continue
+        if solid:
+            along, squared = 0.0, 0.0  # of the vector to the centre, in the object's frame
+            for j in range(3):
+                component = (turn[0, j] * x + turn[1, j] * y + turn[2, j] * z) / scale
+                along += component * axis[row, j]
+                squared += component * component
+            if along >= sine[row] * math.sqrt(squared) + radius[row]:
+                continue
+        rows[count], forward[count] = row, ahead
+        count += 1
+    return rows[:count], forward[:count]
 
 
 @compiled("F2 F1 N1 I1 I1 D1 D2 D1 D1 f")
@@ -88,23 +169,13 @@ def visible(
     for cell in cells:
         count += first[cell + 1] - first[cell]
     rows, forward = np.empty(count, np.int64), np.empty(count)
-    beyond = np.array([math.hypot(1, tangent[0] - shear[0]), math.hypot(1, tangent[0] + shear[0])])
-    above = np.array([math.hypot(1, tangent[1] - shear[1]), math.hypot(1, tangent[1] + shear[1])])
-    found = 0
+    slant, found = _slants(tangent, shear), 0
     for cell in cells:
         for row in order[first[cell] : first[cell + 1]]:
             x, y, z = centre[row, 0] - position[0], centre[row, 1] - position[1], centre[row, 2] - position[2]
             reach = np.float64(radius[row])
             ahead = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
-            if ahead <= -reach:
-                continue
-            right = axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z
-            side = tangent[0] * ahead
-            if right - side >= reach * beyond[0] or -right - side >= reach * beyond[1]:
-                continue
-            up = axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z
-            side = tangent[1] * ahead
-            if up - side >= reach * above[0] or -up - side >= reach * above[1]:
+            if ahead <= -reach or not _is_between(x, y, z, ahead, reach, axes, tangent, slant):
                 continue
             if min_size > 0 and reach < min_size * math.sqrt(x * x + y * y + z * z):
                 continue

@@ -155,6 +155,24 @@ def describe(
     return viewer, level, pieces, cost, way, step
 
 
+@compiled()
+def extent(
+    across: float, ahead: float, radius: float, shear: float, tangent: float, near: float
+) -> tuple[float, float]:
+    """Return where a sphere begins and ends in the picture along one axis, −1 to 1, see `view.bounds.extents`.
+
+    across, ahead: its centre along this axis of the view, and along the view axis, metres. shear, tangent: of the
+    `View`, along this axis.
+    """
+    first, last = -1.0, 1.0
+    if ahead - radius > near:
+        reach = radius * math.hypot(1.0, shear)
+        left, right = across - reach, across + reach
+        first = min(left / (ahead - radius), left / (ahead + radius)) / tangent
+        last = max(right / (ahead - radius), right / (ahead + radius)) / tangent
+    return min(max(first, -1.0), 1.0), min(max(last, -1.0), 1.0)
+
+
 @compiled("I1 B1 F2 F2 F1 N1 F2 F1 I1 D1 B1 D1 D2 D1 D1 f")
 def surfaces(
     rows: Rows,
@@ -211,15 +229,9 @@ def surfaces(
         across[0] = axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z
         across[1] = axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z
         ahead, radius = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z, np.float64(bounding_radius[row])
-        for j in range(2):  # see `view.bounds.extents`
-            first, last = -1.0, 1.0
-            if ahead - radius > near:
-                reach = radius * math.hypot(1.0, shear[j])
-                left, right = across[j] - reach, across[j] + reach
-                first = min(left / (ahead - radius), left / (ahead + radius)) / tangent[j]
-                last = max(right / (ahead - radius), right / (ahead + radius)) / tangent[j]
-            low[number, j] = min(low[number, j], min(max(first, -1.0), 1.0))
-            high[number, j] = max(high[number, j], min(max(last, -1.0), 1.0))
+        for j in range(2):
+            first, last = extent(across[j], ahead, radius, shear[j], tangent[j], near)
+            low[number, j], high[number, j] = min(low[number, j], first), max(high[number, j], last)
     return record, low, high
 
 

@@ -6,7 +6,7 @@ The reference is `render.impostors.atlas_allocator` and `tile_records`.
 import numpy as np
 
 from depthwalk.kernels.compilation import compiled
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Mask, Rows
 
 
 @compiled("D2 D2 D2 D2 D1 D1 D3 D1 I2 I2 f f F2")
@@ -179,6 +179,47 @@ def released(free: Rows, slots: Rows) -> Rows:
                 joined[count] = rectangles[k]
                 count += 1
     return _merged(_merged(joined[:count], 0), 1)
+
+
+@compiled("N1 I2")
+def areas(row: Rows, slot: Rows) -> Array:
+    """Return the texels (m,) of the slots (t, 4) in the rows `row` (m,), 0 where that is −1, see `TileCache.areas`."""
+    area = np.zeros(len(row))
+    for k in range(len(row)):
+        if row[k] >= 0:
+            area[k] = slot[row[k], 2] * slot[row[k], 3]
+    return area
+
+
+@compiled("N1 I2 I2")
+def kept_slots(row: Rows, slot: Rows, sizes: Rows) -> tuple[Rows, Rows, Mask]:
+    """Return which tiles may stay in their slots, see `tile_cache.kept_slots`.
+
+    Parameters
+    ----------
+    row : (n,) row in `slot` of the slot that the object of each tile has, −1 for none.
+    slot : (t, 4) slots, x, y, width, height, texels.
+    sizes : (n, 2) width and height of the tiles, texels.
+
+    Returns
+    -------
+    (n, 4) slots that the objects have, 0 for none, (n, 2) sizes of new slots, and (n,) whether each tile stays.
+    """
+    had, padded = np.zeros((len(row), 4), np.int64), np.empty_like(sizes)
+    stays = np.zeros(len(row), np.bool_)
+    for k in range(len(row)):
+        for axis in range(2):
+            step = 1
+            while 16 * step <= sizes[k, axis]:
+                step *= 2
+            padded[k, axis] = -(-sizes[k, axis] // step) * step
+        if row[k] < 0:
+            continue
+        had[k] = slot[row[k]]
+        width, height = had[k, 2], had[k, 3]
+        fits = width >= sizes[k, 0] and height >= sizes[k, 1]
+        stays[k] = fits and width * height <= 2 * padded[k, 0] * padded[k, 1]
+    return had, padded, stays
 
 
 @compiled("I2 I2")

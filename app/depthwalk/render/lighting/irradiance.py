@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from depthwalk.colour import linear_from_srgb
+from depthwalk.colour import linear_colour
 from depthwalk.render.lighting.harmonics import LAMBERT, polynomials
 from depthwalk.render.lighting.image_sky import ImageSky
 from depthwalk.render.lighting.sky import (
@@ -108,7 +108,7 @@ def lighting(environment: "Environment", read: "ReadImage" = no_images) -> Light
         red, green, blue = (float(max(to_sun[1], 0)) * sun).tolist()  # on level ground
         return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (red, green, blue)), sky=sky)
     ambient = np.zeros((POLYNOMIALS, 3))
-    constant = linear_from_srgb(environment.ambient.colour) * environment.ambient.intensity
+    constant = linear_colour(environment.ambient.colour) * environment.ambient.intensity
     ambient[0], ambient[1] = 0.75 * constant, 0.25 * constant  # a little less from below
     return Lighting(to_sun=to_sun, sun=sun, ambient=ambient, sky=sky)
 

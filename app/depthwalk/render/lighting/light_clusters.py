@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.geometry.spatial_order import stable_order
+from depthwalk.render import kernels
 from depthwalk.render.shadows.spot_maps import lamp_spot
 from depthwalk.render.view.bounds import Bounds, extents
 from depthwalk.render.view.view import View
-from depthwalk.types import Array
+from depthwalk.types import Array, Rows
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
@@ -67,69 +68,72 @@ class LightClusters:
     across: tuple[int, int]
 
 
-def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int, int] = _NO_TILES) -> LightClusters:
+@dataclass(frozen=True, kw_only=True)
+class LampTable:
+    """Hold the lamps of a scene in arrays, as long as none of them changes.
+
+    Attributes
+    ----------
+    bounds
+        The spheres that n lamps light, metres, world.
+    records
+        (n,) LAMP_RECORD of the lamps, without what differs from frame to frame: their positions relative to the viewer
+        are 0, and they have no shadow maps, though spot lights have the vector across one.
+    """
+
+    bounds: Bounds
+    records: NDArray[np.void]
+
+
+def lamp_table(lights: Sequence["LampParams"]) -> LampTable:
+    """Return the arrays of all lamps of a scene, `lights`."""
+    position = np.array([light.position for light in lights], float).reshape(-1, 3)
+    reach = np.array([light.range for light in lights], float)
+    return LampTable(bounds=Bounds(position, reach), records=_lamp_records(lights))
+
+
+def visible_lamps(view: View, lamps: LampTable, tiles: Mapping[int, int] = _NO_TILES) -> LightClusters:
     """Find the lamps that may light something in sight, and sort them into clusters.
 
     Parameters
     ----------
     view
         The view of the picture.
-    lights
+    lamps
         All lamps of the scene.
     tiles
-        The tile of the shadow map of each lamp that has one, by the lamp's number in `lights`.
+        The tile of the shadow map of each lamp that has one, by the lamp's number among all.
 
     Returns
     -------
     LightClusters
         The lamps in sight and the lists of the clusters.
     """
-    position = np.array([light.position for light in lights], float).reshape(-1, 3)
-    bounds = Bounds(position, np.array([light.range for light in lights], float))
-    low, high = extents(view, bounds)
-    forward = (position - view.position) @ view.axes[2]
-    seen = np.flatnonzero((forward + bounds.bounding_radius > 0) & (low < high).all(1))
-    mapped = np.isin(seen, list(tiles))
-    seen = np.concatenate([seen[mapped], seen[~mapped]])
-    forward, radius = forward[seen, None], bounds.bounding_radius[seen, None]
+    tile = np.full(len(lamps.records), -1)
+    tile[list(tiles)] = list(tiles.values())
     across = -(-view.size[0] // SQUARE), -(-view.size[1] // SQUARE)
-    shape = *across, SLICES
-    first, last = (
-        np.column_stack(
-            [(corner[seen] + 1) / 2 * view.size / SQUARE, SLICES_PER_DOUBLING * np.log2(np.maximum(distance, 1))]
+    shape = np.array([*across, SLICES])
+    if (loops := kernels.loaded()) is None:
+        seen, mapped, first, last = boxes_in_sight(view, lamps.bounds, tile)
+        cells, lists = cluster_lists(first, last, shape, mapped)
+    else:
+        lens = np.array(view.half_extent), np.array(view.shear), view.depth_range[0]
+        squares = np.array(view.size) / SQUARE
+        spheres = lamps.bounds.centre, lamps.bounds.bounding_radius
+        seen, mapped, first, last = loops.boxes_in_sight(
+            *spheres, tile, view.position, view.axes, *lens, squares, SLICES_PER_DOUBLING
         )
-        for corner, distance in ((low, forward - radius), (high, forward + radius))
+        cells, lists = loops.cluster_lists(first, last, shape, mapped)
+    records = lamps.records[seen]
+    records["place"][:, :3] = lamps.bounds.centre[seen] - view.position
+    records["shadow"][:, 3] = tile[seen]
+    return LightClusters(
+        records=records, cells=cells.view(NUMBERS_RECORD)[:, 0], lists=lists.view(NUMBERS_RECORD)[:, 0], across=across
     )
-    numbers, counts = lamps_by_cluster(first, last, shape)
-    cells = np.zeros(len(counts), NUMBERS_RECORD)
-    cells["numbers"][:, 0] = np.cumsum(counts) - counts
-    cells["numbers"][:, 1] = counts
-    cluster = np.repeat(np.arange(len(counts)), counts)
-    cells["numbers"][:, 2] = np.bincount(cluster[numbers < mapped.sum()], minlength=len(counts))
-    lists = np.zeros(-(-len(numbers) // 4), NUMBERS_RECORD)
-    lists["numbers"].reshape(-1)[: len(numbers)] = numbers
-    records = lamp_records(view, [lights[k] for k in seen.tolist()])
-    for record, number in zip(records, seen[: mapped.sum()].tolist(), strict=False):
-        spot = lamp_spot(lights[number], 1)
-        record["shadow"] = *(spot.axes[0] / spot.tangent), tiles[number]
-    return LightClusters(records=records, cells=cells, lists=lists, across=across)
 
 
-def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]:
-    """Return the LAMP_RECORDs (n,) of lamps, without shadow maps.
-
-    Parameters
-    ----------
-    view
-        The view of the picture; positions are relative to its viewer.
-    lights
-        The n lamps.
-
-    Returns
-    -------
-    NDArray[np.void]
-        (n,) LAMP_RECORD.
-    """
+def _lamp_records(lights: Sequence["LampParams"]) -> NDArray[np.void]:
+    """Return `LampTable.records` (n,) of lamps."""
     records = np.zeros(len(lights), LAMP_RECORD)
     if not lights:
         return records
@@ -138,29 +142,81 @@ def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]
     half = np.radians([light.angle / 2 for light in lights])
     spot = np.array([light.direction is not None for light in lights])
     edge, full = np.cos(half), np.cos(FADE * half)
-    records["place"][:, :3] = np.array([light.position for light in lights], float) - view.position
     records["place"][:, 3] = [light.range for light in lights]
     records["light"][:, :3] = colour * np.array([light.intensity for light in lights])[:, None]
     records["light"][:, 3] = np.where(spot, edge, -3)  # every direction is in the middle of a point light's cone
     records["cone"][:, :3] = axis / np.linalg.norm(axis, axis=1, keepdims=True)
     records["cone"][:, 3] = np.where(spot, 1 / (full - edge), 1)
     records["shadow"][:, 3] = -1
+    for record, light in zip(records, lights, strict=True):
+        if light.direction is not None:
+            seen = lamp_spot(light, 1)
+            record["shadow"][:3] = seen.axes[0] / seen.tangent
     return records
 
 
-def lamps_by_cluster(
-    first: Array, last: Array, shape: tuple[int, int, int]
-) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
-    """List for each cluster the boxes that overlap it, cluster by cluster.
+def boxes_in_sight(view: View, bounds: Bounds, tile: Rows) -> tuple[Rows, int, Array, Array]:
+    """Find the lamps that may light something in sight, and the boxes of clusters that they reach.
 
     Parameters
     ----------
-    first
-        (n, 3) lower corners of the boxes, in columns, rows and slices of clusters.
-    last
-        (n, 3) upper corners of the boxes, in the same units.
+    view
+        The view of the picture.
+    bounds
+        The spheres that n lamps light, metres, world.
+    tile
+        (n,) the tile of each lamp's shadow map, −1 for none.
+
+    Returns
+    -------
+    tuple[Rows, int, Array, Array]
+        (k,) rows of the lamps, first those with shadow maps, how many these are, and (k, 3) lower and upper corners of
+        their boxes, in columns, rows and slices of clusters.
+    """
+    low, high = extents(view, bounds)
+    forward = (bounds.centre - view.position) @ view.axes[2]
+    seen = np.flatnonzero((forward + bounds.bounding_radius > 0) & (low < high).all(1))
+    is_mapped = tile[seen] >= 0
+    seen = np.concatenate([seen[is_mapped], seen[~is_mapped]])
+    forward, radius = forward[seen, None], bounds.bounding_radius[seen, None]
+    first, last = (
+        np.column_stack(
+            [(corner[seen] + 1) / 2 * view.size / SQUARE, SLICES_PER_DOUBLING * np.log2(np.maximum(distance, 1))]
+        )
+        for corner, distance in ((low, forward - radius), (high, forward + radius))
+    )
+    return seen, int(is_mapped.sum()), first, last
+
+
+def cluster_lists(first: Array, last: Array, shape: Rows, mapped: int) -> tuple[Array, Array]:
+    """List the boxes that overlap each of c clusters, those of the first cluster first, rising within each.
+
+    Parameters
+    ----------
+    first, last
+        (n, 3) lower and upper corners of the boxes, in columns, rows and slices of clusters.
     shape
-        Number of columns, rows and slices.
+        (3,) number of columns, rows and slices.
+    mapped
+        How many boxes, the first of them, are those of lamps with shadow maps.
+
+    Returns
+    -------
+    tuple[Array, Array]
+        (c, 4) and (l, 4) float32, the columns of `LightClusters.cells` and `LightClusters.lists`.
+    """
+    numbers, counts = _boxes_by_cluster(first, last, shape)
+    cells = np.zeros((len(counts), 4), np.float32)
+    cells[:, 0], cells[:, 1] = np.cumsum(counts) - counts, counts
+    cluster = np.repeat(np.arange(len(counts)), counts)
+    cells[:, 2] = np.bincount(cluster[numbers < mapped], minlength=len(counts))
+    lists = np.zeros((-(-len(numbers) // 4), 4), np.float32)
+    lists.reshape(-1)[: len(numbers)] = numbers
+    return cells, lists
+
+
+def _boxes_by_cluster(first: Array, last: Array, shape: Rows) -> tuple[Rows, Rows]:
+    """List for each cluster the boxes that overlap it, cluster by cluster; see `cluster_lists`.
 
     Returns
     -------
@@ -169,13 +225,13 @@ def lamps_by_cluster(
     counts
         (c,) how many of these belong to each cluster, column by column within a row, row by row within a slice.
     """
-    begin = np.clip(np.floor(first).astype(int), 0, np.array(shape) - 1)
-    size = np.clip(np.floor(last).astype(int), 0, np.array(shape) - 1) - begin + 1
+    begin = np.clip(np.floor(first).astype(int), 0, shape - 1)
+    size = np.clip(np.floor(last).astype(int), 0, shape - 1) - begin + 1
     volume = size.prod(1)
     number = np.repeat(np.arange(len(volume)), volume)
     within = np.arange(len(number)) - np.repeat(np.cumsum(volume) - volume, volume)  # counts the clusters of each box
     cluster, stride = np.zeros_like(number), 1
-    for axis, length in enumerate(shape):
+    for axis, length in enumerate(shape.tolist()):
         cluster += stride * (begin[number, axis] + within % size[number, axis])
         within, stride = within // size[number, axis], stride * length
     return number[stable_order(cluster)], np.bincount(cluster, minlength=stride)

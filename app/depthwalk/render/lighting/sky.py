@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from depthwalk.colour import linear_from_srgb
+from depthwalk.colour import linear_colour
 from depthwalk.errors import InputError
 from depthwalk.render.lighting.image_sky import ImageSky, SkyImage
 from depthwalk.types import Array
@@ -202,10 +202,10 @@ def environment_sky(environment: "Environment", read: ReadImage = no_images) -> 
     """
     sky = environment.sky
     if sky is None:
-        background = _triple(linear_from_srgb(environment.background))
+        background = _triple(linear_colour(environment.background))
         return Gradient(zenith=background, horizon=background)
     if sky.model == "gradient":
-        return Gradient(zenith=_triple(linear_from_srgb(sky.zenith)), horizon=_triple(linear_from_srgb(sky.horizon)))
+        return Gradient(zenith=_triple(linear_colour(sky.zenith)), horizon=_triple(linear_colour(sky.horizon)))
     if sky.model == "image" and sky.image is not None:
         return ImageSky(image=read(sky.image), turn=float(np.radians(sky.turn)), intensity=sky.intensity)
     return daylight(direction_to_sun(environment), sky.turbidity, environment.sun.intensity)
@@ -256,7 +256,7 @@ def sunlight(environment: "Environment") -> Array:
     Array
         (3,) linear RGB.
     """
-    sun = linear_from_srgb(environment.sun.colour) * environment.sun.intensity
+    sun = linear_colour(environment.sun.colour) * environment.sun.intensity
     if environment.sky is None or environment.sky.model != "preetham":
         return sun
     to_sun = direction_to_sun(environment)

@@ -82,6 +82,8 @@ class MeshFallbackRule:
         within = (mesh >= 0) & fallbacks.has_interior[number] & (nearest <= 0)
         quicker = within if quicker is None else quicker | within
         rows = np.flatnonzero(magnified | quicker)
+        if not len(rows):
+            return found
         rows = rows[self.is_resident(mesh[rows])]
         level = self.level(fallbacks, levels, mesh=mesh[rows], nearest=nearest[rows], pixels=pixels[rows])
         found[rows] = quicker[rows] | (levels.triangles[mesh[rows], level] <= most[rows])

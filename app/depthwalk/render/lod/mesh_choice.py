@@ -17,6 +17,7 @@ light meshes are read as soon as their objects are in sight.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,11 @@ class MeshChoice:
 
     chooses: Mask
     advised: NDArray[np.int8]
+
+    @cached_property
+    def has_advice(self) -> bool:
+        """Return whether anything was measured."""
+        return bool((self.advised != UNKNOWN).any())
 
 
 def advice_bins(advice: Advice) -> NDArray[np.int8]:
@@ -164,8 +170,9 @@ def _drawn_triangles(
     mesh = fallbacks.mesh[number]
     triangles = fallbacks.triangles[mesh]
     light = np.flatnonzero(asked & (triangles <= MOST_LIGHT))
-    light = light[rule.is_resident(mesh[light])]
-    triangles[light] = levels.drawn(mesh[light], rule.error * nearest[light])
+    if len(light):
+        light = light[rule.is_resident(mesh[light])]
+        triangles[light] = levels.drawn(mesh[light], rule.error * nearest[light])
     return triangles
 
 
@@ -222,9 +229,11 @@ class MeshChooser:
         middle, pixels = fallbacks.seen(view, number, nearest)
         quicker = None
         if choice is not None:
-            size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
             before = self._was_mesh[first], HYSTERESIS if remembers else 1.0
-            advised = advised_at(choice.advised[number], size, *before)
+            advised = np.full(len(number), UNKNOWN, np.int8)
+            if choice.has_advice:
+                size = 2 * np.maximum(fallbacks.cylinder_radius[number], fallbacks.half_height[number]) / middle
+                advised = advised_at(choice.advised[number], size, *before)
             drawn = _drawn_triangles(number, nearest / view.detail_pixels, fallbacks, levels, rule, advised == UNKNOWN)
             modelled = mesh_is_quicker(drawn, pixels, *before)
             quicker = choice.chooses[rows[near]] & np.where(advised == UNKNOWN, modelled, advised == AS_MESH)

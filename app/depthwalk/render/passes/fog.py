@@ -5,7 +5,7 @@ front of it follows from the depth buffer in closed form. Fog without a colour o
 horizon.
 """
 
-from depthwalk.colour import linear_from_srgb
+from depthwalk.colour import linear_colour
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame
 from depthwalk.render.pixel_pass import PixelInputs, PixelPass
@@ -36,5 +36,5 @@ def fog_inputs(frame: Frame) -> PixelInputs:
     values = {"fog_density": fog.density, "fog_height": fog.height, "fog_falloff": fog.falloff}
     if fog.colour is None:
         return PixelInputs(defines=sky.defines, uniforms=values | sky.uniforms())
-    colour = {"fog_colour": tuple(linear_from_srgb(fog.colour).tolist())}
+    colour = {"fog_colour": tuple(linear_colour(fog.colour).tolist())}
     return PixelInputs(defines=("FOG_COLOUR",), uniforms=values | colour)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from depthwalk.colour import linear_from_srgb, linear_from_srgb8
+from depthwalk.colour import linear_colour, linear_from_srgb8
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
@@ -49,7 +49,7 @@ class GroundPass(Pass[Params]):
             ground_texture=0,
             height=ground.height,
             half_size=ground.half_size,
-            colour=tuple(linear_from_srgb(ground.colour).tolist()),
+            colour=tuple(linear_colour(ground.colour).tolist()),
             mean=tuple(self._mean.tolist()),
             tile=ground.tile,
         )

@@ -7,6 +7,8 @@ too (§2.4); otherwise a tile holds no colours.
 """
 
 from collections.abc import Iterator
+from itertools import groupby
+from operator import attrgetter
 from typing import Any
 
 import moderngl
@@ -77,15 +79,16 @@ class WarpPass(Pass[WarpParams]):
             if frame.common.lit_tiles:
                 asset.use_surface(program, 1, frame.common.lod)
                 program.set(**light)
-            for batch in batches:
-                with self.gl.state(direct=CLIP_DISTANCES if batch.clipped else ()):
-                    if in_order and not frame.assets.parts.is_shipped_cooked(number):
-                        ordered = self._ordered[defines]
-                        ordered.draw(frame.assets, batch, frame.plan.warp.records, self._instances)
-                    else:
-                        array = asset.array(self._arrays[defines], number)
-                        self._instances.bind(array, batch.first)
-                        asset.draw(array, batch.indices, batch.count)
+            ordered = self._ordered[defines] if in_order and not frame.assets.parts.is_shipped_cooked(number) else None
+            for clipped, run in groupby(batches, attrgetter("clipped")):
+                with self.gl.state(direct=CLIP_DISTANCES if clipped else ()):
+                    for batch in run:
+                        if ordered is not None:
+                            ordered.draw(frame.assets, batch, frame.plan.warp.records, self._instances)
+                        else:
+                            array = asset.array(self._arrays[defines], number)
+                            self._instances.bind(array, batch.first)
+                            asset.draw(array, batch.indices, batch.count)
 
     def _clear_slots(self, frame: Frame) -> None:
         """Clear the slots that are drawn into, in one draw call; scissored clears would take one call each."""

@@ -16,6 +16,7 @@ from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.geometry.spatial_order import stable_order
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.ingest.mesh import Mesh, Part
+from depthwalk.render import kernels
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
@@ -89,6 +90,11 @@ class Meshlets:
         NDArray[np.intp]
             (k,) rows of the meshlets, part by part, within each part the nearest first.
         """
+        if (loops := kernels.loaded()) is not None:
+            lens = view.axes, np.array(view.half_extent), np.array(view.shear)
+            stands = placed["origin"].astype(np.float64), placed["rotation"].astype(np.float64), float(placed["scale"])
+            found, forward = loops.meshlets(self.centre, self.radius, self.axis, self.sine, *stands, *lens, solid)
+            return np.asarray(found[np.lexsort((forward, self.part[found]))])
         rotation, scale = placed["rotation"].astype(np.float64)[None], float(placed["scale"])
         middle = placed["origin"] + scale * rotate(rotation, self.centre)
         rows, _ = Bounds(view.position + middle, scale * self.radius).visible(view)

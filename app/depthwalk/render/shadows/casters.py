@@ -50,7 +50,7 @@ class ShadowMap:
     @property
     def triangles(self) -> int:
         """Return how many triangles of depth images are drawn into the map."""
-        return sum(group.count * length for group in self.grids.batches for _, length in group.indices) // 3
+        return sum(batch.count * batch.triangles for batch in self.grids.batches)
 
     def shows_same(self, other: "ShadowMap") -> bool:
         """Return whether an earlier map is equal to this one, so that this one need not be drawn.
@@ -132,7 +132,7 @@ class Shadows:
 
 def sees_same(view: LightView, other: LightView) -> bool:
     """Return whether two maps have the same place, projection and size."""
-    return (view.centre, view.resolution, view.clip_from_centre) == (
+    return view is other or (view.centre, view.resolution, view.clip_from_centre) == (
         other.centre,
         other.resolution,
         other.clip_from_centre,

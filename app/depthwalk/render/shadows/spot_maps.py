@@ -5,7 +5,7 @@ Point lights have none: light in all directions would take six maps.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,11 +17,12 @@ from depthwalk.render.shadows.cascades import light_axes
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.scene.camera import clip_from_view
-from depthwalk.types import Array
+from depthwalk.types import Array, Rows
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
+Triple = tuple[float, float, float]
 
 NEAR = 0.01  # of a lamp's range: nearer surfaces, such as the lamp's own glass, cast no shadow; shaders read it
 
@@ -97,41 +98,76 @@ def lamp_spot(lamp: "LampParams", resolution: int) -> Spot:
     Returns
     -------
     Spot
-        The pyramid that the map sees.
+        The pyramid that the map sees, the same object as long as the lamp does not change.
     """
-    axes = light_axes(-np.array(lamp.direction, float))
-    return Spot(
-        centre=lamp.position, axes=axes, angle=float(np.radians(lamp.angle)), reach=lamp.range, resolution=resolution
+    assert lamp.direction is not None
+    return _spot(lamp.position, lamp.direction, lamp.angle, lamp.range, resolution)
+
+
+@lru_cache(maxsize=256)
+def _spot(position: Triple, direction: Triple, angle: float, reach: float, resolution: int) -> Spot:
+    """Return what the shadow map of a spot light sees, which has these `LampParams`."""
+    axes = light_axes(-np.array(direction, float))
+    return Spot(centre=position, axes=axes, angle=float(np.radians(angle)), reach=reach, resolution=resolution)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShadowLamps:
+    """Hold the k lamps of a scene that cast shadows and are switched on, as long as none of its lamps changes.
+
+    Attributes
+    ----------
+    number
+        (k,) indices among all lamps.
+    position
+        (k, 3) metres, world.
+    cones
+        The bounding spheres of their cones, world.
+    strength
+        (k,) the largest of linear red, green and blue at 1 m.
+    """
+
+    number: Rows
+    position: Array
+    cones: Bounds
+    strength: Array
+
+
+def shadow_lamps(lamps: Sequence["LampParams"]) -> ShadowLamps:
+    """Return those of all lamps of a scene, `lamps`, that may have a shadow map."""
+    number = [number for number, lamp in enumerate(lamps) if lamp.shadow and lamp.intensity > 0]
+    casting = [lamps[k] for k in number]
+    colour = linear_from_srgb([lamp.colour for lamp in casting]).reshape(-1, 3)
+    return ShadowLamps(
+        number=np.array(number, int),
+        position=np.array([lamp.position for lamp in casting], float).reshape(-1, 3),
+        cones=_cones(casting),
+        strength=colour.max(1) * [lamp.intensity for lamp in casting],
     )
 
 
-def choose_shadow_lamps(view: View, lamps: Sequence["LampParams"]) -> list[int]:
-    """Choose the lamps that should have a shadow map in this frame.
-
-    These are the lamps that cast shadows in the scene, are switched on, and whose cones the view may see.
+def choose_shadow_lamps(view: View, lamps: ShadowLamps) -> list[int]:
+    """Choose the lamps that should have a shadow map in this frame: those whose cones the view may see.
 
     Parameters
     ----------
     view
         The view of the picture.
     lamps
-        All lamps of the scene.
+        The lamps that may have a shadow map.
 
     Returns
     -------
     list[int]
-        Indices in `lamps`; those that light the viewer's position most come first.
+        Indices among all lamps; those that light the viewer's position most come first.
     """
-    numbers = np.array([number for number, lamp in enumerate(lamps) if lamp.shadow and lamp.intensity > 0], int)
-    if not len(numbers):
+    if not len(lamps.number):
         return []
-    casting = [lamps[number] for number in numbers.tolist()]
-    seen, _ = _cones(casting).visible(view)
-    place = np.array([lamp.position for lamp in casting], float)[seen]
-    light = linear_from_srgb([lamp.colour for lamp in casting]).max(1) * [lamp.intensity for lamp in casting]
-    square = np.square(place - view.position).sum(1)
-    order = seen[np.argsort(-light[seen] / np.maximum(square, 1e-4), kind="stable")]
-    return [int(number) for number in numbers[order]]
+    seen, _ = lamps.cones.visible(view)
+    square = np.square(lamps.position[seen] - view.position).sum(1)
+    order = seen[np.argsort(-lamps.strength[seen] / np.maximum(square, 1e-4), kind="stable")]
+    chosen: list[int] = lamps.number[order].tolist()
+    return chosen
 
 
 def assign_tiles(chosen: Sequence[int], lamps: Sequence["LampParams"], count: int) -> dict[int, int]:
@@ -164,8 +200,8 @@ def assign_tiles(chosen: Sequence[int], lamps: Sequence["LampParams"], count: in
 
 def _cones(lamps: Sequence["LampParams"]) -> Bounds:
     """Return the bounding spheres of the cones of spot lights."""
-    place = np.array([lamp.position for lamp in lamps], float)
-    axis = np.array([lamp.direction for lamp in lamps], float)
+    place = np.array([lamp.position for lamp in lamps], float).reshape(-1, 3)
+    axis = np.array([lamp.direction for lamp in lamps], float).reshape(-1, 3)
     half, reach = np.radians([lamp.angle / 2 for lamp in lamps]), np.array([lamp.range for lamp in lamps])
     wide = half > np.pi / 4
     along = np.where(wide, reach * np.cos(half), reach / (2 * np.cos(half)))

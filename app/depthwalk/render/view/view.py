@@ -54,6 +54,12 @@ class View:
             raise ValueError("the view's near and far plane are not fitted yet")
         return self.near, self.far
 
+    def fitted(self, near: float, far: float) -> "View":
+        """Return a view without near or far plane with both; all that is computed already stays so."""
+        view = object.__new__(View)
+        view.__dict__.update(self.__dict__, near=near, far=far)
+        return view
+
     @cached_property
     def position(self) -> NDArray[np.float64]:
         """Return the position of the viewer, (3,), metres, world."""

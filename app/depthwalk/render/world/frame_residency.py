@@ -43,11 +43,24 @@ class FrameResidency:
         -------
         (m,) whether the assets of each object are on the GPU.
         """
-        asset = self._asset[rows]
+        return self.are_resident(self._asset[rows], distance)
+
+    def are_resident(self, asset: Rows, urgency: Array | None = None) -> Mask:
+        """Return which assets are on the GPU, as `resident` does for objects.
+
+        Parameters
+        ----------
+        asset : (m,) numbers of the assets in `CookedParts`.
+        urgency : (m,) the least is uploaded first; None: they are sorted by it.
+
+        Returns
+        -------
+        (m,) whether each is on the GPU.
+        """
         is_new = ~self._is_needed[asset]
         new = asset[is_new]
         if len(new):
-            self._needed += _in_order(new, None if distance is None else distance[is_new])
+            self._needed += _in_order(new, None if urgency is None else urgency[is_new])
             self._is_needed[new] = True
         if len(new) or self._on_gpu is None or not self._on_gpu[self._needed].all():
             self._on_gpu = self._assets.stream(self._needed, self._seconds, releases=self._releases)

@@ -67,11 +67,12 @@ class SpatialCells:
         loops = kernels.loaded()
         if loops is not None:
             seen_through = view.position, view.axes, np.array(view.half_extent), min_pixels / (2 * view.detail_pixels)
-            cells = loops.cells_in_sight(self.low, self.high, self.largest, *seen_through)
+            cells, nearest_corner = loops.cells_in_sight(self.low, self.high, self.largest, *seen_through)
         else:
             cells = np.flatnonzero(self._may_show(view, min_pixels))
-        forward, reach = self.along(view, cells)
-        cells = cells[np.argsort(forward - reach, kind="stable")]
+            forward, reach = self.along(view, cells)
+            nearest_corner = forward - reach
+        cells = cells[np.argsort(nearest_corner, kind="stable")]
         objects = self.first[cells + 1] - self.first[cells]
         before = np.cumsum(objects) - objects
         batch = np.log2(3 * before / size + 1) // 2  # size · (1 + 4 + … + 4^(k − 1)) objects come before batch k
