@@ -5,6 +5,7 @@ grooves of hair. Where the next image begins farther off, a hole of a few texels
 the object. Its rim is a short closed walk along the surface's boundary.
 """
 
+from itertools import pairwise
 from math import dist
 
 import numpy as np
@@ -52,7 +53,7 @@ def fill_holes(point: Array, triangles: Ints, max_perimeter: float) -> Ints:
             continue  # part of a hole that has been closed
         rim = _shortest_rim(follow, places, start, end, max_perimeter)
         if rim and _faces_outward(point[rim], facing[rim]):
-            for here, there in zip(rim, [*rim[1:], rim[0]], strict=True):
+            for here, there in pairwise([*rim, rim[0]]):
                 follow[here].remove(there)
             added += _fan(point, rim)
     return distinct_triangles(np.concatenate([triangles, np.array(added, np.int64).reshape(-1, 3)]))
@@ -77,7 +78,7 @@ def _shortest_rim(follow: _Follow, places: _Points, start: int, end: int, max_pe
             while (vertex := before[rim[-1]]) != start:
                 rim.append(vertex)
             rim.reverse()
-            length = sum(dist(places[here], places[there]) for here, there in zip(rim, [*rim[1:], rim[0]], strict=True))
+            length = sum(dist(places[here], places[there]) for here, there in pairwise([*rim, rim[0]]))
             return rim if length <= max_perimeter else []
         reached = further
     return []
@@ -97,4 +98,4 @@ def _fan(point: Array, rim: list[int]) -> list[tuple[int, int, int]]:
     places = point[rim]
     middle = int(np.linalg.norm(places[:, None] - places, axis=2).sum(1).argmin())
     rim = rim[middle:] + rim[:middle]
-    return [(rim[0], here, there) for here, there in zip(rim[1:-1], rim[2:], strict=True)]
+    return [(rim[0], here, there) for here, there in pairwise(rim[1:])]

@@ -44,7 +44,7 @@ _SHARPEST = 0.18  # where meshes begin to replace the images: finer levels are n
 _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
 _HOLE = 16.0  # longest rim of a hole that those close
-_LEAFY = 4.0  # times the triangles that only foliage has left: a grid with more is one of leaves, between which holes are
+_LEAFY = 4.0  # times the triangles that only foliage has left: a grid with more is of leaves, whose holes are real
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
 # Of a level's tolerance: voxels within which leaves are merged, and tolerances of the merged ones. All are tried.
@@ -112,15 +112,17 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
         return corners, max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
 
     # Threads measure a level while the next one is built.
-    levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
+    all_levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
     error = np.maximum.accumulate(deviations)
+    drawn = np.flatnonzero(np.diff(error, append=np.inf) > 0)  # of levels of equal error, only the coarsest is drawn
+    levels, error = [all_levels[level] for level in drawn], error[drawn]
     # The finest level of foliage would never be seen, and would take two thirds of the memory.
     needless = [
         len(corners) > most and next_error <= _SHARPEST * texel
         for corners, next_error in zip(levels, error[1:], strict=False)
     ]
     finest = [*needless, False].index(False)
-    return list(levels[finest:]), error[finest:]
+    return levels[finest:], error[finest:]
 
 
 class _Level(NamedTuple):
