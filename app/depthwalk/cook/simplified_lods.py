@@ -112,17 +112,15 @@ def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[lis
         return corners, max(_deviation(probes, corners), _LEAST_ERROR * tolerance)
 
     # Threads measure a level while the next one is built.
-    all_levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
+    levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
     error = np.maximum.accumulate(deviations)
-    drawn = np.flatnonzero(np.diff(error, append=np.inf) > 0)  # of levels of equal error, only the coarsest is drawn
-    levels, error = [all_levels[level] for level in drawn], error[drawn]
     # The finest level of foliage would never be seen, and would take two thirds of the memory.
     needless = [
         len(corners) > most and next_error <= _SHARPEST * texel
         for corners, next_error in zip(levels, error[1:], strict=False)
     ]
     finest = [*needless, False].index(False)
-    return levels[finest:], error[finest:]
+    return list(levels[finest:]), error[finest:]
 
 
 class _Level(NamedTuple):
