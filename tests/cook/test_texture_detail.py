@@ -22,8 +22,7 @@ in float lod;
 uniform int image;
 out vec4 normal, colour;
 void main() {
-    int tier;
-    vec3 place = page_at(image, uv, lod, tier);
+    vec3 place = page_at(image, uv, lod);
     normal = page_texel(page_normals, place);
     colour = page_colour(place);
 }

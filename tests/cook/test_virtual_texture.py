@@ -271,12 +271,11 @@ out vec4 normal, colour;
 out vec3 magnified;
 out float misplaced;    // texels
 void main() {
-    int tier;
-    vec3 place = page_at(image, uv, lod, tier);
+    vec3 place = page_at(image, uv, lod);
     normal = page_texel(page_normals, place);
     colour = page_colour(place);
     vec2 stored;
-    place = page_at(image, uv, 0.0, tier);
+    place = page_at(image, uv, 0.0);
     vec4 around[4];
     magnified = page_normal(place.xy, around);
     misplaced = page_stored(image, uv, stored) ? distance(stored, place.xy) : 0.0;
