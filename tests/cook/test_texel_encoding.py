@@ -117,7 +117,7 @@ void main() {
     vec2 place = vec2(6.0);
     page_normal(place, texel);
     Around around = texels_around(place);
-    found.xyz = sample_border(image, vec2(0.5), texel, asked, around);
+    found.xyz = sample_border(image, vec2(0.5), depths_off(texel, asked), asked, around);
     found.w = around.at[0].x < IMAGE ? 0.0 : 1.0;
 }
 """

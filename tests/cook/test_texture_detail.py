@@ -22,7 +22,8 @@ in float lod;
 uniform int image;
 out vec4 normal, colour;
 void main() {
-    vec3 place = page_at(image, uv, lod);
+    int tier;
+    vec3 place = page_at(image, uv, lod, tier);
     normal = page_texel(page_normals, place);
     colour = page_colour(place);
 }

@@ -271,11 +271,12 @@ out vec4 normal, colour;
 out vec3 magnified;
 out float misplaced;    // texels
 void main() {
-    vec3 place = page_at(image, uv, lod);
+    int tier;
+    vec3 place = page_at(image, uv, lod, tier);
     normal = page_texel(page_normals, place);
     colour = page_colour(place);
     vec2 stored;
-    place = page_at(image, uv, 0.0);
+    place = page_at(image, uv, 0.0, tier);
     vec4 around[4];
     magnified = page_normal(place.xy, around);
     misplaced = page_stored(image, uv, stored) ? distance(stored, place.xy) : 0.0;
