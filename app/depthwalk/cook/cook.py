@@ -5,8 +5,8 @@ once per asset, in seconds; `cooked_file` stores the result. Its steps, in the o
 
 1. *Depth images → geometry levels.* `grid_lods` connects neighbouring samples to triangles, face by face
    (`face_grids`), at steps of 1, 2, 4 … texels, fewer where the surface is smooth (`rtin`). For larger images, and for
-   foliage, `simplified_lods` takes the finest of these grids and simplifies it as one surface: by `vertex_clustering`
-   and `edge_collapse` (`quadrics`), with its `sharp_features` restored, and dilated if it is foliage
+   foliage, `simplified_lods` takes the finest of these grids and simplifies it as one surface: by `vertex_clustering`,
+   `hole_filling` and `edge_collapse` (`quadrics`), with its `sharp_features` restored, and dilated if it is foliage
    (`foliage_dilation`).
 2. *View selection.* Each simplified triangle is assigned the depth image that shows it best (`view_selection`);
    triangles of grids stay with the image that they are made from.

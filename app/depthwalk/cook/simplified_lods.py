@@ -18,6 +18,7 @@ from depthwalk.bake.images import BakedObject
 from depthwalk.cook.edge_collapse import collapse_edges
 from depthwalk.cook.foliage_dilation import FoliageCover
 from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.cook.hole_filling import fill_holes
 from depthwalk.cook.indexed_lods import index_levels
 from depthwalk.cook.lod_geometry import BORDER, LodGeometry
 from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
@@ -42,6 +43,8 @@ _SHARPEST = 0.18  # where meshes begin to replace the images: finer levels are n
 # gave no better picture for as many triangles.
 _COARSE_VOXEL, _FOLIAGE_VOXEL = 0.9, 2.0
 _COARSE_TOLERANCE = 1.0  # of the first of those
+_HOLE = 12.0  # longest rim of a hole that those close: of 16, it may be the open end of a pleat
+_LEAFY = 4.0  # times the triangles that only foliage has left: a grid with more is of leaves, whose holes are real
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE_LEVELS = 13  # at most
 # Of a level's tolerance: voxels within which leaves are merged, and tolerances of the merged ones. All are tried.
@@ -143,7 +146,13 @@ def _surfaces(
     def clustered(voxel: float) -> tuple[Array, Ints]:
         return cluster_vertices(point, triangles, rank, voxel * texel)
 
-    coarse_beside = begin(lambda: _coarse_levels(_coarse_surface(*clustered(_COARSE_VOXEL)), texel, parallel), parallel)
+    def coarse_levels() -> list[_Level]:
+        coarse_point, open_triangles = clustered(_COARSE_VOXEL)
+        is_leafy = len(triangles) > _LEAFY * most
+        closed = open_triangles if is_leafy else fill_holes(coarse_point, open_triangles, _HOLE * texel)
+        return _coarse_levels(_coarse_surface(coarse_point, closed), texel, parallel)
+
+    coarse_beside = begin(coarse_levels, parallel)
     kept, fine_triangles = kept_vertices(point, triangles, rank, _FINE_VOXEL * texel)
     fine = _fine_surface(point[kept].astype(np.float64), fine_triangles, rank[kept] == _END, parallel)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)

@@ -1,0 +1,101 @@
+"""Close the small holes of a surface, which the depth images of an object leave where none of them has a sample.
+
+The grids of an object's images end where a surface is seen edge-on or lies behind more layers than there are, as in the
+grooves of hair. Where the next image begins farther off, a hole of a few texels is left, through which one looks into
+the object. Its rim is a short closed walk along the surface's boundary.
+"""
+
+from itertools import pairwise
+from math import dist
+
+import numpy as np
+
+from depthwalk.geometry.indexed_triangles import distinct_triangles, opposite_edges, vertex_directions
+from depthwalk.types import Array, Ints
+
+_MAX_EDGES = 12  # of a rim
+
+_Follow = dict[int, list[int]]
+_Points = list[tuple[float, float, float]]
+
+
+def fill_holes(point: Array, triangles: Ints, max_perimeter: float) -> Ints:
+    """Add triangles that close the small holes of a surface.
+
+    The boundary of a small separate piece of surface, such as a leaf, is no hole: a triangle across it would face the
+    other way.
+
+    Parameters
+    ----------
+    point
+        (n, 3) vertices, metres.
+    triangles
+        (t, 3) rows of `point`, each with three different corners.
+    max_perimeter
+        Longest rim of a hole that is closed, metres.
+
+    Returns
+    -------
+    numpy.ndarray
+        (u, 3) int64 triangles: those of the surface, and in each closed hole a fan around one corner of its rim.
+    """
+    # Around a hole, its rim runs against the boundary edges of the surface.
+    triangle, corner = np.divmod(np.flatnonzero(opposite_edges(triangles) < 0), 3)
+    ends, starts = triangles[triangle, corner].tolist(), triangles[triangle, (corner + 1) % 3].tolist()
+    follow: _Follow = {}
+    for start, end in zip(starts, ends, strict=True):
+        follow.setdefault(start, []).append(end)
+    places: _Points = list(map(tuple, point.tolist()))
+    facing = vertex_directions(point, triangles)
+    added: list[tuple[int, int, int]] = []
+    for start, end in zip(starts, ends, strict=True):
+        if end not in follow[start]:
+            continue  # part of a hole that has been closed
+        rim = _shortest_rim(follow, places, start, end, max_perimeter)
+        if rim and _faces_outward(point[rim], facing[rim]):
+            for here, there in pairwise([*rim, rim[0]]):
+                follow[here].remove(there)
+            added += _fan(point, rim)
+    return distinct_triangles(np.concatenate([triangles, np.array(added, np.int64).reshape(-1, 3)]))
+
+
+def _shortest_rim(follow: _Follow, places: _Points, start: int, end: int, max_perimeter: float) -> list[int]:
+    """Return the vertices of the closed walk of fewest edges that begins with an edge; [] if all are too long.
+
+    follow: the vertices that follow each vertex along rims; places: of all vertices, metres; start, end: of the edge.
+    """
+    origin, before, reached = places[start], {end: start}, [end]
+    for _ in range(_MAX_EDGES - 1):
+        further = []
+        for vertex in reached:
+            for following in follow.get(vertex, ()):
+                # What is farther off than half of the perimeter is not on a rim of that length.
+                if following not in before and 2 * dist(origin, places[following]) <= max_perimeter:
+                    before[following] = vertex
+                    further.append(following)
+        if start in before:
+            rim = [start]
+            while (vertex := before[rim[-1]]) != start:
+                rim.append(vertex)
+            rim.reverse()
+            length = sum(dist(places[here], places[there]) for here, there in pairwise([*rim, rim[0]]))
+            return rim if length <= max_perimeter else []
+        reached = further
+    return []
+
+
+def _faces_outward(rim: Array, facing: Array) -> bool:
+    """Return whether triangles within a rim would face as the surface around them.
+
+    rim: (k, 3) its vertices, metres; facing: (k, 3) the surface's `vertex_directions` there.
+    """
+    arms = rim - rim[0]
+    return bool(np.cross(arms[:-1], arms[1:]).sum(0) @ facing.sum(0) > 0)
+
+
+def _fan(point: Array, rim: list[int]) -> list[tuple[int, int, int]]:
+    """Return the triangles of a fan around the vertex of a rim that is nearest to all the others."""
+    places = point[rim]
+    middle = int(np.linalg.norm(places[:, None] - places, axis=2).sum(1).argmin())
+    rim = rim[middle:] + rim[:middle]
+    return [(rim[0], here, there) for here, there in pairwise(rim[1:])]

@@ -1,0 +1,70 @@
+"""Small holes of a surface are closed, and nothing else."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from depthwalk.cook.hole_filling import fill_holes
+from depthwalk.geometry.indexed_triangles import opposite_edges
+from depthwalk.types import Array, Ints, Mask
+
+BALL = trimesh.creation.icosphere(subdivisions=3)
+POINT, TRIANGLES = np.asarray(BALL.vertices), np.asarray(BALL.faces, np.int64)
+EDGE = float(BALL.edges_unique_length.max())
+
+
+def around(direction: tuple[float, float, float], size: float) -> Mask:
+    """Which triangles of the ball are within `size` of a point on it."""
+    towards = np.array(direction) / np.linalg.norm(direction)
+    return np.asarray(np.linalg.norm(POINT[TRIANGLES].mean(1) - towards, axis=1) < size)
+
+
+def boundary_edges(triangles: Ints) -> int:
+    return int((opposite_edges(triangles) < 0).sum())
+
+
+def volume(triangles: Ints) -> float:
+    a, b, c = (POINT[triangles[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def test_holes_in_a_ball_are_closed_from_outside() -> None:
+    """One of a single triangle, and those of all triangles around two vertices."""
+    fans = np.isin(TRIANGLES, [0, int(TRIANGLES[(TRIANGLES == 0).any(1)].max())]).any(1)
+    pierced = TRIANGLES[~(fans | around((1, 2, 3), EDGE / 2))]
+    assert boundary_edges(pierced) > 8
+    closed = fill_holes(POINT, pierced, 16 * EDGE)
+    assert boundary_edges(closed) == 0
+    assert volume(closed) == pytest.approx(volume(TRIANGLES), rel=2e-3)
+
+
+def test_two_holes_that_share_a_corner_are_both_closed() -> None:
+    corner = int(np.argmax(np.bincount(TRIANGLES.ravel())))
+    fan = np.flatnonzero(np.isin(TRIANGLES, corner).any(1))
+    apart = next(k for k in fan if len(np.intersect1d(TRIANGLES[k], TRIANGLES[fan[0]])) == 1)
+    pierced = np.delete(TRIANGLES, [fan[0], apart], axis=0)
+    closed = fill_holes(POINT, pierced, 16 * EDGE)
+    assert boundary_edges(closed) == 0 and len(closed) == len(TRIANGLES)
+
+
+def test_a_hole_with_a_longer_rim_stays() -> None:
+    pierced = TRIANGLES[~around((1, 2, 3), 4 * EDGE)]
+    assert boundary_edges(fill_holes(POINT, pierced, 16 * EDGE)) == boundary_edges(pierced)
+    one = np.delete(TRIANGLES, 0, axis=0)
+    rim = POINT[TRIANGLES[0]]
+    length = np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum()
+    assert len(fill_holes(POINT, one, 0.99 * length)) == len(one)
+    assert len(fill_holes(POINT, one, 1.01 * length)) == len(TRIANGLES)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.3])
+def test_the_rim_of_a_leaf_is_no_hole(bend: float) -> None:
+    """Flat or bent: triangles across its rim would be its back."""
+    leaf: Array = np.array([(0, 0, bend), (1, 0, 0), (0.5, 0.9, 0), (-0.5, 0.9, 0), (-1, 0, 0), (0, -1, 0)])
+    triangles = np.array([(0, k, k % 5 + 1) for k in range(1, 6)])
+    assert len(fill_holes(leaf, triangles, 100.0)) == len(triangles)
+
+
+def test_a_closed_surface_and_none_stay() -> None:
+    assert len(fill_holes(POINT, TRIANGLES, 1.0)) == len(TRIANGLES)
+    assert fill_holes(POINT, TRIANGLES[:0], 1.0).shape == (0, 3)
