@@ -96,6 +96,33 @@ def test_documents_nested_deeply_are_refused(tmp_path: Path, document: str) -> N
     assert len(str(caught.value)) < 300 and str(caught.value).startswith(f"{path}: ")
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("hull", [[10**400, 0, 0]]),
+        ("hull", [[1, 2], [3]]),
+        ("hull", None),
+        ("footprint", []),
+        ("footprint", [1.0, 1.0]),
+        ("footprint", [float("inf")] * 32),
+        ("footprint", [[1.0, 2.0], [3.0, 4.0]]),
+        ("cylinder", ["wide"] * 5),
+        ("cylinder", [float("nan")] * 5),
+        ("cylinder", [1.0]),
+    ],
+)
+def test_damaged_extents_are_refused(made: tuple[CookedObject, ...], tmp_path: Path, name: str, value: object) -> None:
+    path = tmp_path / "a.dpci.npz"
+    write_cooked(path, "abc", made[:1])
+    arrays = dict(np.load(path))
+    (header,) = json.loads(str(arrays["objects"]))
+    if name == "footprint":  # files of earlier layouts have it in place of a hull
+        del header["hull"]
+    write_arrays(path, arrays | {"objects": json.dumps([header | {name: value}])}, SMALLEST)
+    with pytest.raises(InputError, match="damaged cooked depth images"):
+        read_cooked(path)
+
+
 def test_texture_coordinates_are_stored_only_where_there_are_any(folder: Path) -> None:
     textured = cook_object(bake(globe(checkers(256, 16)), 64, 1), CookOptions())
     plain = cook_object(bake(box(1, 1, 1), 16, 1), CookOptions())

@@ -263,7 +263,7 @@ def _header(cooked: CookedObject) -> dict[str, Any]:
 def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str, NDArray[Any]]) -> CookedObject:
     """Return object `number` of a file from its header and the small columns of all objects."""
     outline = BakedObject(
-        cylinder=Cylinder(**dict(zip((field.name for field in fields(Cylinder)), header["cylinder"], strict=True))),
+        cylinder=_cylinder(header),
         images=tuple(bare_image(Face(face), layer, tuple(shape)) for face, layer, *shape in header["images"]),
         boundary_strips=(),
         shininess=header["shininess"],
@@ -287,9 +287,28 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
 def _hull(header: dict[str, Any]) -> NDArray[np.float64]:
     """Return `CookedObject.hull` from an object's header. Raises ValueError, KeyError or TypeError if it is damaged."""
     if "hull" in header:
-        return padded_hull(np.array(header["hull"], np.float64))
-    cylinder = dict(zip((field.name for field in fields(Cylinder)), header["cylinder"], strict=True))
-    return padded_hull(prism_corners(np.array(header["footprint"], np.float64), cylinder["bottom"], cylinder["top"]))
+        return padded_hull(_numbers(header, "hull"))
+    extents, cylinder = _numbers(header, "footprint"), _cylinder(header)
+    if extents.ndim != 1 or len(extents) < 3:
+        raise ValueError("extents must be in at least 3 directions")
+    return padded_hull(prism_corners(extents, cylinder.bottom, cylinder.top))
+
+
+def _cylinder(header: dict[str, Any]) -> Cylinder:
+    """Return the cylinder from an object's header. Raises ValueError, KeyError or TypeError if it is damaged."""
+    names = [field.name for field in fields(Cylinder)]
+    return Cylinder(**dict(zip(names, _numbers(header, "cylinder").tolist(), strict=True)))
+
+
+def _numbers(header: dict[str, Any], name: str) -> NDArray[np.float64]:
+    """Return finite numbers from an object's header. Raises ValueError, KeyError or TypeError if they are none."""
+    try:
+        values = np.array(header[name], np.float64)
+    except OverflowError:  # JSON has integers of any length
+        values = np.array(np.inf)
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name} must be finite numbers")
+    return values
 
 
 def _column(kind: type[LodGeometry | VirtualTexture], number: int, name: str) -> str:
