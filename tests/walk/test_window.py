@@ -5,11 +5,13 @@ on a busy machine, and never for a number of seconds.
 """
 
 import contextlib
+import gc
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
@@ -20,6 +22,7 @@ import pytest
 import trimesh
 from tools.gpu_faults import Walk, faulty_contexts
 
+from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -27,7 +30,7 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
-from depthwalk.walk import NoDisplayError
+from depthwalk.walk import NoDisplayError, app
 from depthwalk.walk.window import open_window
 from window_program import PATIENCE, SCENE, Program, User, names
 
@@ -340,6 +343,25 @@ def test_a_signal_that_gets_lost_in_a_callback_closes_the_window(display: None, 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 143, done.stderr
     assert "Traceback" not in done.stderr
+
+
+@linux
+def test_a_scene_that_was_left_does_not_stay_in_memory(display: None, scene_file: Path) -> None:
+    """Even if what there was at the start is not searched for garbage."""
+    scene = load_scene(scene_file)
+    walk = app.Walk(open_window("scene", (96, 72)), BackgroundLibrary(scene.assets), load_scene)
+    try:
+        walk.start(scene, None, None, lambda camera, frame_all: camera)
+        walk.step()
+        left = weakref.ref(walk.renderer), weakref.ref(scene)
+        del scene
+        gc.freeze()
+        walk.next_file = scene_file
+        walk.step()
+        gc.collect()
+        assert [reference() for reference in left] == [None, None]
+    finally:
+        walk.release()
 
 
 @linux

@@ -1,5 +1,6 @@
 """Walk through a scene in a window: everything that lives as long as the window, and the frame loop."""
 
+import gc
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
@@ -210,6 +211,8 @@ class Walk:
         self.window.title = title_of(scene.path)
         if not again:
             self._watch_files(scene)
+        # The scene before, and its renderer, refer to themselves, and may be frozen since the program started.
+        gc.unfreeze()
 
     def _watch_files(self, scene: Scene) -> None:
         """Watch the files of `scene`, and no others, if files are to be watched."""

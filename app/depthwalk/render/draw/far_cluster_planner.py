@@ -239,7 +239,7 @@ def member_records(
         offset=np.einsum("ni,ni->n", viewer, normal) - distance,
         low=planes.low / scale,
         high=planes.high / scale,
-        diagonals=planes.diagonals,
+        diagonals=planes.diagonals / scale,
     )
     texel = tiles.texel * np.concatenate([scale, scale, np.ones_like(scale)], 1)[:, None]
     scaled = Tiles(texel=texel, nearest=tiles.nearest, size=tiles.size, pixel=tiles.pixel)
