@@ -1,5 +1,5 @@
-// Draws one rectangle per impostor tile, the part of the plane that the tile covers, from the object frame to clip space (Liu,
-// Liu and Wu 2007, §2.5). Its corners, where the tile is empty, are cut off, so that it is an octagon.
+// Draws one octagon per impostor tile, the part of the plane that the tile covers less its empty corners, from the object frame
+// to clip space (Liu, Liu and Wu 2007, §2.5).
 //
 // The tile may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
 // (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
@@ -69,8 +69,7 @@ void main() {
     vec4 along = vec2(aside.x + aside.y, aside.x - aside.y).xxyy;
     vec4 near_ends = shifted(in_diagonals, in_high.z, ratio, along);
     vec4 far_ends = shifted(in_diagonals, in_high.w, ratio, along);
-    vec4 lower = min(near_ends, far_ends), upper = max(near_ends, far_ends);
-    vec4 ends = vec4(lower.x, upper.y, lower.z, upper.w);
+    vec4 ends = vec4(min(near_ends.xz, far_ends.xz), max(near_ends.yw, far_ends.yw)).xzyw;
     vec2 place = octagon_corner(min(near.xy, far.xy), max(near.zw, far.zw), ends);
 
     vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;

@@ -33,7 +33,7 @@ def cylinder(count: int = 1) -> Volumes:
 
 
 def assert_within(position: Array, planes: Planes, slack: float) -> None:
-    """Points (n, 2) are within the outlines of their planes, or outside by a part `slack` of a metre at most."""
+    """Points (n, 2) are within the outlines of their planes, or outside by a part `slack` of their places at most."""
     s, v = position.T
     for value, least, greatest in (
         (s, planes.low[:, 0], planes.high[:, 0]),
@@ -41,8 +41,8 @@ def assert_within(position: Array, planes: Planes, slack: float) -> None:
         (s + v, *planes.diagonals[:, :2].T),
         (s - v, *planes.diagonals[:, 2:].T),
     ):
-        slack *= 1 + np.abs(value).max()
-        assert (value >= least - slack).all() and (value <= greatest + slack).all()
+        outside = slack * (1 + np.abs(value).max())
+        assert (value >= least - outside).all() and (value <= greatest + outside).all()
 
 
 coordinates = st.floats(-8, 8, allow_nan=False, width=32)

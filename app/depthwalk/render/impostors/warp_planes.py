@@ -193,8 +193,8 @@ def _outlines(across: Array, ahead: Array, distance: Array, low: Array, high: Ar
     seen = distance[:, None, None] * across / np.where(usable[:, None], ahead, 1)[..., None]
     low = np.where(usable[:, None], np.maximum(low, seen.min(1)), low)
     high = np.where(usable[:, None], np.minimum(high, seen.max(1)), high)
-    corners = np.stack([low, high, np.stack([low[:, 0], high[:, 1]], -1), np.stack([high[:, 0], low[:, 1]], -1)], 1)
-    whole, cut = (diagonals_of(points, np.ones(points.shape[:2], bool)) for points in (corners, seen))
+    whole = np.stack([low.sum(1), high.sum(1), low[:, 0] - high[:, 1], high[:, 0] - low[:, 1]], -1)
+    cut = diagonals_of(seen, np.ones(seen.shape[:2], bool))
     return low, high, np.where(usable[:, None], cut, whole)
 
 
