@@ -16,6 +16,7 @@ class Recorded:
         self.direct: set[int] = set()
         self.depth_func, self.wireframe = "<", False
         self.blend_func: tuple[int, int] | None = None
+        self.polygon_offset = 0.0, 0.0
 
     def enable_only(self, flags: int) -> None:
         self.flags = flags
@@ -52,15 +53,15 @@ def keeper_of(context: Recorded) -> StateKeeper:
 def test_a_block_sets_what_it_names_and_keeps_what_is_around_it() -> None:
     context = Recorded()
     keeper = keeper_of(context)
-    with keeper.changed(depth_test=ALWAYS, cull=True, direct=(7, 8)):
+    with keeper.changed(depth_test=ALWAYS, cull=True, direct=(7, 8), depth_offset=(-1.0, -2.0)):
         assert context.flags == moderngl.DEPTH_TEST | moderngl.CULL_FACE and context.depth_func == ALWAYS
         with keeper.changed(blend=(1, 1), cull=False, wireframe=True, direct=(8, 9)):
             assert context.flags == moderngl.DEPTH_TEST | moderngl.BLEND and context.blend_func == (1, 1)
-            assert context.wireframe and context.direct == {8, 9}
+            assert context.wireframe and context.direct == {8, 9} and context.polygon_offset == (-1.0, -2.0)
         assert context.flags == moderngl.DEPTH_TEST | moderngl.CULL_FACE
         assert not context.wireframe and context.direct == {7, 8}
     assert keeper.now == State() and context.flags == moderngl.NOTHING
-    assert context.depth_func == "<" and not context.direct
+    assert context.depth_func == "<" and not context.direct and context.polygon_offset == (0.0, 0.0)
 
 
 def test_state_is_restored_after_an_exception() -> None:

@@ -29,6 +29,9 @@ class State(NamedTuple):
         Whether triangles are drawn as lines.
     direct
         Capabilities to enable that moderngl has no name for, by their GL numbers.
+    depth_offset
+        What is added to the depths of a polygon: as many times how much its depth changes from pixel to pixel, and as
+        many of the smallest steps that depth resolves.
     """
 
     depth_test: str | None = None
@@ -36,6 +39,7 @@ class State(NamedTuple):
     blend: tuple[int, int] | None = None
     wireframe: bool = False
     direct: tuple[int, ...] = ()
+    depth_offset: tuple[float, float] = (0.0, 0.0)
 
 
 class Changes(TypedDict, total=False):
@@ -46,6 +50,7 @@ class Changes(TypedDict, total=False):
     blend: tuple[int, int] | None
     wireframe: bool
     direct: tuple[int, ...]
+    depth_offset: tuple[float, float]
 
 
 class StateKeeper:
@@ -105,6 +110,8 @@ class StateKeeper:
             context.depth_func = state.depth_test or LESS
         if before.wireframe != state.wireframe:
             context.wireframe = state.wireframe
+        if before.depth_offset != state.depth_offset:
+            context.polygon_offset = state.depth_offset
         for capability in before.direct:
             if capability not in state.direct:
                 context.disable_direct(capability)

@@ -56,6 +56,18 @@ def test_a_large_one_covers_the_picture_to_its_borders(alone: MakeAlone, half_si
     assert found == pytest.approx(ground_distance(ground.view), rel=1e-4)
 
 
+def test_it_shows_in_front_of_the_near_plane(alone: MakeAlone) -> None:
+    camera = Camera((0.3, 0.01, 0.2), (0.3, 0.0, -0.8), 1.2)
+    ground = alone(GroundPass(), View(camera, (48, 32), near=0.05, far=50.0))
+    ground.targets.polygons.clear(depth=1.0)
+    draw(ground)
+    expected = ground_distance(ground.view)
+    found = view_distance(ground.read("depth", np.float32, 1)[..., 0], *ground.view.depth_range)
+    assert (expected < 0.05).sum() > 400
+    inside = expected < 15
+    assert found[inside] == pytest.approx(np.maximum(expected[inside], 0.05), rel=2e-3)
+
+
 def test_it_has_its_colour_and_is_no_object(alone: MakeAlone) -> None:
     ground = alone(GroundPass())
     ground.targets.polygons.clear(depth=1.0)

@@ -91,6 +91,38 @@ def test_what_is_before_glass_hides_it(studio: Studio) -> None:
     assert (alone == before).all()
 
 
+@pytest.mark.parametrize("aa", ["none", "msaa"])
+def test_what_lies_on_the_ground_is_in_front_of_it(studio: Studio, aa: Any) -> None:
+    if aa == "msaa" and studio.device.max_samples < 4:
+        pytest.skip("the device has fewer samples")
+    upright = panes((0.0, replace(GREY, base_colour=(0.0, 0.0, 0.0))), width=4.0)
+    lying = replace(upright, positions=upright.positions[:, [0, 2, 1]] * np.array([1.0, 0.0, -1.0]))
+    scene = scene_of((0, (0.0, 0.0, 0.0), 0.0, 1.0), representation=Representation.MESH)
+    scene.environment = Environment.model_validate({"ground": {"colour": (1.0, 1.0, 1.0)}})  # type: ignore[misc]
+    scene.render.aa = aa
+    cameras = (Camera((0.3 * k, 0.5 + k, 2.0 + k), (0.0, 0.0, -2.0), 0.5) for k in range(3))
+    for camera in cameras:
+        light = linear_from_srgb(studio.picture(scene, ShapeLibrary([lying], [None]), camera, (64, 48))[..., 1])
+        ground = light[-1, 0]
+        dimmed = np.abs(light - 0.5 * ground) < 0.02
+        rows = dimmed.any(1)
+        first, last = dimmed.argmax(1), dimmed.shape[1] - 1 - dimmed[:, ::-1].argmax(1)
+        assert rows.sum() > 6
+        assert dimmed.sum() == (last - first + 1)[rows].sum() and rows[rows.argmax() :].sum() == rows.sum()
+
+
+def test_a_label_hides_the_glass_close_behind_it(studio: Studio) -> None:
+    stone = Material((0.2, 0.2, 0.2))
+    aside = Camera((3.0, 1.0, 2.0), (0.0, 1.0, 0.0), 0.35)
+    scene = scene_of((0, (0.0, 0.0, 0.0), 0.0, 1.0), representation=Representation.MESH)
+    pictures = (
+        studio.picture(scene, ShapeLibrary([panes((0.01, stone), *more)], [None]), aside, (64, 48))
+        for more in ((), ((0.0, GREY),))
+    )
+    alone, before = (pixels[10:-10, 20:-20] for pixels in pictures)
+    assert (alone == before).all()
+
+
 def test_what_glows_is_seen_in_the_dark(studio: Studio) -> None:
     """As bright as it is, on what it shows in light, and not through what is before it."""
     lamp = Material((0.0, 0.0, 0.0), emission=(0.5, 0.25, 0.0), specular=0.0)

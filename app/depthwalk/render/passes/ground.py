@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from depthwalk.colour import linear_colour, linear_from_srgb8
-from depthwalk.gpu.device import Scope
+from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
@@ -53,5 +53,6 @@ class GroundPass(Pass[Params]):
             mean=tuple(self._mean.tolist()),
             tile=ground.tile,
         )
-        with self.gl.state(into=frame.targets.polygons, depth_test=LESS):
+        # Clamped, since a viewer may be so near to the ground that it begins in front of the near plane.
+        with self.gl.state(into=frame.targets.polygons, depth_test=LESS, direct=(DEPTH_CLAMP,)):
             self._program.rectangles(9)  # see ground.vert

@@ -33,6 +33,11 @@ _GLOW, _NORMAL_MAP, _UNLIT = "GLOW", "NORMAL_MAP", "UNLIT"
 # and translucent triangles: a third of a texel of 256² for a lamp alone, and less for small lamps on large objects, so
 # that few of them shine through thin walls.
 _TOLERANCE = 1 / 128
+# Depth offsets that bring translucent surfaces in front of opaque ones on which they lie, as glass on the ground.
+# Rounding takes little of how much depth changes from pixel to pixel; the nearest of several samples, which gives
+# the pixel's depth, is up to half a pixel from its middle. Greater offsets would bring glass in front of labels on it.
+_ON_TOP = -0.02, -4.0
+_ON_TOP_OF_SAMPLES = -0.52, -4.0
 _OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA  # for premultiplied light; with opacity 0 it is added
 
 
@@ -77,7 +82,8 @@ class TranslucencyPass(Pass[Params]):
         # Depths are clamped, since near and far plane are fitted to opaque surfaces.
         with self.gl.state(into=into, depth_test="<=", depth_write=False, blend=_OVER, direct=(DEPTH_CLAMP,)):
             self._add_glow(frame)
-            self._blend(frame)
+            with self.gl.state(depth_offset=_ON_TOP_OF_SAMPLES if frame.targets.samples > 1 else _ON_TOP):
+                self._blend(frame)
 
     def _add_glow(self, frame: Frame) -> None:
         """Add the light that opaque surfaces emit, where they are the nearest."""
