@@ -87,7 +87,27 @@ def test_ctrl_c_while_libraries_are_imported_shows_no_traceback(environment: dic
     done = subprocess.run(
         [sys.executable, "-c", AT_IMPORT, "--help", library], env=environment, capture_output=True, text=True
     )
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "depthwalk: interrupted\n")
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "depthwalk: interrupted\n")
+
+
+LOOP = """
+for file in first second; do "$0" -c 'from depthwalk.__main__ import main; main()' bench --frames 100000 "$1"; done
+echo the loop goes on
+"""
+
+
+@pytest.mark.gl
+@pytest.mark.skipif(sys.platform == "win32", reason="no such shell")
+def test_ctrl_c_ends_a_shell_loop_over_the_command_too(environment: dict[str, str], tiny_scene: Path) -> None:
+    with subprocess.Popen(
+        ["bash", "-c", LOOP, sys.executable, tiny_scene],
+        env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    ) as process:  # fmt: skip
+        assert process.stderr is not None
+        assert "of 100000 frames" in process.stderr.readline()  # which begins some seconds after the command
+        os.killpg(process.pid, signal.SIGINT)
+        output, errors = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, output) == (-signal.SIGINT, "") and "Traceback" not in errors
 
 
 DEMO = """

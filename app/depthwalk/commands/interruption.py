@@ -6,6 +6,8 @@ handles Ctrl-C. This module imports next to nothing, so that it is ready before 
 
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
@@ -23,3 +25,20 @@ def leave(number: int, frame: FrameType | None) -> NoReturn:
     signal.signal(number, signal.SIG_IGN)  # a second signal would print a traceback of the clean-up
     print("depthwalk: interrupted", file=sys.stderr)
     raise SystemExit(INTERRUPTED)
+
+
+@contextmanager
+def ended_by_its_signal() -> Iterator[None]:
+    """Let the process die of SIGINT where the block ends with the exit code of Ctrl-C; Windows keeps the code.
+
+    A shell's loop goes on with the next file after a command that returns 130, and ends only with one that dies of the
+    signal, which the shell reports as 130 too. Python sends itself SIGINT, after its clean-up at exit, when a
+    KeyboardInterrupt reaches the top.
+    """
+    try:
+        yield
+    except SystemExit as end:
+        if end.code != INTERRUPTED or sys.platform == "win32":
+            raise
+        sys.excepthook = lambda *_: None  # which would print a traceback
+        raise KeyboardInterrupt from None
