@@ -115,7 +115,7 @@ RENDER = {
     ),
     "frames in reverse": (
         ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--frames", "2-1"],
-        "--frames 2-1: the path has the frames 0-2",
+        "--frames 2-1: the first frame comes after the last",
     ),
     "resumed video": (
         ["-o", "{d}/a.mp4", "--path", "{d}/walk.yaml", "--resume"],

@@ -4,6 +4,11 @@ import errno
 import gc
 import io
 import logging
+import os
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 import typer
@@ -45,6 +50,33 @@ def test_a_warning_that_ends_the_command_is_printed_once(capsys: pytest.CaptureF
             guarded(command)(quiet=quiet)
         assert ended.value.exit_code == 2
         assert capsys.readouterr().err == "a: broken\nb: gone\n"
+
+
+def test_files_below_the_current_folder_are_named_as_seen_from_there(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def command() -> None:
+        logging.getLogger("depthwalk.ingest").warning("%s: no texture", tmp_path / "a" / "b.obj")
+        raise InputError(f"{tmp_path / 'a' / 'b.obj'}: truncated", f"{tmp_path / 'c.obj'}: empty", "--set x: unknown")
+
+    (tmp_path / "a").mkdir()
+    monkeypatch.chdir(tmp_path / "a")
+    with pytest.raises(typer.Exit):
+        guarded(command)()
+    assert capsys.readouterr().err.splitlines() == [
+        "b.obj: no texture", "b.obj: truncated", f"{tmp_path / 'c.obj'}: empty", "--set x: unknown",
+    ]  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a single process")
+def test_a_ctrl_c_that_a_library_swallows_still_ends_the_command_with_130() -> None:
+    def command() -> None:
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(typer.Exit) as ended:
+        guarded(command)()
+    assert ended.value.exit_code == 130
 
 
 @pytest.mark.parametrize(("names", "where"), [(("a.png",), "a.png"), ((), "depthwalk")])

@@ -69,7 +69,7 @@ def parse_frames(text: str | None, count: int) -> range:
     Raises
     ------
     InputError
-        If the text is neither, or the path does not have the frames A to B.
+        If the text is neither, A comes after B, or the path does not have the frames A to B.
     """
     if text is None:
         return range(count)
@@ -79,7 +79,9 @@ def parse_frames(text: str | None, count: int) -> range:
     if match[2] is None:
         return range(min(int(match[1]), count))
     first, last = int(match[1]), int(match[2])
-    if not first <= last < count:
+    if last < first:
+        raise InputError(f"--frames {text}: the first frame comes after the last")
+    if last >= count:
         raise InputError(f"--frames {text}: the path has the frames 0-{count - 1}")
     return range(first, last + 1)
 

@@ -1,12 +1,24 @@
 """Write the log of a command to stderr: plain lines, each warning once."""
 
 import logging
+import os
 import sys
+from contextlib import suppress
 from pathlib import PurePath
 
 from depthwalk.errors import printable
 
 _log = logging.getLogger("depthwalk")
+
+
+def from_here(line: str) -> str:
+    """Return a message that begins with the name of a file, relative to the current folder if the file lies within it.
+
+    A scene's files are known by absolute names, which are longer than what the user typed and differ by machine.
+    """
+    with suppress(OSError):  # the current folder no longer exists
+        return line.removeprefix(os.path.join(os.getcwd(), ""))
+    return line
 
 
 class _PlainFormatter(logging.Formatter):
@@ -17,7 +29,7 @@ class _PlainFormatter(logging.Formatter):
         if isinstance(record.args, tuple):
             escaped = (printable(arg) if isinstance(arg, str | PurePath) else arg for arg in record.args)
             record = logging.makeLogRecord(vars(record) | {"args": tuple(escaped)})
-        return super().format(record)
+        return from_here(super().format(record))
 
 
 class _OnceFilter(logging.Filter):

@@ -17,7 +17,7 @@ import typer
 
 from depthwalk.budget import CACHE_LIMIT, cache_limit, parse_size
 from depthwalk.commands.exit_codes import BAD_INPUT, FAILURE, INTERRUPTED
-from depthwalk.commands.log_output import configure_logging, warned
+from depthwalk.commands.log_output import configure_logging, from_here, warned
 from depthwalk.commands.signals import end_if_interrupted, unwound_by_signals
 from depthwalk.commands.usage import HELP_OPTIONS, OneLineCommand
 from depthwalk.errors import InputError, printable
@@ -59,13 +59,14 @@ def guarded(command: Command) -> Command:
             _limit_cache(options.get("cache_limit"))
             with unwound_by_signals():
                 command(*args, **options)
+                end_if_interrupted()
             sys.stdout.flush()  # a closed pipe is noticed here, not at exit
         except (typer.Exit, typer.BadParameter):
             raise
         except InputError as error:
             for line in error.lines:
                 if line not in warned():
-                    print(line, file=sys.stderr)
+                    print(from_here(line), file=sys.stderr)
             raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt:
             raise typer.Exit(INTERRUPTED) from None
