@@ -251,8 +251,6 @@ def test_a_broken_mesh_is_the_users_input(run: Callable[..., Any], tiny_scene: P
         ["rendr"],
         ["check"],
         ["render", "s.yaml", "-o", "a.png", "--representation", "x"],
-        ["bench", "s.yaml", "--frames", "0"],
-        ["bake", "m.obj", "--dpci-resolution", "8"],
         ["bake", "m.obj", "--method", "guess"],
     ],
 )
@@ -262,6 +260,23 @@ def test_wrong_usage_exits_with_2(run: Callable[..., Any], arguments: Sequence[s
     assert result.stderr.count("\n") == 1 and result.stdout == ""
     program = "depthwalk" if arguments[0] == "rendr" else f"depthwalk {arguments[0]}"  # no command of this name
     assert re.fullmatch(rf"{program}: .* \({program} --help tells more\)\n", result.stderr)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["bench", "s.yaml", "--frames", "0"], "--frames 0: must be at least 1"),
+        (["bench", "s.yaml", "--tolerance", "1001"], "--tolerance 1001: must be at most 1000"),
+        (["bake", "m.obj", "--dpci-resolution", "8"], "--dpci-resolution 8: must be at least 16"),
+        (["bake", "m.obj", "--dpci-resolution", "1.5"], "--dpci-resolution 1.5: must be a whole number"),
+        (["bench", "s.yaml", "--tolerance", "x\n"], "--tolerance x\\n: must be a number"),
+    ],
+)
+def test_a_wrong_number_is_told_with_what_is_allowed(
+    run: Callable[..., Any], arguments: Sequence[str], message: str
+) -> None:
+    result = run(*arguments)
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", f"{message}\n")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="/proc")

@@ -7,7 +7,7 @@ import typer
 import typer.core
 
 from depthwalk.commands.exit_codes import BAD_INPUT
-from depthwalk.errors import InputError
+from depthwalk.errors import InputError, printable
 
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
@@ -40,14 +40,34 @@ class _OneLineErrors:
             if type(error).__name__ == "NoArgsIsHelpError":  # called without any argument
                 error.show()
             else:
-                command = error.ctx.command_path if error.ctx else "depthwalk"
-                _suggest_own_option(error)
-                message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
-                print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
+                print(_refused_value(error) or _misuse(error), file=sys.stderr)
             code = BAD_INPUT
         if standalone_mode:
             sys.exit(code)
         return code
+
+
+def _refused_value(error: Any) -> str | None:
+    """Return the line about a number that is none or out of range, worded as the program's own; None for other errors.
+
+    typer has numbers checked by pydantic, since version 0.29, and quotes its message without the value.
+    """
+    mistake = error.__cause__
+    if getattr(error, "param", None) is None or type(mistake).__name__ != "ValidationError":
+        return None
+    from depthwalk.params import plain_message  # here, since few runs need pydantic this early
+
+    detail = mistake.errors(include_url=False)[0]
+    wrong = plain_message(detail).rpartition(", not ")[0]
+    return f"{error.param.opts[0]} {printable(detail['input'])}: {wrong}" if wrong else None
+
+
+def _misuse(error: Any) -> str:
+    """Return the line about a command, option or argument that is unknown, missing or wrong."""
+    command = error.ctx.command_path if error.ctx else "depthwalk"
+    _suggest_own_option(error)
+    message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
+    return f"{command}: {message} ({command} --help tells more)"
 
 
 def _suggest_own_option(error: Any) -> None:
