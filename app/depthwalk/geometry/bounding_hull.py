@@ -9,12 +9,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.extreme_points import farthest
 from depthwalk.types import Array
 
 CORNERS = 128  # the polytope of a ball is 4 % wider than the ball, with 64 it would be 7 %
 _ADDED = 24  # corners a round
 _EXACT = 1e-3  # part of the distance from the centre: nothing is gained by less
-_BLOCK = 1 << 13  # points whose distances are computed at a time: 8 MB
 _ROUNDING = 1e-5  # of the largest extent: corners are rounded to that or finer, so that files are small
 
 
@@ -94,32 +94,20 @@ def _enclosing(points: Array, margin: Array, box: Array) -> Array:
     from scipy.spatial import ConvexHull, QhullError  # here, since drawing already cooked objects does not need it
 
     directions = np.concatenate([np.eye(3), -np.eye(3), box_corners(np.ones((1, 3)))[0]])
-    chosen = np.unique(_farthest(points, directions)[0])
+    chosen = np.unique(farthest(points, directions)[0])
     while True:
         centre = points[chosen].mean(0)
         try:
             facets = ConvexHull(points[chosen] - centre).equations  # n · p + e ≤ 0 within
         except QhullError:
             return box
-        farthest, distance = _farthest(points, facets[:, :3])
+        found, distance = farthest(points, facets[:, :3])
         beyond = distance - facets[:, :3] @ centre + facets[:, 3]
         worst = np.argsort(beyond / facets[:, 3])  # the offsets e are negative
         worst = worst[beyond[worst] > -_EXACT * facets[worst, 3]]
-        new = list(dict.fromkeys(farthest[worst].tolist()))[: min(_ADDED, CORNERS - len(chosen))]
+        new = list(dict.fromkeys(found[worst].tolist()))[: min(_ADDED, CORNERS - len(chosen))]
         if not new:
             beyond += np.linalg.norm(facets[:, :3] * margin, axis=1)
             growth = (beyond / -facets[:, 3]).max(initial=0.0)
             return np.asarray(centre + (points[chosen] - centre) * (1 + growth))
         chosen = np.append(chosen, new)
-
-
-def _farthest(points: Array, normals: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return for each of m `normals` which of the points extends farthest, and how far."""
-    found, distance = np.zeros(len(normals), np.int64), np.full(len(normals), -np.inf)
-    for start in range(0, len(points), _BLOCK):
-        reach = points[start : start + _BLOCK] @ normals.T
-        best = reach.argmax(0)
-        value = reach[best, np.arange(len(normals))]
-        farther = value > distance
-        distance[farther], found[farther] = value[farther], start + best[farther]
-    return found, distance

@@ -27,16 +27,33 @@ def extreme_points(points: Array) -> NDArray[np.float64]:
     """
     if len(points) <= _COUNT:
         return points.astype(np.float64)
-    directions = spread_directions(_COUNT)
-    found = np.zeros(_COUNT, np.int64)
-    farthest = np.full(_COUNT, -np.inf)
-    for start in range(0, len(points), _BLOCK):
-        reach = points[start : start + _BLOCK] @ directions.T
-        best = reach.argmax(0)
-        value = reach[best, np.arange(_COUNT)]
-        farther = value > farthest
-        farthest[farther], found[farther] = value[farther], start + best[farther]
+    found, _ = farthest(points, spread_directions(_COUNT))
     return points[np.unique(found)].astype(np.float64)
+
+
+def farthest(points: Array, directions: Array) -> tuple[NDArray[np.int64], Array]:
+    """Find which of some points extends farthest in each direction.
+
+    Parameters
+    ----------
+    points
+        (n, 3) at least one, in any unit and frame.
+    directions
+        (m, 3) of any length.
+
+    Returns
+    -------
+    tuple
+        (m,) rows of the points, the first of several that are equally far; and (m,) their products with the directions.
+    """
+    found, reach = np.zeros(len(directions), np.int64), np.full(len(directions), -np.inf)
+    for start in range(0, len(points), _BLOCK):
+        along = points[start : start + _BLOCK] @ directions.T
+        best = along.argmax(0)
+        value = along[best, np.arange(len(directions))]
+        farther = value > reach
+        reach[farther], found[farther] = value[farther], start + best[farther]
+    return found, reach
 
 
 def spread_directions(count: int) -> NDArray[np.float32]:

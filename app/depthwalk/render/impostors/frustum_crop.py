@@ -10,7 +10,7 @@ import numpy as np
 
 from depthwalk.geometry.quaternions import matrices
 from depthwalk.geometry.soa import StructOfArrays
-from depthwalk.render.impostors.warp_planes import Planes, diagonals_of
+from depthwalk.render.impostors.warp_planes import Planes, box_around, diagonals_around
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
 
@@ -62,21 +62,18 @@ def crop_to_frustum(
     camera = axes @ np.stack([planes.right, planes.up, planes.normal], -1)
     tan_x, tan_y = (guard * t for t in view.half_extent)
     edges, sides = _edge_lines(planes), _side_lines(camera, planes.distance, tan_x, tan_y)
-    corners = _crossings(np.concatenate([edges, sides], 1))
-    within = (_evaluate(edges, corners) >= -_SLACK).all(-1)
-    scale = np.abs(sides).max(-1)[:, None] + 1e-12
-    reach = 1 + np.abs(corners).sum(-1)
-    ahead = (_evaluate(sides, corners) >= -_SLACK * scale * reach[..., None]).all(-1)
+    s, v = _crossings(np.concatenate([edges, sides], 1))
+    within = _is_inside(edges, s, v, _SLACK)
+    ahead = _is_inside(sides, s, v, _SLACK * (1 + np.abs(s) + np.abs(v)))
     inside = within & ahead
-    low = np.where(inside[..., None], corners, np.inf).min(1)
-    high = np.where(inside[..., None], corners, -np.inf).max(1)
-    visible = (high > low).all(-1)
+    low, high = box_around(s, v, inside)
+    visible = np.asarray((high > low).all(-1))
     low, high = (np.where(visible[:, None], bound, planes.low) for bound in (low, high))
-    pixel_low, pixel_high = _pixel_bounds(view, guard, _in_camera(camera, planes.distance, corners), inside)
-    return replace(planes, low=low, high=high, diagonals=diagonals_of(corners, inside)), PlaneVisibility(
+    pixel_low, pixel_high = _pixel_bounds(view, guard, _in_camera(camera, planes.distance, s, v), inside)
+    return replace(planes, low=low, high=high, diagonals=diagonals_around(s, v, inside)), PlaneVisibility(
         camera=camera,
         visible=visible,
-        whole=~(within & ~ahead).any(1),
+        whole=np.asarray((ahead | ~within).all(1)),
         pixel_low=pixel_low,
         pixel_high=pixel_high,
     )
@@ -96,30 +93,40 @@ def _edge_lines(planes: Planes) -> Array:
 
 
 def _side_lines(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
-    """Return the lines (n, 4, 3) where the frustum's sides cut the planes; line · (s, v, 1) is positive inside."""
+    """Return the lines (n, 4, 3) where the frustum's sides cut the planes; line · (s, v, 1) is positive inside.
+
+    Their largest numbers are 1.
+    """
     right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
     lines = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
     lines[..., 2] *= -distance[:, None]
-    return lines
+    return np.asarray(lines / (np.abs(lines).max(-1, keepdims=True) + 1e-12))
 
 
-def _crossings(lines: Array) -> Array:
-    """Return where each two of m lines (n, m, 3) meet: (n, m (m − 1) / 2, 2), far away where they are parallel."""
+def _crossings(lines: Array) -> tuple[Array, Array]:
+    """Return where each two of m lines (n, m, 3) meet, s and v (n, m (m − 1) / 2); far away if they are parallel."""
     one, other = np.array(list(combinations(range(lines.shape[1]), 2))).T
-    meeting = np.cross(lines[:, one], lines[:, other])
+    (a, b, c), (d, e, f) = (np.moveaxis(lines[:, rows], -1, 0) for rows in (one, other))
     with np.errstate(all="ignore"):
-        points = np.nan_to_num(meeting[..., :2] / meeting[..., 2:], nan=np.inf, posinf=1e30, neginf=-1e30)
-    return np.asarray(points.clip(-1e30, 1e30))
+        scale = 1 / (a * e - b * d)
+        return _finite((b * f - c * e) * scale), _finite((c * d - a * f) * scale)
 
 
-def _evaluate(lines: Array, points: Array) -> Array:
-    """Evaluate m lines (n, m, 3) at points (n, k, 2): (n, k, m)."""
-    return np.asarray(points @ np.swapaxes(lines[..., :2], 1, 2) + lines[:, None, :, 2])
+def _finite(values: Array) -> Array:
+    """Replace numbers that are none, or too large to compute with."""
+    return np.asarray(np.nan_to_num(values, nan=1e30).clip(-1e30, 1e30))
 
 
-def _in_camera(camera: Array, distance: Array, points: Array) -> Array:
-    """Return the camera coordinates (3, n, k), right, up and forward, of plane points (n, k, 2)."""
-    s, v = points[..., 0], points[..., 1]
+def _is_inside(lines: Array, s: Array, v: Array, slack: Array | float) -> Mask:
+    """Return which points s, v (n, k) are on the positive sides of all lines (n, m, 3), or off by `slack` at most."""
+    inside = np.ones(s.shape, bool)
+    for a, b, c in np.moveaxis(lines, 0, -1)[..., None]:
+        inside &= a * s + b * v + c >= -slack
+    return inside
+
+
+def _in_camera(camera: Array, distance: Array, s: Array, v: Array) -> Array:
+    """Return the camera coordinates (3, n, k), right, up and forward, of points s, v (n, k) of the planes."""
     rows = camera.transpose(1, 2, 0)[..., None]
     return np.stack([along * s + across * v - toward * distance[:, None] for along, across, toward in rows])
 
@@ -129,11 +136,9 @@ def _pixel_bounds(view: View, guard: float, points: Array, valid: Mask) -> tuple
 
     points: (3, n, k) camera coordinates; valid: (n, k), which of them to include.
     """
-    x, y, z = points
-    z = np.maximum(z, 1e-9)
-    low, high = [], []
-    for position, tangent, size in zip((x, y), view.half_extent, view.size, strict=True):
-        pixels = (np.clip(position / (tangent * z), -guard, guard) + 1) / 2 * size
-        low.append(np.where(valid, pixels, np.inf).min(1))
-        high.append(np.where(valid, pixels, -np.inf).max(1))
-    return np.stack(low, -1), np.stack(high, -1)
+    depth = np.maximum(points[2], 1e-9)
+    x, y = (
+        (np.clip(position / (tangent * depth), -guard, guard) + 1) / 2 * size
+        for position, tangent, size in zip(points[:2], view.half_extent, view.size, strict=True)
+    )
+    return box_around(x, y, valid)

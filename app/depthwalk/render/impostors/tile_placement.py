@@ -184,11 +184,12 @@ def place_impostors(
     loops = kernels.loaded()
     if loops is not None and layout.tile_mapping == "screen":
         return _place_compiled(loops, view, impostors, number, layout.tile_scale, guard, limit)
-    planes = choose_planes(impostors.viewer[number], _volumes(impostors, number))
+    volumes = impostors.volumes.take(impostors.volume[impostors.at[number]])
+    planes = choose_planes(impostors.viewer[number], volumes)
     planes, seen = crop_to_frustum(planes, view, impostors.objects.rotation[impostors.at[number]], guard)
     if not seen.visible.all():
         rows = np.flatnonzero(seen.visible)
-        planes, seen, number = planes.take(rows), seen.take(rows), number[rows]
+        planes, seen, volumes, number = planes.take(rows), seen.take(rows), volumes.take(rows), number[rows]
     at = impostors.at[number]
     scale, rotation = impostors.objects.scale[at], impostors.objects.rotation[at]
     to_centre = impostors.bounds.centre[at] - view.position
@@ -202,16 +203,11 @@ def place_impostors(
         number=number,
         planes=planes,
         tiles=tiles,
-        depths=depths_behind(planes, _volumes(impostors, number)),
+        depths=depths_behind(planes, volumes),
         whole=seen.whole,
         density=view.detail_pixels * scale / np.linalg.norm(to_centre, axis=1),
         frustum=frustum_rows(view, rotation),
     )
-
-
-def _volumes(impostors: ImpostorObjects, number: Rows) -> Volumes:
-    """Return the cylinders of the `impostors` with indices `number` (k,)."""
-    return impostors.volumes.take(impostors.volume[impostors.at[number]])
 
 
 def _place_compiled(

@@ -128,9 +128,9 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
     epipole = np.stack([np.einsum("ni,ni->n", viewer, right), np.einsum("ni,ni->n", viewer, up)], -1)
     offset = np.einsum("ni,ni->n", viewer, normal) - distance
     low, high = _rectangles(v, side, distance, epipole)
-    across = np.stack([np.einsum("nki,ni->nk", v.hull, axis) for axis in (right, up)], -1) - epipole[:, None]
-    ahead = (offset + distance)[:, None] - np.einsum("nki,ni->nk", v.hull, normal)
-    low, high, diagonals = _outlines(across, ahead, distance, low, high)
+    along = np.stack([right, up, normal], 1) @ np.swapaxes(v.hull, 1, 2)  # (n, 3, k)
+    toward_plane = np.column_stack([epipole, offset + distance])[..., None]
+    low, high, diagonals = _outlines(along - toward_plane, distance, low, high)
     return Planes(
         face=face,
         right=right,
@@ -183,36 +183,45 @@ def _rectangles(v: Volumes, side: Mask, distance: Array, epipole: Array) -> tupl
     return low, high
 
 
-def _outlines(across: Array, ahead: Array, distance: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
+def _outlines(corners: Array, distance: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
     """Return outlines that hold the hulls, seen in perspective, within rectangles: `low`, `high` and `diagonals`.
 
-    across: (n, k, 2) corners of the hulls along right and up, from the epipole; ahead: (n, k) their distances from the
-    viewer along the normal; low, high: (n, 2) the rectangles.
+    corners: (n, 3, k) corners of the hulls along right, up and normal, relative to the viewer; low, high: (n, 2) the
+    rectangles.
     """
+    ahead = -corners[:, 2]
     usable = (ahead > _NEAREST_CORNER * distance[:, None]).all(1) & (distance > 0)
-    seen = distance[:, None, None] * across / np.where(usable[:, None], ahead, 1)[..., None]
-    low = np.where(usable[:, None], np.maximum(low, seen.min(1)), low)
-    high = np.where(usable[:, None], np.minimum(high, seen.max(1)), high)
+    scale = distance[:, None] / np.where(usable[:, None], ahead, 1)
+    s, v = scale * corners[:, 0], scale * corners[:, 1]
+    first, last = box_around(s, v)
+    low = np.where(usable[:, None], np.maximum(low, first), low)
+    high = np.where(usable[:, None], np.minimum(high, last), high)
     whole = np.stack([low.sum(1), high.sum(1), low[:, 0] - high[:, 1], high[:, 0] - low[:, 1]], -1)
-    cut = diagonals_of(seen, np.ones(seen.shape[:2], bool))
-    return low, high, np.where(usable[:, None], cut, whole)
+    return low, high, np.where(usable[:, None], diagonals_around(s, v), whole)
 
 
-def diagonals_of(points: Array, valid: Mask) -> Array:
-    """Return the diagonals of the least outlines that hold points.
+def box_around(x: Array, y: Array, valid: Mask | None = None) -> tuple[Array, Array]:
+    """Return the low and high corners (n, 2) of the least boxes that hold points.
 
     Parameters
     ----------
-    points : (n, k, 2) points of n planes.
-    valid : (n, k) which of them to hold.
+    x, y : (n, k) coordinates of k points for each of n boxes.
+    valid : (n, k) which of them to hold; None for all.
 
     Returns
     -------
-    (n, 4), see `Planes.diagonals`.
+    The corners; +∞ and −∞ where no point is valid.
     """
-    both = points[..., 0] + points[..., 1], points[..., 0] - points[..., 1]
-    bounds = ((np.where(valid, d, np.inf).min(1), np.where(valid, d, -np.inf).max(1)) for d in both)
-    return np.stack([bound for pair in bounds for bound in pair], -1)
+    low, high = [], []
+    for values in (x, y):
+        low.append((values if valid is None else np.where(valid, values, np.inf)).min(1))
+        high.append((values if valid is None else np.where(valid, values, -np.inf)).max(1))
+    return np.stack(low, -1), np.stack(high, -1)
+
+
+def diagonals_around(s: Array, v: Array, valid: Mask | None = None) -> Array:
+    """Return `Planes.diagonals` (n, 4) of the least outlines that hold points s, v (n, k), see `box_around`."""
+    return np.stack(box_around(s + v, s - v, valid), -1).reshape(-1, 4)
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:

@@ -60,7 +60,7 @@ def _seen_hull(hull: Array, frame: Array, seen: Array) -> bool:
 def _diagonals(points: Array, count: int, diagonals: Array) -> None:
     """Write to `diagonals` (4,) those of the least outline that holds the first `count` of `points` (k, 2).
 
-    See `warp_planes.diagonals_of`.
+    See `Planes.diagonals`.
     """
     diagonals[0], diagonals[1], diagonals[2], diagonals[3] = np.inf, -np.inf, np.inf, -np.inf
     for k in range(count):
