@@ -51,7 +51,8 @@ def test_what_is_seen_lies_in_a_map(
 ) -> None:
     """Random points of the frustum up to the distance, in every direction; those of a slice lie in its own map."""
     view = view_of((3, 2, 1), tuple(np.array([3, 2, 1]) + ahead))
-    cascades = fit_cascades(view, np.array(to_sun), ShadowParams(cascades=count, distance=50.0))
+    params = ShadowParams(cascades=count, distance=50.0)
+    cascades = fit_cascades(view, np.array(to_sun), params)
     rng = np.random.default_rng(1)
     distance = np.concatenate([rng.uniform(0.1, 50, 300), [50.0] * 4])
     corner = np.concatenate([rng.uniform(-1, 1, (300, 2)), [[-1, -1], [-1, 1], [1, -1], [1, 1]]])
@@ -59,7 +60,7 @@ def test_what_is_seen_lies_in_a_map(
     points = view.position + (distance / np.linalg.norm(rays, axis=1))[:, None] * rays
     held = np.array([(np.abs(in_light(cascade, points)) <= 1).all(1) for cascade in cascades])
     assert held.any(0).all()
-    ends = split_distances(50 / 64, 50, count, 0.75)
+    ends = split_distances(50 / 64, 50, count, params.split)
     assert held[np.searchsorted(ends, distance - 1e-9), np.arange(304)].all()
 
 
