@@ -15,7 +15,6 @@ from depthwalk.render.passes import mesh as mesh_pass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.resources.mesh_object import MeshObject
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.types import Rows
 from shapes import ShapeLibrary, box, mesh_of, scene_of, sphere
 from stage import OnScreen, view_of
 from studio import Studio
@@ -32,7 +31,7 @@ def test_culled_meshlets_change_no_pixel(
     gl_device: Device, library: ShapeLibrary, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scene_of((0, (-0.7, 0, 0), 0.2, 1.0), (0, (0.7, 0, -0.5), 0.9, 1.0), representation=Representation.MESH)
-    pictures: list[Rows] = []
+    pictures: list[NDArray[np.uint16]] = []
     whole: list[int] = []
     draw_part = mesh_pass.MeshPass._draw_part
 
@@ -48,8 +47,12 @@ def test_culled_meshlets_change_no_pixel(
         whole.append(0)
         with OnScreen(gl_device, scene, library) as stage:
             stage.draw(view_of((0.0, 0.8, 3.0), (0.0, 0.5, 0.0)))
-            assert stage.renderer.targets is not None
-            pictures.append(np.frombuffer(stage.renderer.targets.surface.read(alignment=1), np.uint16))
+            targets = stage.renderer.targets
+            assert targets is not None
+            depth = np.frombuffer(targets.depth.read(alignment=1), np.float32)
+            surface = np.frombuffer(targets.surface.read(alignment=1), np.uint16).reshape(len(depth), -1)
+            pictures.append(np.where(depth[:, None] < 1, surface, 0))  # elsewhere nobody writes it
+            assert 0.1 < (depth < 1).mean() < 0.9
     assert whole == [0, 2]
     np.testing.assert_array_equal(pictures[0], pictures[1])
     assert np.ptp(pictures[0]) > 0
