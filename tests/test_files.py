@@ -1,5 +1,6 @@
 """Files appear whole or not at all, on full disks too, and what killed processes left goes."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -143,6 +144,16 @@ def test_a_writer_that_wrote_nothing_is_an_error_that_names_the_file(tmp_path: P
 def test_a_file_that_cannot_be_written_is_named_before_work_begins(tmp_path: Path, name: str, reason: str) -> None:
     with pytest.raises(InputError, match=reason):
         check_folder(tmp_path / name)
+
+
+def test_a_full_disk_is_no_mistake_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(**options: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a name of its own")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", full)
+    with pytest.raises(OSError) as error:
+        check_folder(tmp_path / "a.png")
+    assert (error.value.errno, error.value.filename) == (errno.ENOSPC, str(tmp_path / "a.png"))
 
 
 def test_trying_a_folder_leaves_nothing_in_it(tmp_path: Path) -> None:

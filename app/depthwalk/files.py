@@ -39,6 +39,8 @@ def check_folder(path: Path) -> None:
     ------
     InputError
         If the file cannot be written; the message names `path` and the reason.
+    OSError
+        If the disk is full, which is no mistake of the user's.
     """
     folder = path.parent
     try:
@@ -53,6 +55,8 @@ def check_folder(path: Path) -> None:
     except ValueError:  # a null character
         raise InputError(f"{path}: no file can have that name") from None
     except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise OSError(error.errno, error.strerror, str(path)) from None
         named = error.errno == errno.ENAMETOOLONG
         why = "the name is too long" if named else f"the folder {str(folder)!r} is not writable"
         raise InputError(f"{path}: {why}") from None

@@ -106,6 +106,10 @@ class Kept:
     cached: bool
 
 
+class UnwritableError(OSError):
+    """Report that the file of a job cannot be written, for example to a full disk; other jobs can continue."""
+
+
 def bake_whole(job: Job, workers: int | None = None) -> Baked | Kept:
     """Do a job so that its file is written atomically; `workers` and errors are those of `bake_job`."""
     with staging(job) as staged:
@@ -141,7 +145,9 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     Raises
     ------
     InputError
-        If the mesh cannot be used or the file cannot be written.
+        If the mesh cannot be used.
+    UnwritableError
+        If the file cannot be written.
     OSError
         If a URL cannot be reached.
     """
@@ -213,9 +219,9 @@ def _copied(cached: Path, staged: Path) -> bool:
     return True
 
 
-def unwritable(out: Path | str, error: OSError) -> InputError:
-    """Return the error that the file of one job cannot be written; the other jobs continue."""
-    return InputError(f"{out}: cannot be written: {error.strerror or error}")
+def unwritable(out: Path | str, error: OSError) -> UnwritableError:
+    """Return the error that the file `out` of a job cannot be written."""
+    return UnwritableError(f"{out}: cannot be written: {error.strerror or error}")
 
 
 def _is_stored(job: Job, staged: Path, key: str) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from depthwalk.assets.bake_job import Baked, Job, Kept
+from depthwalk.assets.bake_job import Baked, Job, Kept, UnwritableError
 from depthwalk.assets.batch_bake import Outcomes, Stage, bake_all
 from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.cache import sidecar
@@ -24,6 +24,8 @@ from depthwalk.files import check_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
+
+Failed = InputError | UnwritableError | TaskError
 
 _SEEN_LOSS = 0.02  # part of the visible surface whose loss shows as holes; most models lose a thousandth
 
@@ -150,7 +152,7 @@ def bake_meshes(
     processes: int | None,
     force: bool,
     cluster: ClusterAddress | None = None,
-) -> list[InputError | TaskError]:
+) -> list[Failed]:
     """Bake each mesh to its file and print a line about each.
 
     Parameters
@@ -168,22 +170,22 @@ def bake_meshes(
 
     Returns
     -------
-    list[InputError | TaskError]
-        Why meshes failed: mistakes in them, and repeated failures on a cluster. They have been logged.
+    list[Failed]
+        Why meshes failed: mistakes in them, files that cannot be written, and repeated failures on a cluster. They have been logged.
 
     Raises
     ------
     ClusterError
         If the cluster cannot be reached, or is lost for good.
     """
-    failures: list[InputError | TaskError] = []
+    failures: list[Failed] = []
     jobs = [_job(spec, params, file, force) for spec, file in zip(specs, files, strict=True)]
     run = _here(jobs, processes) if cluster is None else _on_cluster(jobs, cluster)
     with contextlib.closing(run):
         for number, outcome in run:
             if isinstance(outcome, TaskError):
                 outcome = TaskError(f"{jobs[number].spec.mesh}: {outcome}")
-            if isinstance(outcome, InputError | TaskError):
+            if isinstance(outcome, Failed):
                 failures.append(outcome)
                 log.error("%s", outcome)
             else:
