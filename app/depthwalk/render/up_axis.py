@@ -1,5 +1,6 @@
 """Guess which axis of a model's file points upward, and turn the model accordingly, without reading it again."""
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -14,6 +15,9 @@ from depthwalk.types import Array
 Up = Literal["y", "z"]
 
 _SLICE = 0.02  # part of a model's height, from the lowest point up, that counts as its lower end
+_CELLS = 16  # across a model seen from above, to see whether it is a sheet
+_SHEET = 0.25  # part of a model's height: a sheet, such as a terrain, is lower in most cells
+_COVERED = 0.8  # part of the cells that a sheet covers
 _FLAT = 1e-3  # part of the largest extent: a thinner model is a picture
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
@@ -27,7 +31,7 @@ def guess_up(points: Array) -> Up:
 
     Busts, statues, buildings and things on feet touch the ground at places that are far apart, while their sides end in
     curves. The answer is "y", which points upward in most files, unless the lower end along z is clearly the broader.
-    A picture, flat along z, hangs upright.
+    A picture, flat along z, hangs upright. A terrain, whose lower end is a valley while its sides are straight, lies.
 
     Parameters
     ----------
@@ -41,7 +45,29 @@ def guess_up(points: Array) -> Up:
     """
     if np.ptp(points[:, 2]) <= _FLAT * np.ptp(points, axis=0).max():
         return "y"
+    if _is_sheet(points):
+        return "y"
     return "z" if _stands(points[:, [0, 2, 1]]) > _stands(points) + 0.1 else "y"
+
+
+def _is_sheet(points: Array) -> bool:
+    """Return whether points (n, 3) are a single surface above the plane of x and z, with one height at each place.
+
+    Seen from above, their bounds are divided into cells of some four points each. A solid body has a lower and an upper
+    surface in most cells, and an upright one leaves cells empty.
+    """
+    cells = min(_CELLS, math.isqrt(len(points)) // 2)
+    if cells < 2:
+        return False
+    low = points.min(0)
+    size = np.ptp(points, axis=0)
+    size = np.maximum(size, 1e-9 * size.max(initial=1e-30))
+    x, _, z = np.minimum(cells * (points - low) / size, cells - 1).astype(int).T
+    highest, lowest = np.full(cells**2, -np.inf), np.full(cells**2, np.inf)
+    np.maximum.at(highest, x * cells + z, points[:, 1])
+    np.minimum.at(lowest, x * cells + z, points[:, 1])
+    heights = (highest - lowest)[np.isfinite(highest)]
+    return bool(len(heights) >= _COVERED * cells**2 and np.median(heights) < _SHEET * size[1])
 
 
 def _stands(points: Array) -> float:
