@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from depthwalk.assets.bake_job import Baked, Job, Kept, UnwritableError
 from depthwalk.assets.batch_bake import Outcomes, Stage, bake_all
 from depthwalk.assets.cluster_bake import bake_on
@@ -22,6 +24,7 @@ from depthwalk.commands.progress import live_options, log, show_progress
 from depthwalk.errors import InputError, missing_file, printable
 from depthwalk.files import check_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
+from depthwalk.ingest.units import unit_hint
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 
@@ -191,6 +194,7 @@ def bake_meshes(
             else:
                 print(printable(describe(outcome, params.resolution)), flush=True)
                 _tell_of_loss(outcome, params)
+                _tell_of_unit(outcome, specs[number])
     return failures
 
 
@@ -200,6 +204,13 @@ def _tell_of_loss(outcome: Baked | Kept, params: ModelParams) -> None:
         remedy = "raycast with --layers auto" if params.by_six_views else "--layers auto"
         missing = f"{100 * outcome.left_out:.1f} % of the visible surface will be missing; {remedy} captures more of it"
         log.warning("%s: %s", outcome.out, missing)
+
+
+def _tell_of_unit(outcome: Baked | Kept, spec: MeshAsset) -> None:
+    """Warn if a mesh was baked that seems too large to be in metres, and whose height the user has not given."""
+    if isinstance(outcome, Baked) and spec.height is None:
+        if hint := unit_hint(spec.mesh, np.array(outcome.extent), "--height"):
+            log.warning("%s: %s", spec.mesh, hint)
 
 
 def _job(spec: MeshAsset, params: ModelParams, file: Path | str, force: bool) -> Job:

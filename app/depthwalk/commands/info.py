@@ -251,6 +251,7 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     from depthwalk.ingest.gltf import read_header
     from depthwalk.ingest.gltf_unread import unread
     from depthwalk.ingest.loader import load_mesh
+    from depthwalk.ingest.units import unit_hint
 
     if not path.is_file():
         raise missing_file(path)
@@ -263,6 +264,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     if tinted := bool((mesh.colours < 255).any()):
         yield "colours", "one for each vertex"
     yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
+    if hint := unit_hint(path, high - low, "--height of `bake`, `height` in a scene file"):
+        yield "unit", hint
     for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]
         texture = material.texture

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.ingest.formats import GLTF_SUFFIXES, is_baked_file, is_model_file
+from depthwalk.ingest.units import unit_hint
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
@@ -122,6 +123,8 @@ class ModelTurn:
         Draws the model; may be replaced.
     guess
         A message to the user about the turn that was guessed; "" where the model was left as it is.
+    unit_hint
+        A line that ends the sentence "The model is …" if it seems not to be in metres; "" otherwise.
     """
 
     def __init__(self, scene: Scene, renderer: Renderer) -> None:
@@ -129,15 +132,22 @@ class ModelTurn:
         self._scene, self.renderer = scene, renderer
         self._points: Array | None = None
         self._up: Up = "y"
-        self.guess = ""
+        self.guess = self.unit_hint = ""
         if not is_model_file(scene.path) or len(scene.objects) != 1 or getattr(scene.assets[0], "up", "y") != "y":
             return
         self._points = model_points(renderer)
+        if not is_baked_file(scene.path) and getattr(scene.assets[0], "height", None) is None:
+            self.unit_hint = unit_hint(scene.path, np.ptp(self._points, axis=0), "--set assets.model.height=…")
         # In glTF y is up by definition (2.0, §3.4), in depth images since they were baked; other formats say nothing.
         defined = scene.path.suffix.lower() in GLTF_SUFFIXES or is_baked_file(scene.path)
         if not defined and not getattr(scene.assets[0], "up_is_given", False) and guess_up(self._points) == "z":
             self.turn()
             self.guess = "The model seems to be z-up and was turned upright; U turns it back"
+
+    @property
+    def message(self) -> str:
+        """Return what to tell the user of the model in a window, a line for each thing; "" for nothing."""
+        return "\n".join(filter(None, (self.guess, self.unit_hint and f"The model is {self.unit_hint}")))
 
     def turn(self) -> str | None:
         """Switch the upward axis between y and z, and return a message to the user.
@@ -152,14 +162,17 @@ class ModelTurn:
         return f"{self._up} points upward; {how}"
 
 
-def stand_upright(scene: Scene, renderer: Renderer) -> str:
+def stand_upright(scene: Scene, renderer: Renderer) -> list[str]:
     """Turn a model that is drawn without a scene as `ModelTurn` does, for pictures.
 
     Returns
     -------
-    str
-        A line that tells the user of the turn; "" where the model was left as it is.
+    list[str]
+        Lines that tell the user of the turn, and that the model seems not to be in metres.
     """
-    if not ModelTurn(scene, renderer).guess:
-        return ""
-    return f"{scene.path}: the model seems to be z-up and was turned upright; --set assets.model.up=y prevents this"
+    turn, notes = ModelTurn(scene, renderer), []
+    if turn.guess:
+        notes.append("the model seems to be z-up and was turned upright; --set assets.model.up=y prevents this")
+    if turn.unit_hint:
+        notes.append(turn.unit_hint)
+    return [f"{scene.path}: {note}" for note in notes]
