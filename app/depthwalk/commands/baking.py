@@ -20,7 +20,7 @@ from depthwalk.cluster.connection import open_cluster
 from depthwalk.cluster.store import check_url, is_url
 from depthwalk.cluster.tasks import TaskError
 from depthwalk.commands.cluster_progress import cluster_progress
-from depthwalk.commands.progress import live_options, log, show_progress
+from depthwalk.commands.progress import live_options, log, plain_steps, show_progress
 from depthwalk.errors import InputError, missing_file, printable
 from depthwalk.files import check_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
@@ -289,9 +289,16 @@ class _Display:
 
 @contextlib.contextmanager
 def _progress(names: Sequence[str]) -> Iterator[_Display]:
-    """Show a line on stderr for each mesh being baked, and the number that are done."""
+    """Show a line on stderr for each mesh being baked, and the number that are done; see `plain_steps`."""
     if not show_progress():
-        yield _Display(lambda number, stage: log.info("%s: %s", names[number], stage), lambda number: None)
+        finished: list[int] = []
+        with plain_steps() as report:
+
+            def step(number: int, name: str) -> None:
+                counted = f" ({len(finished)} of {len(names)} baked)" if len(names) > 1 else ""
+                report(names[number], f"{name}{counted}")
+
+            yield _Display(step, finished.append)
         return
     from rich.markup import escape
     from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
