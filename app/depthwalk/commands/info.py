@@ -16,7 +16,8 @@ import depthwalk
 from depthwalk import limits
 from depthwalk.commands.options import Quiet, Verbose, named_file
 from depthwalk.commands.program import guarded
-from depthwalk.errors import missing_file, printable
+from depthwalk.errors import InputError, missing_file, printable
+from depthwalk.ingest.formats import content
 
 if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
@@ -91,6 +92,8 @@ def describe_file(path: Path) -> Iterator[Row]:
             yield from _baked_rows(path)
         case ".npz":
             yield from _cooked_rows(path)
+        case _ if path.is_file() and (known := content(path)):
+            raise InputError(f"{path}: {known[0]}; {known[1]}")
         case _:
             yield from _mesh_rows(path)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from depthwalk.errors import InputError, missing_file, quoted
-from depthwalk.ingest.formats import MESH_SUFFIXES, SKY_SUFFIXES
+from depthwalk.ingest.formats import MESH_SUFFIXES, SCENE_SUFFIXES, content
 from depthwalk.limits import MAX_SCENE_BYTES
 from depthwalk.scene.yaml_nodes import (
     MAX_YAML_DEPTH,
@@ -142,8 +142,8 @@ def _read_text(path: Path) -> str:
             data = file.read(MAX_SCENE_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-    if path.suffix.lower() in SKY_SUFFIXES and b"\0" in data:
-        raise InputError(f"{path}: a picture, no scene; --sky lights a scene or a model by it")
+    if path.suffix.lower() not in SCENE_SUFFIXES and (known := content(path)):
+        raise InputError(f"{path}: {known[0]}, no scene; {known[1]}")
     if len(data) > MAX_SCENE_BYTES:
         raise located(str(path), 0, 0, f"the file is larger than {MAX_SCENE_BYTES >> 20} MiB")
     try:
