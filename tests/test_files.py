@@ -15,6 +15,7 @@ from depthwalk.files import (
     _machine,
     check_folder,
     copy,
+    reason,
     remove_leftovers,
     replacing,
     staging_folder,
@@ -169,3 +170,15 @@ def test_only_old_files_of_dead_processes_are_leftovers(tmp_path: Path) -> None:
     remove_leftovers(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {f".{dead}-b", f".{os.getpid()}-c", ".d"}
     remove_leftovers(tmp_path / "no such folder")
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (OSError(errno.ENOSPC, "No space", "a.npz"), "a.npz: No space"),
+        (OSError(errno.ENOSPC, "No space"), "No space"),
+        (OSError("a.npz: cannot be written"), "a.npz: cannot be written"),
+    ],
+)
+def test_a_reason_has_no_number(error: OSError, expected: str) -> None:
+    assert reason(error) == expected

@@ -62,6 +62,13 @@ def check_folder(path: Path) -> None:
         raise InputError(f"{path}: {why}") from None
 
 
+def reason(error: OSError) -> str:
+    """Return why the system refused something, and for which file, without the number of the error."""
+    if error.strerror is None:
+        return str(error)
+    return error.strerror if error.filename is None else f"{error.filename}: {error.strerror}"
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Provide a file name to write to; the new file replaces `path` when the `with` block ends.

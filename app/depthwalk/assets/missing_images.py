@@ -9,6 +9,7 @@ from depthwalk.assets.asset_files import mesh_key, model_params
 from depthwalk.bake.cache import BAKED, has_key, sidecar
 from depthwalk.bake.params import ModelParams
 from depthwalk.cache import make_room
+from depthwalk.files import reason
 from depthwalk.scene.scene import Asset, MeshAsset
 
 log = logging.getLogger(__name__)
@@ -48,7 +49,7 @@ def bake_missing(assets: Iterable[Asset], processes: int | None, report: Callabl
                 if isinstance(outcome, Baked | Kept):
                     make_room(missing[number].out)
     except OSError as error:
-        log.warning("cannot store depth images in the cache: %s", error)
+        log.warning("cannot store depth images in the cache: %s", reason(error))
     except BrokenExecutor:  # the system ended a process, for example for lack of memory: one at a time needs less
         log.warning(
             "a baking process was killed, perhaps for lack of memory; baking the remaining depth images one at a time"
