@@ -28,7 +28,9 @@ def test_only_what_is_large_and_says_nothing_of_its_unit(
 
 def test_bake_and_info_tell_of_it_once(run: Callable[..., Any], tmp_path: Path) -> None:
     mesh = write_ply(tmp_path / "bust.ply", shapes.box(500.0, 2000.0, 500.0))
-    assert f"\nunit                     {HINT}--height of `bake`, `height` in a scene file\n" in run("info", mesh).stdout
+    assert (
+        f"\nunit                     {HINT}--height of `bake`, `height` in a scene file\n" in run("info", mesh).stdout
+    )
     options = "--dpci-resolution", 16, "--layers", 1, "--force"
     assert run("bake", mesh, *options).stderr == f"{mesh}: {HINT}--height\n"
     assert run("bake", mesh, *options, "--height", 2).stderr == ""

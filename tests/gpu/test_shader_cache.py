@@ -21,7 +21,9 @@ def test_shaders_are_kept_where_there_is_room(
     asked: list[Path] = []
     environment = {"XDG_CACHE_HOME": "/", variable: str(tmp_path / "to" / "make")}
     monkeypatch.setattr("os.environ", environment)
-    monkeypatch.setattr(shutil, "disk_usage", lambda place: (asked.append(place), SimpleNamespace(total=MEGABYTE**2, free=free))[1])
+    monkeypatch.setattr(
+        shutil, "disk_usage", lambda place: (asked.append(place), SimpleNamespace(total=MEGABYTE**2, free=free))[1]
+    )
     guard_shader_cache()
     assert asked == [tmp_path] and environment.get(DISABLE) == expected
 

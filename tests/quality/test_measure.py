@@ -23,7 +23,16 @@ from depthwalk.quality.candidate import Candidate, count_parts, examine, warning
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, measure_views, object_height
 from depthwalk.quality.pair_renderer import Pair, PairRenderer, RgbdPicture
-from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, missed_notes, overall, to_json, to_text
+from depthwalk.quality.report import (
+    CompareReport,
+    Costs,
+    ModelReport,
+    costs_line,
+    missed_notes,
+    overall,
+    to_json,
+    to_text,
+)
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Mask

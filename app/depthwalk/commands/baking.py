@@ -174,7 +174,8 @@ def bake_meshes(
     Returns
     -------
     list[Failed]
-        Why meshes failed: mistakes in them, files that cannot be written, and repeated failures on a cluster. They have been logged.
+        Why meshes failed: mistakes in them, files that cannot be written, and repeated failures on a cluster. They have
+        been logged.
 
     Raises
     ------
@@ -208,9 +209,10 @@ def _tell_of_loss(outcome: Baked | Kept, params: ModelParams) -> None:
 
 def _tell_of_unit(outcome: Baked | Kept, spec: MeshAsset) -> None:
     """Warn if a mesh was baked that seems too large to be in metres, and whose height the user has not given."""
-    if isinstance(outcome, Baked) and spec.height is None:
-        if hint := unit_hint(spec.mesh, np.array(outcome.extent), "--height"):
-            log.warning("%s: %s", spec.mesh, hint)
+    if isinstance(outcome, Kept) or spec.height is not None:
+        return
+    if hint := unit_hint(spec.mesh, np.array(outcome.extent), "--height"):
+        log.warning("%s: %s", spec.mesh, hint)
 
 
 def _job(spec: MeshAsset, params: ModelParams, file: Path | str, force: bool) -> Job:

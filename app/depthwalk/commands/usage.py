@@ -73,6 +73,8 @@ def _misuse(error: Any) -> str:
     """Return the line about a command, option or argument that is unknown, missing or wrong."""
     command = error.ctx.command_path if error.ctx else "depthwalk"
     _suggest_own_option(error)
+    if type(error).__name__ == "MissingParameter" and "-o" in getattr(error.param, "opts", ()):
+        return f"{command}: name the file to write by -o FILE ({command} --help tells more)"
     message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
     return f"{command}: {message} ({command} --help tells more)"
 
