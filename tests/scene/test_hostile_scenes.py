@@ -98,8 +98,10 @@ MESSAGES = {
     "mixed-up-files": [
         "3:18: assets.baked.baked: box.obj: does not hold depth images (.dpci.npz or .dpci.exr); "
         "a mesh is named by the key 'mesh'",
-        "4:16: assets.mesh.mesh: bench.dpci.npz: depth images, no mesh; `view` opens them, and a scene names them by the key 'baked'",
-        "5:39: assets.both.mesh: sundial.dpci.npz: depth images, no mesh; `view` opens them, and a scene names them by the key 'baked'",
+        "4:16: assets.mesh.mesh: bench.dpci.npz: depth images, no mesh; "
+        "`view` opens them, and a scene names them by the key 'baked'",
+        "5:39: assets.both.mesh: sundial.dpci.npz: depth images, no mesh; "
+        "`view` opens them, and a scene names them by the key 'baked'",
     ],
     "misspelt-kind": [
         "6:6: objects[0].gird: unknown key; did you mean 'grid'?",

@@ -88,7 +88,7 @@ def test_a_flat_object_is_seen_from_its_broad_side(
 ) -> None:
     points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
     objects = replace(objects_of([0], 0), rotation=np.array([[0, 0, 0, 1]], np.float32))
-    radius = np.float32([np.linalg.norm(points, axis=1).max()]) * objects.scale
+    radius = np.linalg.norm(points, axis=1).max().astype(np.float32) * objects.scale
     direction = facing(objects, Bounds(objects.position, radius), lambda asset: points)
     assert tuple(direction) == expected
 
