@@ -1,16 +1,16 @@
 """Find out what resolution a mesh needs: python examples/bake_and_compare.py bust.obj [RESOLUTION …]."""
 
-import sys
+import argparse
 import tempfile
 from pathlib import Path
 
 import depthwalk as dw
 
 
-def main(mesh: str, *resolutions: str) -> None:
+def main(mesh: str, resolutions: list[int]) -> None:
     """Bake the mesh at each resolution, and print how well the pictures agree with those of the mesh itself."""
     with tempfile.TemporaryDirectory() as folder:
-        for resolution in map(int, resolutions or ("128", "256", "512")):
+        for resolution in resolutions:
             baked = dw.bake_mesh(mesh, Path(folder) / f"{resolution}.dpci.exr", resolution=resolution)
             found = dw.compare(mesh, baked, size=(320, 240), views=6)
             print(
@@ -20,4 +20,7 @@ def main(mesh: str, *resolutions: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:]) if len(sys.argv) > 1 else sys.exit(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("mesh")
+    parser.add_argument("resolutions", nargs="*", type=int, default=[128, 256, 512])
+    main(**vars(parser.parse_args()))

@@ -1,16 +1,16 @@
 """Say what a scene's camera sees, and how far off: python examples/depth_and_ids.py scene.yaml [WIDTH HEIGHT]."""
 
-import sys
+import argparse
 
 import numpy as np
 
 import depthwalk as dw
 
 
-def main(scene_file: str, width: str = "640", height: str = "480") -> None:
+def main(scene_file: str, width: int, height: int) -> None:
     """Print for every object in the picture its node, how many pixels it covers and where it is nearest."""
     scene = dw.load_scene(scene_file)
-    with dw.Renderer(scene, size=(int(width), int(height))) as renderer:
+    with dw.Renderer(scene, size=(width, height)) as renderer:
         image = renderer.render(object_id=True)
     for object_id in np.unique(image.object_id[image.object_id >= 0]).tolist():
         pixels = image.object_id == object_id
@@ -20,4 +20,8 @@ def main(scene_file: str, width: str = "640", height: str = "480") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:]) if len(sys.argv) > 1 else sys.exit(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene_file")
+    parser.add_argument("width", nargs="?", type=int, default=640)
+    parser.add_argument("height", nargs="?", type=int, default=480)
+    main(**vars(parser.parse_args()))

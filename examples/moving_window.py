@@ -1,5 +1,6 @@
 """Turn one object of a scene in a window: python examples/moving_window.py scene.yaml NODE."""
 
+import argparse
 import sys
 
 import depthwalk as dw
@@ -15,4 +16,7 @@ def main(scene_file: str, node: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:]) if len(sys.argv) > 2 else sys.exit(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene_file")
+    parser.add_argument("node")
+    main(**vars(parser.parse_args()))

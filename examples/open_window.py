@@ -1,5 +1,6 @@
 """Walk through a scene in a window: python examples/open_window.py scene.yaml."""
 
+import argparse
 import sys
 
 import depthwalk as dw
@@ -14,4 +15,6 @@ def main(scene_file: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:]) if len(sys.argv) > 1 else sys.exit(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene_file")
+    main(**vars(parser.parse_args()))

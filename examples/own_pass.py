@@ -1,6 +1,6 @@
 """Put a pass of one's own into the frame: python examples/own_pass.py scene.yaml sepia.png [WIDTH HEIGHT]."""
 
-import sys
+import argparse
 from pathlib import Path
 
 import depthwalk as dw
@@ -20,13 +20,18 @@ class Sepia(PixelPass[dw.Params]):
         return PixelInputs(uniforms={"tint": (1.25, 0.95, 0.65)})
 
 
-def main(scene_file: str, picture: str, width: str = "640", height: str = "480") -> None:
+def main(scene_file: str, picture: str, width: int, height: int) -> None:
     """Render with the package's own passes, and `Sepia` before the last of them."""
     *passes, output = dw.default_passes()
-    size = int(width), int(height)
+    size = width, height
     with dw.Renderer(dw.load_scene(scene_file), size, passes=[*passes, Sepia(), output]) as renderer:
         renderer.render().save(picture)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:]) if len(sys.argv) > 2 else sys.exit(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene_file")
+    parser.add_argument("picture")
+    parser.add_argument("width", nargs="?", type=int, default=640)
+    parser.add_argument("height", nargs="?", type=int, default=480)
+    main(**vars(parser.parse_args()))

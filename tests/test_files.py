@@ -1,5 +1,6 @@
 """Files appear whole or not at all, on full disks too, and what killed processes left goes."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from depthwalk.files import (
     _machine,
     check_folder,
     copy,
+    reason,
     remove_leftovers,
     replacing,
     staging_folder,
@@ -145,6 +147,16 @@ def test_a_file_that_cannot_be_written_is_named_before_work_begins(tmp_path: Pat
         check_folder(tmp_path / name)
 
 
+def test_a_full_disk_is_no_mistake_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(**options: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a name of its own")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", full)
+    with pytest.raises(OSError) as error:
+        check_folder(tmp_path / "a.png")
+    assert (error.value.errno, error.value.filename) == (errno.ENOSPC, str(tmp_path / "a.png"))
+
+
 def test_trying_a_folder_leaves_nothing_in_it(tmp_path: Path) -> None:
     check_folder(tmp_path / "a.png")
     assert not list(tmp_path.iterdir())
@@ -158,3 +170,15 @@ def test_only_old_files_of_dead_processes_are_leftovers(tmp_path: Path) -> None:
     remove_leftovers(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {f".{dead}-b", f".{os.getpid()}-c", ".d"}
     remove_leftovers(tmp_path / "no such folder")
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (OSError(errno.ENOSPC, "No space", "a.npz"), "a.npz: No space"),
+        (OSError(errno.ENOSPC, "No space"), "No space"),
+        (OSError("a.npz: cannot be written"), "a.npz: cannot be written"),
+    ],
+)
+def test_a_reason_has_no_number(error: OSError, expected: str) -> None:
+    assert reason(error) == expected

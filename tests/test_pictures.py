@@ -1,6 +1,8 @@
 """Pictures come back from their files as they went in."""
 
+import errno
 import io
+import os
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +50,19 @@ def test_an_exr_that_cannot_be_written_names_its_file(tmp_path: Path) -> None:
     image = LinearImage(np.zeros((2, 2, 4), np.float32), np.ones((2, 2), np.float32))
     with pytest.raises(OSError, match="missing"):
         write_exr(tmp_path / "missing" / "a.exr", image)
+
+
+def test_an_exr_on_a_full_disk_is_told_as_such(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library raises its own error, which quotes that of the system without its number."""
+
+    def full(file: object, name: str) -> None:
+        raise RuntimeError(f'Cannot write "{name}". {os.strerror(errno.ENOSPC)}.')
+
+    monkeypatch.setattr(OpenEXR.File, "write", full)
+    image = LinearImage(np.zeros((2, 2, 4), np.float32), np.zeros((2, 2), np.float32))
+    with pytest.raises(OSError) as error:
+        write_exr(tmp_path / "a.exr", image)
+    assert (error.value.errno, error.value.filename) == (errno.ENOSPC, str(tmp_path / "a.exr"))
 
 
 @pytest.mark.parametrize("missing", [1, 100, 10_000])

@@ -1,5 +1,6 @@
 """Videos appear whole or not at all, behind encoders that fail, too."""
 
+import errno
 import os
 import signal
 from collections.abc import Callable
@@ -61,6 +62,16 @@ def test_an_encoder_that_fails_leaves_the_old_film(
     assert str(error.value) == f"{film}: the video encoder {complaint.format(film=film)}"
     assert film.read_bytes() == b"old film"
     assert sorted(path.name for path in film.parent.iterdir()) == ["a.mp4", "bin"]
+
+
+@pytest.mark.parametrize("read", ["cat > /dev/null; ", ""])
+def test_a_full_disk_is_told_as_such(film: Path, encoder: Callable[..., object], read: str) -> None:
+    """Whether the encoder notices at the end or before the last frame; it returns the number with a minus."""
+    encoder(f"{read}echo Nothing was written >&2; exit {256 - errno.ENOSPC}")
+    with pytest.raises(OSError) as error:
+        record(film, frames=200)
+    assert (error.value.errno, error.value.filename) == (errno.ENOSPC, str(film))
+    assert film.read_bytes() == b"old film"
 
 
 def test_an_encoder_that_is_killed_meanwhile_is_an_error(film: Path) -> None:

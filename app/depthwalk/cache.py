@@ -240,7 +240,7 @@ def cached_files(suffix: str) -> list[CachedFile]:
     Files that are being written are not included.
     """
     found: list[CachedFile] = []
-    with contextlib.suppress(FileNotFoundError):
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
         for path in cache_folder().iterdir():
             if path.name.endswith(suffix) and not path.name.startswith("."):
                 with contextlib.suppress(OSError):  # another process may have removed it

@@ -39,6 +39,8 @@ def check_folder(path: Path) -> None:
     ------
     InputError
         If the file cannot be written; the message names `path` and the reason.
+    OSError
+        If the disk is full, which is no mistake of the user's.
     """
     folder = path.parent
     try:
@@ -53,9 +55,18 @@ def check_folder(path: Path) -> None:
     except ValueError:  # a null character
         raise InputError(f"{path}: no file can have that name") from None
     except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise OSError(error.errno, error.strerror, str(path)) from None
         named = error.errno == errno.ENAMETOOLONG
         why = "the name is too long" if named else f"the folder {str(folder)!r} is not writable"
         raise InputError(f"{path}: {why}") from None
+
+
+def reason(error: OSError) -> str:
+    """Return why the system refused something, and for which file, without the number of the error."""
+    if error.strerror is None:
+        return str(error)
+    return error.strerror if error.filename is None else f"{error.filename}: {error.strerror}"
 
 
 @contextmanager

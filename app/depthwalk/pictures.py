@@ -52,9 +52,17 @@ def save_exr(path: Path, file: "OpenEXR.File") -> None:
         try:
             file.write(str(temporary))
         except RuntimeError as error:  # raised by the binding for errors of the operating system
-            raise OSError(str(error).replace(str(temporary), str(path))) from None
+            raise _system_error(str(error).replace(str(temporary), str(path)), path) from None
         if not _is_whole(temporary.read_bytes()):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+
+def _system_error(message: str, path: Path) -> OSError:
+    """Return the error of the operating system that the `message` of OpenEXR about the file `path` quotes."""
+    for number in (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG):
+        if os.strerror(number) in message:
+            return OSError(number, os.strerror(number), str(path))
+    return OSError(message)
 
 
 _MULTI_PART = 0x1000  # in the second word of a file

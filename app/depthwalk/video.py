@@ -4,7 +4,9 @@ Callers use `video`. It provides a `VideoEncoder` to send frames to, and moves t
 everything has succeeded. ffmpeg comes with the package imageio-ffmpeg.
 """
 
+import errno
 import logging
+import os
 import subprocess
 import sys
 import threading
@@ -101,6 +103,12 @@ class VideoEncoder:
         how = f"was ended by signal {-status}" if status < 0 else f"failed with status {status}"
         return f"the video encoder {how}" + (f": {lines[-1][:200]}" if lines else "")
 
+    @property
+    def disk_full(self) -> bool:
+        """Return whether the encoder has ended since it found no space on the disk: ffmpeg returns −ENOSPC."""
+        status = self._process.poll()
+        return status is not None and status > 0 and status & 0xFF == 256 - errno.ENOSPC
+
     def end(self) -> None:
         """Stop the encoder if it still runs, and close the pipe to it. May be called more than once."""
         if self._process.poll() is None:
@@ -154,10 +162,17 @@ def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncode
             try:
                 yield encoder
             except BrokenPipeError:  # the encoder has ended before its last frame
-                raise OSError(f"{path}: {encoder.finish() or 'the video encoder ended early'}") from None
-            if failure := encoder.finish():
-                raise OSError(f"{path}: {failure.replace(str(temporary), str(path))}")
+                raise _failure(encoder, encoder.finish() or "the video encoder ended early", path) from None
+            if message := encoder.finish():
+                raise _failure(encoder, message.replace(str(temporary), str(path)), path)
             if not temporary.is_file() or not temporary.stat().st_size:
                 raise OSError(f"{path}: the video encoder wrote nothing")
         finally:
             encoder.end()
+
+
+def _failure(encoder: VideoEncoder, message: str, path: Path) -> OSError:
+    """Return the error that `encoder` has ended with a `message`, instead of writing the file `path`."""
+    if encoder.disk_full:
+        return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    return OSError(f"{path}: {message}")

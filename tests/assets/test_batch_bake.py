@@ -15,7 +15,7 @@ import pytest
 
 import shapes
 from depthwalk.assets.asset_files import clusters_key, levels_key, mesh_key, mesh_source, views_key
-from depthwalk.assets.bake_job import Baked, Job, Kept, bake_whole
+from depthwalk.assets.bake_job import Baked, Job, Kept, UnwritableError, bake_whole
 from depthwalk.assets.batch_bake import bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
@@ -252,4 +252,4 @@ def test_a_file_that_cannot_be_written_fails_its_own_job_only(
     jobs = jobs_of(meshes)[:2]
     outcomes = dict(bake_all(jobs, 1, ignore))
     assert str(outcomes[0]) == f"{jobs[0].out}: cannot be written: {os.strerror(errno.ENOSPC)}"
-    assert isinstance(outcomes[0], InputError) and isinstance(outcomes[1], Baked) and not jobs[0].out.exists()
+    assert isinstance(outcomes[0], UnwritableError) and isinstance(outcomes[1], Baked) and not jobs[0].out.exists()

@@ -17,8 +17,6 @@ def run() -> Callable[..., object]:
 
 
 @pytest.fixture(autouse=True)
-def plain_seconds(monkeypatch: pytest.MonkeyPatch) -> float:
-    """Keeps commands silent about what takes long, which on a busy machine is anything; returns how long that is."""
-    seconds = progress.PLAIN_SECONDS
+def plain_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keeps commands silent about what takes long, which on a busy machine is anything."""
     monkeypatch.setattr(progress, "PLAIN_SECONDS", math.inf)
-    return seconds

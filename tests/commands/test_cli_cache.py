@@ -69,6 +69,15 @@ def test_an_empty_cache_is_no_mistake(run: Callable[..., Any], home: Path) -> No
     assert not home.exists()
 
 
+def test_a_cache_folder_that_cannot_be_is_an_empty_one(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    for action in ("info", "clear"):
+        assert (run("cache", action).exit_code, run("cache", action).stderr) == (0, "")
+
+
 def test_a_wrong_limit_is_told(run: Callable[..., Any], tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     done = run("render", tiny_scene, "-o", tiny_scene.with_name("a.png"), "--cache-limit", "much")
     assert (done.exit_code, done.stderr) == (2, "--cache-limit much: must be a size such as 500MB or 4GB\n")

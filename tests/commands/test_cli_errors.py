@@ -309,6 +309,12 @@ def test_a_file_that_ships_is_suggested(
     assert (result.exit_code, result.stderr) == (2, f"{name}: no such file; did you mean {meant!r}?\n")
 
 
+@pytest.mark.parametrize("rest", [[], ["court.png"]])
+def test_a_picture_without_its_option(run: Callable[..., Any], rest: list[str]) -> None:
+    expected = "depthwalk render: name the file to write by -o FILE (depthwalk render --help tells more)\n"
+    assert run("render", "court.yaml", *rest).stderr == expected
+
+
 def test_an_option_of_other_programs_is_told_by_its_name_here(run: Callable[..., Any]) -> None:
     """Each command names its own option, and none that it lacks."""
     assert "(Possible options: --resolution)" in run("render", "a.yaml", "--size", "640x480").stderr

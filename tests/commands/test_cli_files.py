@@ -1,5 +1,7 @@
 """`depthwalk check`, `bake` and `info`."""
 
+import errno
+import os
 import re
 import weakref
 from collections.abc import Callable, Sequence
@@ -154,6 +156,34 @@ def test_check_bakes_nothing_and_keeps_no_mesh(
     result = run("check", tiny_scene)
     assert (result.exit_code, len(alive)) == (0, 4), result.stderr
     assert not cache.exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("court.html", "a web page, such as a report; a browser opens it"),
+        ("court.png", "a picture; --sky lights a scene or a model by it"),
+        ("court.txt", "'.txt' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)"),
+    ],
+)
+def test_info_says_what_other_files_are(run: Callable[..., Any], tmp_path: Path, name: str, message: str) -> None:
+    assert run("info", tmp_path / name).stderr == f"{tmp_path / name}: no such file\n"
+    (tmp_path / name).write_text("court")
+    result = run("info", tmp_path / name)
+    assert (result.exit_code, result.stderr) == (2, f"{tmp_path / name}: {message}\n")
+
+
+def test_a_full_disk_is_no_mistake_in_the_mesh(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*arguments: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("depthwalk.assets.bake_job.write_baked", full)
+    mesh = write_ply(tmp_path / "ball.ply", shapes.sphere(1.0, columns=32, rows=16))
+    result = run("bake", mesh, "--dpci-resolution", 16, "--layers", 1)
+    out = mesh.with_suffix(".dpci.exr")
+    assert (result.exit_code, result.stderr) == (1, f"{out}: cannot be written: {os.strerror(errno.ENOSPC)}\n")
 
 
 @pytest.fixture

@@ -206,6 +206,31 @@ def test_closed_streams_are_no_error(
         assert picture.size == (96, 64)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("arguments", [["--help"], ["view", "-h"], ["--version"], ["check", "{scene}"]])
+def test_a_full_disk_behind_stdout_is_told_in_one_line(
+    environment: dict[str, str], tiny_scene: Path, arguments: list[str], unbuffered: str
+) -> None:
+    """Python itself would complain once more at exit, about what is still buffered."""
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [*COMMAND, *(part.format(scene=tiny_scene) for part in arguments)],
+            env=environment | {"PYTHONUNBUFFERED": unbuffered},
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert (done.returncode, done.stderr) == (1, "depthwalk: No space left on device\n")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full")
+@pytest.mark.parametrize("arguments", [[], ["rendr"], ["check", "missing.yaml"], ["info", "missing.ply"]])
+def test_mistakes_that_nobody_can_read_are_mistakes_still(environment: dict[str, str], arguments: list[str]) -> None:
+    with open("/dev/full", "w") as full:
+        assert subprocess.run([*COMMAND, *arguments], env=environment, stderr=full).returncode == 2
+
+
 @pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error_message(environment: dict[str, str], tiny_scene: Path) -> None:
     read, write = os.pipe()

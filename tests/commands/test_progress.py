@@ -2,12 +2,18 @@
 
 import io
 import logging
+import re
 import sys
+import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+import shapes
 from depthwalk.commands.progress import asset_progress, frame_progress, live_options, show_progress
+from files import write_ply
 
 
 class Terminal(io.StringIO):
@@ -80,27 +86,61 @@ def test_displays_leave_standard_output_alone(terminal: Callable[[], Terminal]) 
     assert options["console"].stderr and options["transient"] and not options["redirect_stdout"]
 
 
-def test_a_pipe_is_told_now_and_then_what_takes_long(plain_seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", plain_seconds)
-    monkeypatch.setattr(sys, "stderr", written := io.StringIO())
-    monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.WARNING)
-    clock = iter([0.0, 1.0, 7.0, 8.0, 8.5, 14.0, 14.0])
-    monkeypatch.setattr("depthwalk.commands.progress.time.monotonic", lambda: next(clock))
-    with asset_progress() as report:
-        for stage in ("reading", "side", "top", "owners"):
-            report("bust", stage)
-    assert written.getvalue() == "waiting for bust: side\nwaiting for bust: owners\n"
-
-
-def test_a_pipe_is_told_now_and_then_how_many_frames_are_done(
-    plain_seconds: float, monkeypatch: pytest.MonkeyPatch
+def test_a_pipe_is_told_what_takes_long_while_it_lasts(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", plain_seconds)
+    """Once, however long it takes; what is over soon is not told."""
+    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", 0.05)
     monkeypatch.setattr(sys, "stderr", written := io.StringIO())
-    monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.WARNING)
-    clock = iter([0.0, 1.0, 7.0, 7.0, 8.0])
-    monkeypatch.setattr("depthwalk.commands.progress.time.monotonic", lambda: next(clock))
+    caplog.set_level(logging.WARNING, "depthwalk")
+    with asset_progress() as report:
+        for stage in ("reading", "side"):
+            report("bust", stage)
+        wait_for("bust: side\n", written)
+        time.sleep(0.2)
+        report("bust", "top")
+        wait_for("bust: side\nbust: top\n", written)
+    assert written.getvalue() == "bust: side\nbust: top\n"
+
+
+def wait_for(expected: str, written: io.StringIO) -> None:
+    until = time.monotonic() + 30
+    while written.getvalue() != expected and time.monotonic() < until:
+        time.sleep(0.01)
+    assert written.getvalue() == expected
+
+
+@pytest.mark.parametrize("level", [logging.ERROR, logging.INFO])
+def test_nobody_is_told_who_wants_quiet_or_gets_every_step(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, level: int
+) -> None:
+    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", 0.001)
+    monkeypatch.setattr(sys, "stderr", written := io.StringIO())
+    caplog.set_level(level, "depthwalk")
+    with asset_progress() as report:
+        report("bust", "side")
+        time.sleep(0.1)
+    assert not written.getvalue()
+
+
+def test_a_pipe_is_told_how_many_frames_are_done(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", 0.05)
+    monkeypatch.setattr(sys, "stderr", written := io.StringIO())
+    caplog.set_level(logging.WARNING, "depthwalk")
     with frame_progress("rendering", 3) as advance:
-        for _ in range(3):
-            advance()
-    assert written.getvalue() == "rendering: 2 of 3 frames\n"
+        advance()
+        advance()
+        wait_for("rendering: 2 of 3 frames\n", written)
+
+
+def test_bake_tells_a_pipe_which_mesh_it_is_at(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", 0.01)
+    meshes = [write_ply(tmp_path / f"{name}.ply", shapes.sphere(1.0, columns=32, rows=16)) for name in ("a", "b")]
+    result = run("bake", *meshes, "--dpci-resolution", 128, "--jobs", 1)
+    assert re.search(r"^a.ply: \w[\w ]* \(0 of 2 baked\)$", result.stderr, re.MULTILINE)
+    assert re.search(r"^b.ply: \w[\w ]* \(1 of 2 baked\)$", result.stderr, re.MULTILINE)
+    assert "baked)" not in result.stdout

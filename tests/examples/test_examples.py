@@ -94,3 +94,11 @@ def test_bake_and_compare(run: Callable[..., Any], tmp_path: Path, gl_device: De
 def test_the_window_says_why_there_is_none(run: Callable[..., Any]) -> None:
     assert "cannot open a window" in run("open_window.py", "scene.yaml", code=1)
     assert "cannot open a window" in run("moving_window.py", "scene.yaml", "ball", code=1)
+
+
+@pytest.mark.parametrize("script", sorted(path.name for path in EXAMPLES.glob("*.py")))
+@pytest.mark.parametrize("arguments", [[], ["a.yaml", "b", "c", "much", "too", "much", "7", "8", "9"]])
+def test_wrong_arguments_are_told_with_what_is_expected(
+    run: Callable[..., Any], script: str, arguments: list[str]
+) -> None:
+    assert run(script, *arguments, code=2).startswith(f"usage: {script} ")

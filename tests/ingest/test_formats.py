@@ -15,11 +15,26 @@ def test_meshes(suffix: str) -> None:
         check_suffix(path)
 
 
-@pytest.mark.parametrize("name", ["scene.yaml", "obj", ".obj", "model.obj.txt"])
+@pytest.mark.parametrize("name", ["scene.xyz", "obj", ".obj", "model.obj.txt"])
 def test_what_is_no_mesh(name: str) -> None:
     assert not is_mesh_file(Path(name))
     with pytest.raises(InputError, match=r"is not a mesh format \(use \.obj"):
         check_suffix(Path(name))
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("a.yml", "a scene or a camera path, no mesh; `view`, `render` and `check` take it"),
+        ("a.HTML", "a web page, such as a report, no mesh; a browser opens it"),
+        ("a.dpci.exr", "depth images, no mesh; `view` opens them, and a scene names them by the key 'baked'"),
+        ("a.exr", "a picture, no mesh; --sky lights a scene or a model by it"),
+    ],
+)
+def test_what_else_users_have_is_told_where_it_goes(name: str, message: str) -> None:
+    with pytest.raises(InputError) as error:
+        check_suffix(Path(name))
+    assert str(error.value) == f"{name}: {message}"
 
 
 @pytest.mark.parametrize("suffix", OTHER_MESH_SUFFIXES)

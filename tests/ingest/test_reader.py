@@ -63,3 +63,24 @@ def test_a_file_of_another_kind_is_no_ply(tmp_path: Path) -> None:
     path.write_text("v 0 0 0\nf 1 1 1\n")
     with pytest.raises(InputError, match=r"really_an_obj\.ply: not a PLY file$"):
         read_soup(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "kind", "right"),
+    [
+        ("a.obj", b"glTF\2\0\0\0", "GLB", "a.glb"),
+        ("a.GLB", b"ply\nformat ascii 1.0\n", "PLY", "a.ply"),
+        ("a.b.stl", b"ply\r\n", "PLY", "a.b.ply"),
+        ("a.obj", bytes(80) + b"\1\0\0\0" + bytes(50), "STL", "a.stl"),
+        ("a.ply", b"solid a\nfacet normal 0 0 1\n", "STL", "a.stl"),
+        ("a.obj", b"\x89PNG\r\n", "PNG", "a.png"),
+        ("a.glb", b"Kaydara FBX Binary  ", "FBX", "a.fbx"),
+    ],
+)
+def test_a_file_under_a_wrong_name_is_told_its_right_one(
+    tmp_path: Path, name: str, data: bytes, kind: str, right: str
+) -> None:
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError) as error:
+        read_soup(tmp_path / name)
+    assert str(error.value) == f"{tmp_path / name}: holds {kind} data; rename it to {right}"

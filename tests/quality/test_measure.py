@@ -23,7 +23,16 @@ from depthwalk.quality.candidate import Candidate, count_parts, examine, warning
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, measure_views, object_height
 from depthwalk.quality.pair_renderer import Pair, PairRenderer, RgbdPicture
-from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
+from depthwalk.quality.report import (
+    CompareReport,
+    Costs,
+    ModelReport,
+    costs_line,
+    missed_notes,
+    overall,
+    to_json,
+    to_text,
+)
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Mask
@@ -260,6 +269,9 @@ def test_the_report_marks_goals_and_holds_no_infinity() -> None:
         "coordinates": "auto",
     }
     assert other["models"][0]["parts"] == 3
+    assert missed_notes(models[0]) == [] and "FAIL: the" not in text  # as large as the goals are meant for
+    assert "  FAIL: the goals are meant for 512² and 3 layers, where" in to_text(replace(report, models=(coarse,)))
+    assert missed_notes(replace(coarse, views=(quality(34.0),))) == []
     assert "256², 3 layers, raycast in 3 parts" in costs_line(coarse) and "baked in 3.0 s within 250 MB" in costs_line(
         coarse
     )

@@ -37,6 +37,15 @@ def test_a_picture_hangs_and_a_floor_lies() -> None:
     assert guess_up(picture) == guess_up(picture[:, [0, 2, 1]]) == "y"
 
 
+def test_a_terrain_lies_and_an_upright_relief_hangs() -> None:
+    """The lower end of a terrain's edge is as long as it is, which a standing thing's is, too."""
+    x, z = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 30)))
+    terrain = np.stack([x, 0.1 * np.sin(4 * x) * np.cos(3 * z), z], 1)
+    assert guess_up(terrain) == guess_up(z_upward(terrain)) == "y"
+    house = np.concatenate([z_upward(shapes.box(1.0, 2.0, 1.0).positions), [[0.0, 0.0, 3.0]]])
+    assert guess_up(house) == "z"
+
+
 @pytest.mark.parametrize(
     ("file", "turns"),
     [("a.obj", True), ("a.ply", True), ("a.glb", False), ("a.GLTF", False)]

@@ -98,8 +98,10 @@ MESSAGES = {
     "mixed-up-files": [
         "3:18: assets.baked.baked: box.obj: does not hold depth images (.dpci.npz or .dpci.exr); "
         "a mesh is named by the key 'mesh'",
-        "4:16: assets.mesh.mesh: bench.dpci.npz: '.npz' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)",
-        "5:39: assets.both.mesh: sundial.dpci.npz: '.npz' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)",
+        "4:16: assets.mesh.mesh: bench.dpci.npz: depth images, no mesh; "
+        "`view` opens them, and a scene names them by the key 'baked'",
+        "5:39: assets.both.mesh: sundial.dpci.npz: depth images, no mesh; "
+        "`view` opens them, and a scene names them by the key 'baked'",
     ],
     "misspelt-kind": [
         "6:6: objects[0].gird: unknown key; did you mean 'grid'?",
@@ -243,6 +245,12 @@ def test_a_misspelt_name_of_a_file_that_ships_is_told(tmp_path: Path) -> None:
     file.write_text("version: 1\nassets: {pot: {mesh: teapto.ply}}\nobjects: [{asset: pot}]\n")
     with pytest.raises(InputError, match=r"file 'teapto\.ply' not found; did you mean 'teapot\.ply'\?"):
         load_scene(file)
+
+
+def test_a_report_in_place_of_a_scene(tmp_path: Path) -> None:
+    (tmp_path / "court.html").write_text("<html></html>")
+    with pytest.raises(InputError, match=r"court\.html: a web page, such as a report, no scene; a browser opens it$"):
+        load_scene(tmp_path / "court.html")
 
 
 @pytest.mark.parametrize(("name", "length"), [("studio.hdr", MAX_SCENE_BYTES), ("picture.PNG", 3)])

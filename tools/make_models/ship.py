@@ -16,7 +16,7 @@ from PIL import Image
 from tools.make_models.catalogue import MODELS, TEXTURES, Images
 from tools.make_models.generate import OUT, generate, make_folder
 
-from depthwalk.assets.bake_job import Baked, Job
+from depthwalk.assets.bake_job import Baked, Job, Kept
 from depthwalk.assets.batch_bake import bake_all
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.params import ModelParams
@@ -105,7 +105,7 @@ def _bake(jobs: list[Job], finest: dict[str, float]) -> None:
     finest: by the name of the model, see `Images`.
     """
     for number, outcome in bake_all(jobs, None, lambda number, stage: None):
-        if isinstance(outcome, InputError):
+        if not isinstance(outcome, Baked | Kept):
             raise outcome
         _coarsen(jobs[number], finest[jobs[number].spec.name])
         took = f", {sum(outcome.seconds.values()):.0f} s" if isinstance(outcome, Baked) else ", is up to date"

@@ -9,7 +9,7 @@ from typing import Literal
 
 from depthwalk.api.scene import PathLike
 from depthwalk.assets.asset_files import read_body
-from depthwalk.assets.bake_job import Job
+from depthwalk.assets.bake_job import Baked, Job, Kept
 from depthwalk.assets.batch_bake import bake_all
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX, read_baked
@@ -90,6 +90,8 @@ def bake_mesh(
     ------
     InputError
         For files and values that cannot be used.
+    OSError
+        If the depth images cannot be written.
 
     Examples
     --------
@@ -115,7 +117,7 @@ def bake_mesh(
         bake_all([Job(spec=spec, params=params, out=file, force=force)], processes=1, stage=stage)
     ) as outcomes:
         for _, outcome in outcomes:
-            if isinstance(outcome, InputError):
+            if not isinstance(outcome, Baked | Kept):
                 raise outcome
     return file
 

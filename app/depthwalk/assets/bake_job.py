@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from depthwalk.assets.asset_files import clusters_key, levels_key, mesh_key, mesh_source, read_body, views_key
 from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.coverage import measure_left_out
@@ -69,6 +71,8 @@ class Baked:
         The file, or its URL.
     triangles
         Number of triangles of the mesh.
+    extent
+        Lengths along x, y and z of the mesh, metres, asset frame.
     parts
         Number of parts that the mesh was divided into.
     images
@@ -83,6 +87,7 @@ class Baked:
 
     out: Path | str
     triangles: int
+    extent: tuple[float, float, float]
     parts: int
     images: int
     seconds: dict[str, float]
@@ -104,6 +109,10 @@ class Kept:
 
     out: Path | str
     cached: bool
+
+
+class UnwritableError(OSError):
+    """Report that the file of a job cannot be written, for example to a full disk; other jobs can continue."""
 
 
 def bake_whole(job: Job, workers: int | None = None) -> Baked | Kept:
@@ -141,7 +150,9 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     Raises
     ------
     InputError
-        If the mesh cannot be used or the file cannot be written.
+        If the mesh cannot be used.
+    UnwritableError
+        If the file cannot be written.
     OSError
         If a URL cannot be reached.
     """
@@ -196,6 +207,7 @@ def _make(job: Job, staged: Path, stage: Callable[[str], None], workers: int | N
     return Baked(
         out=job.target,
         triangles=len(mesh.faces),
+        extent=tuple(np.subtract(*mesh.bounds[::-1]).tolist()),
         parts=len(model.parts),
         images=sum(len(part.images) for part in model.parts),
         seconds=clock.stop(),
@@ -213,9 +225,9 @@ def _copied(cached: Path, staged: Path) -> bool:
     return True
 
 
-def unwritable(out: Path | str, error: OSError) -> InputError:
-    """Return the error that the file of one job cannot be written; the other jobs continue."""
-    return InputError(f"{out}: cannot be written: {error.strerror or error}")
+def unwritable(out: Path | str, error: OSError) -> UnwritableError:
+    """Return the error that the file `out` of a job cannot be written."""
+    return UnwritableError(f"{out}: cannot be written: {error.strerror or error}")
 
 
 def _is_stored(job: Job, staged: Path, key: str) -> bool:

@@ -13,7 +13,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from functools import partial
 from pathlib import Path
 
-from depthwalk.assets.bake_job import Baked, Job, Kept, bake_job, staging, unwritable
+from depthwalk.assets.bake_job import Baked, Job, Kept, UnwritableError, bake_job, staging, unwritable
 from depthwalk.assets.worker import report_stage, set_up_worker, terminate
 from depthwalk.cluster.tasks import TaskError
 from depthwalk.errors import InputError
@@ -25,8 +25,9 @@ _POLL_SECONDS = 0.1  # between checks for reports from the processes
 Stage = Callable[[int, str], None]
 """Called with the number of a job, and the name of the stage that begins."""
 
-Outcome = Baked | Kept | InputError | TaskError
-"""The outcome of a job; an error if its mesh cannot be used, or if it failed repeatedly on a cluster."""
+Outcome = Baked | Kept | InputError | UnwritableError | TaskError
+"""The outcome of a job; an error if its mesh cannot be used, its file not written, or it failed repeatedly on a
+cluster."""
 
 Outcomes = Generator[tuple[int, Outcome], None, None]
 """The number of a job, and its outcome."""
@@ -49,7 +50,7 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
     Yields
     ------
     tuple
-        The number of a job, and its outcome; an InputError if the job failed, while the others continue.
+        The number of a job, and its outcome; an error if the job failed, while the others continue.
     """
     processes = min(len(jobs), processes or usable_cores())
     with contextlib.ExitStack() as stack:
@@ -71,7 +72,7 @@ def _run_here(jobs: Sequence[Job], staged: Sequence[Path], stage: Stage) -> Outc
     for number, (job, file) in enumerate(zip(jobs, staged, strict=True)):
         try:
             yield number, bake_job(job, file, lambda name, number=number: stage(number, name))  # type: ignore[misc]
-        except InputError as error:
+        except (InputError, UnwritableError) as error:
             yield number, error
 
 
@@ -94,7 +95,7 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
                 number = running.pop(future)
                 try:
                     yield number, future.result()
-                except InputError as error:
+                except (InputError, UnwritableError) as error:
                     yield number, error
     finally:
         if running:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import find_cooked, keep_cooked
+from depthwalk.files import reason
 
 log = logging.getLogger(__name__)
 
@@ -58,5 +59,5 @@ def cooked_objects(
             kept = keep_cooked(name, options, objects)
             return objects if again else kept
         except OSError as error:  # then they stay in memory
-            log.warning("cannot store cooked depth images in the cache: %s", error)
+            log.warning("cannot store cooked depth images in the cache: %s", reason(error))
     return objects

@@ -16,6 +16,7 @@ from depthwalk.bake.level_file import LEVELS
 from depthwalk.cache import ArrayCache
 from depthwalk.cook.cluster_file import CLUSTERS
 from depthwalk.cook.mesh_clusters import MeshClusters
+from depthwalk.files import reason
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.parallel import thread_map
 from depthwalk.scene.scene import MeshAsset
@@ -88,5 +89,5 @@ def _found_or_made(cache: ArrayCache[_T, _Origin], key: str, origin: _Origin, ma
     try:
         cache.keep_value(made, key)
     except OSError as error:
-        log.warning("cannot store the %s of %s in the cache: %s", cache.content, name, error)
+        log.warning("cannot store the %s of %s in the cache: %s", cache.content, name, reason(error))
     return made

@@ -33,6 +33,7 @@ from depthwalk.bake.params import ModelParams
 from depthwalk.cook.cook import GRID_TEXELS, CookedObject, CookOptions, HeldArrays, Prefetcher
 from depthwalk.cook.cooked_file import cooked_key, find_cooked, read_cooked
 from depthwalk.errors import InputError
+from depthwalk.files import reason
 from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_height
@@ -301,7 +302,7 @@ class SceneLibrary(MeshLibrary):
         try:
             keep_baked(baked)
         except OSError as error:  # a full or read-only disk costs the next start time, not this one
-            log.warning("cannot store the depth images of %s in the cache: %s", name, error)
+            log.warning("cannot store the depth images of %s in the cache: %s", name, reason(error))
             self._not_stored[baked.key] = baked
         return baked
 

@@ -9,7 +9,7 @@ from depthwalk.assets.asset_files import mesh_key, model_params
 from depthwalk.bake.cache import BAKED, has_key, sidecar
 from depthwalk.bake.params import ModelParams
 from depthwalk.cache import make_room
-from depthwalk.errors import InputError
+from depthwalk.files import reason
 from depthwalk.scene.scene import Asset, MeshAsset
 
 log = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ def bake_missing(assets: Iterable[Asset], processes: int | None, report: Callabl
     unbaked = _unbaked_meshes(assets)
     if len(unbaked) < 2:
         return
-    from depthwalk.assets.bake_job import Job
+    from depthwalk.assets.bake_job import Baked, Job, Kept
     from depthwalk.assets.batch_bake import bake_all
 
     missing = [Job(spec=spec, params=params, out=BAKED.file(key)) for key, (spec, params) in unbaked.items()]
@@ -46,10 +46,10 @@ def bake_missing(assets: Iterable[Asset], processes: int | None, report: Callabl
         with closing(bake_all(missing, processes, stage)) as outcomes:
             for number, outcome in outcomes:
                 done += 1
-                if not isinstance(outcome, InputError):
+                if isinstance(outcome, Baked | Kept):
                     make_room(missing[number].out)
     except OSError as error:
-        log.warning("cannot store depth images in the cache: %s", error)
+        log.warning("cannot store depth images in the cache: %s", reason(error))
     except BrokenExecutor:  # the system ended a process, for example for lack of memory: one at a time needs less
         log.warning(
             "a baking process was killed, perhaps for lack of memory; baking the remaining depth images one at a time"

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from depthwalk.assets.bake_job import Baked, Job, Kept
+import numpy as np
+
+from depthwalk.assets.bake_job import Baked, Job, Kept, UnwritableError
 from depthwalk.assets.batch_bake import Outcomes, Stage, bake_all
 from depthwalk.assets.cluster_bake import bake_on
 from depthwalk.bake.cache import sidecar
@@ -18,12 +20,15 @@ from depthwalk.cluster.connection import open_cluster
 from depthwalk.cluster.store import check_url, is_url
 from depthwalk.cluster.tasks import TaskError
 from depthwalk.commands.cluster_progress import cluster_progress
-from depthwalk.commands.progress import live_options, log, show_progress
+from depthwalk.commands.progress import live_options, log, plain_steps, show_progress
 from depthwalk.errors import InputError, missing_file, printable
 from depthwalk.files import check_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
+from depthwalk.ingest.units import unit_hint
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
+
+Failed = InputError | UnwritableError | TaskError
 
 _SEEN_LOSS = 0.02  # part of the visible surface whose loss shows as holes; most models lose a thousandth
 
@@ -150,7 +155,7 @@ def bake_meshes(
     processes: int | None,
     force: bool,
     cluster: ClusterAddress | None = None,
-) -> list[InputError | TaskError]:
+) -> list[Failed]:
     """Bake each mesh to its file and print a line about each.
 
     Parameters
@@ -168,27 +173,29 @@ def bake_meshes(
 
     Returns
     -------
-    list[InputError | TaskError]
-        Why meshes failed: mistakes in them, and repeated failures on a cluster. They have been logged.
+    list[Failed]
+        Why meshes failed: mistakes in them, files that cannot be written, and repeated failures on a cluster. They have
+        been logged.
 
     Raises
     ------
     ClusterError
         If the cluster cannot be reached, or is lost for good.
     """
-    failures: list[InputError | TaskError] = []
+    failures: list[Failed] = []
     jobs = [_job(spec, params, file, force) for spec, file in zip(specs, files, strict=True)]
     run = _here(jobs, processes) if cluster is None else _on_cluster(jobs, cluster)
     with contextlib.closing(run):
         for number, outcome in run:
             if isinstance(outcome, TaskError):
                 outcome = TaskError(f"{jobs[number].spec.mesh}: {outcome}")
-            if isinstance(outcome, InputError | TaskError):
+            if isinstance(outcome, Failed):
                 failures.append(outcome)
                 log.error("%s", outcome)
             else:
                 print(printable(describe(outcome, params.resolution)), flush=True)
                 _tell_of_loss(outcome, params)
+                _tell_of_unit(outcome, specs[number])
     return failures
 
 
@@ -198,6 +205,14 @@ def _tell_of_loss(outcome: Baked | Kept, params: ModelParams) -> None:
         remedy = "raycast with --layers auto" if params.by_six_views else "--layers auto"
         missing = f"{100 * outcome.left_out:.1f} % of the visible surface will be missing; {remedy} captures more of it"
         log.warning("%s: %s", outcome.out, missing)
+
+
+def _tell_of_unit(outcome: Baked | Kept, spec: MeshAsset) -> None:
+    """Warn if a mesh was baked that seems too large to be in metres, and whose height the user has not given."""
+    if isinstance(outcome, Kept) or spec.height is not None:
+        return
+    if hint := unit_hint(spec.mesh, np.array(outcome.extent), "--height"):
+        log.warning("%s: %s", spec.mesh, hint)
 
 
 def _job(spec: MeshAsset, params: ModelParams, file: Path | str, force: bool) -> Job:
@@ -276,9 +291,16 @@ class _Display:
 
 @contextlib.contextmanager
 def _progress(names: Sequence[str]) -> Iterator[_Display]:
-    """Show a line on stderr for each mesh being baked, and the number that are done."""
+    """Show a line on stderr for each mesh being baked, and the number that are done; see `plain_steps`."""
     if not show_progress():
-        yield _Display(lambda number, stage: log.info("%s: %s", names[number], stage), lambda number: None)
+        finished: list[int] = []
+        with plain_steps() as report:
+
+            def step(number: int, name: str) -> None:
+                counted = f" ({len(finished)} of {len(names)} baked)" if len(names) > 1 else ""
+                report(names[number], f"{name}{counted}")
+
+            yield _Display(step, finished.append)
         return
     from rich.markup import escape
     from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from depthwalk.commands.exit_codes import BAD_INPUT
-from depthwalk.commands.log_output import from_here
+from depthwalk.commands.failures import tell_mistakes
 from depthwalk.commands.option_values import parse_settings
 from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose, named_files
 from depthwalk.commands.program import guarded
@@ -36,7 +36,6 @@ def main(
             print(printable(check_file(scene, asset_root or [], overrides)))
         except InputError as error:
             is_bad = True
-            for line in error.lines:
-                typer.echo(from_here(line), err=True)
+            tell_mistakes(error)
     if is_bad:
         raise typer.Exit(BAD_INPUT)

@@ -16,7 +16,8 @@ import depthwalk
 from depthwalk import limits
 from depthwalk.commands.options import Quiet, Verbose, named_file
 from depthwalk.commands.program import guarded
-from depthwalk.errors import missing_file, printable
+from depthwalk.errors import InputError, missing_file, printable
+from depthwalk.ingest.formats import content
 
 if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
@@ -91,6 +92,8 @@ def describe_file(path: Path) -> Iterator[Row]:
             yield from _baked_rows(path)
         case ".npz":
             yield from _cooked_rows(path)
+        case _ if path.is_file() and (known := content(path)):
+            raise InputError(f"{path}: {known[0]}; {known[1]}")
         case _:
             yield from _mesh_rows(path)
 
@@ -251,6 +254,7 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     from depthwalk.ingest.gltf import read_header
     from depthwalk.ingest.gltf_unread import unread
     from depthwalk.ingest.loader import load_mesh
+    from depthwalk.ingest.units import unit_hint
 
     if not path.is_file():
         raise missing_file(path)
@@ -263,6 +267,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     if tinted := bool((mesh.colours < 255).any()):
         yield "colours", "one for each vertex"
     yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
+    if hint := unit_hint(path, high - low, "--height of `bake`, `height` in a scene file"):
+        yield "unit", hint
     for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]
         texture = material.texture

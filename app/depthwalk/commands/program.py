@@ -3,7 +3,6 @@
 Results go to stdout, everything else to stderr.
 """
 
-import errno
 import functools
 import gc
 import io
@@ -11,18 +10,17 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 import typer
 
 from depthwalk.budget import CACHE_LIMIT, cache_limit, parse_size
-from depthwalk.commands.exit_codes import BAD_INPUT, FAILURE, INTERRUPTED
-from depthwalk.commands.log_output import configure_logging, from_here, warned
+from depthwalk.commands.exit_codes import BAD_INPUT, INTERRUPTED
+from depthwalk.commands.failures import tell_failure, tell_mistakes
+from depthwalk.commands.log_output import configure_logging
 from depthwalk.commands.signals import end_if_interrupted, unwound_by_signals
 from depthwalk.commands.usage import HELP_OPTIONS, OneLineCommand
-from depthwalk.errors import InputError, printable
-
-_OF_THE_DISK = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS  # a traceback would explain nothing
+from depthwalk.errors import InputError
 
 Command = TypeVar("Command", bound=Callable[..., None])
 
@@ -60,21 +58,16 @@ def guarded(command: Command) -> Command:
             with unwound_by_signals():
                 command(*args, **options)
                 end_if_interrupted()
-            sys.stdout.flush()  # a closed pipe is noticed here, not at exit
+            sys.stdout.flush()  # a full disk or a closed pipe is noticed here, not at exit
         except (typer.Exit, typer.BadParameter):
             raise
         except InputError as error:
-            for line in error.lines:
-                if line not in warned():
-                    print(from_here(line), file=sys.stderr)
+            tell_mistakes(error)
             raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt:
             raise typer.Exit(INTERRUPTED) from None
-        except BrokenPipeError:
-            _drop_stdout()
-            raise typer.Exit(FAILURE) from None
         except Exception as error:
-            _fail(error, verbose)
+            raise typer.Exit(tell_failure(error, verbose)) from None
 
     return run  # type: ignore[return-value]  # `wraps` keeps the signature, which mypy cannot know
 
@@ -125,25 +118,3 @@ def _escape_what_streams_lack() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-
-
-def _fail(error: Exception, verbose: bool) -> NoReturn:
-    """Print an unexpected error and exit with code 1."""
-    if verbose:
-        import traceback
-
-        traceback.print_exc()
-    elif isinstance(error, OSError) and error.errno in _OF_THE_DISK:
-        where = "depthwalk" if error.filename is None else str(error.filename)
-        print(printable(f"{where}: {error.strerror}"), file=sys.stderr)
-    else:
-        lines = str(error).strip().splitlines()
-        print(f"depthwalk: {type(error).__name__}: {printable(lines[0]) if lines else 'no message'}", file=sys.stderr)
-        print("run with --verbose for the traceback", file=sys.stderr)
-    raise typer.Exit(FAILURE) from None
-
-
-def _drop_stdout() -> None:
-    """Redirect stdout to nowhere: its reader is gone, and flushing it at exit would fail again."""
-    with open(os.devnull, "wb") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())

@@ -1,23 +1,25 @@
 """Show on stderr what a command is waiting for: the asset being loaded, the frames done so far.
 
-Live displays appear only on a terminal. Elsewhere long stages are reported in a line from time to time, and with
---verbose every stage in its own line.
+Live displays appear only on a terminal. Elsewhere a line every few seconds says what takes long, and with --verbose
+every step has its own line.
 """
 
 import itertools
 import logging
 import os
 import sys
-import time
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from depthwalk.commands.failures import tell
 from depthwalk.commands.signals import end_if_interrupted
+from depthwalk.errors import printable
 
 log = logging.getLogger("depthwalk")
 
-PLAIN_SECONDS = 5.0  # between progress lines if stderr is not a terminal
+PLAIN_SECONDS = 3.0  # between progress lines if stderr is not a terminal
 
 Report = Callable[[str, str], None]  # called with the name of an asset and the stage of its loading
 
@@ -47,27 +49,63 @@ def live_options() -> dict[str, Any]:
     return {"console": Console(stderr=True), "transient": True, "redirect_stdout": sys.stdout.isatty()}
 
 
-class _PlainReport:
-    """Report stages as lines if stderr is not a terminal: all with --verbose, otherwise one from time to time.
+@contextmanager
+def plain_lines() -> Iterator[Callable[[str], None]]:
+    """Print what is being waited for, every few seconds during the `with` block, if stderr is not a terminal.
 
-    So users of a pipe learn what they are waiting for. With --quiet nothing is printed.
+    So users of a pipe learn it, even while a single step takes long. Nothing is printed twice, nor with --quiet.
+
+    Yields
+    ------
+    Callable[[str], None]
+        A function to call with the line that describes the present step.
     """
+    told = current = ""
+    ended = threading.Event()
 
-    def __init__(self) -> None:
-        self._last = time.monotonic()
+    def print_now_and_then() -> None:
+        nonlocal told
+        while not ended.wait(min(PLAIN_SECONDS, threading.TIMEOUT_MAX)):
+            if current != told:
+                told = current
+                tell(printable(told))
 
-    def __call__(self, name: str, stage: str) -> None:
+    def begin(line: str) -> None:
+        nonlocal current
         end_if_interrupted()
-        if log.isEnabledFor(logging.INFO):
-            log.info("%s: %s", name, stage)
-        else:
-            self.now_and_then(f"waiting for {name}: {stage}")
+        current = line
 
-    def now_and_then(self, line: str) -> None:
-        """Print a line, unless the last one was printed a moment ago."""
-        if log.isEnabledFor(logging.WARNING) and time.monotonic() - self._last > PLAIN_SECONDS:
-            self._last = time.monotonic()
-            print(line, file=sys.stderr, flush=True)
+    if not log.isEnabledFor(logging.WARNING):
+        yield begin
+        return
+    printer = threading.Thread(target=print_now_and_then, daemon=True)
+    printer.start()
+    try:
+        yield begin
+    finally:
+        ended.set()
+        printer.join()
+
+
+@contextmanager
+def plain_steps() -> Iterator[Report]:
+    """Report steps where stderr is not a terminal: what takes long by `plain_lines`, with --verbose every step.
+
+    Yields
+    ------
+    Report
+        A function to call with a name and the step that begins.
+    """
+    if not log.isEnabledFor(logging.INFO):
+        with plain_lines() as begin:
+            yield lambda name, step: begin(f"{name}: {step}")
+        return
+
+    def log_step(name: str, step: str) -> None:
+        end_if_interrupted()
+        log.info("%s: %s", name, step)
+
+    yield log_step
 
 
 @contextmanager
@@ -80,7 +118,8 @@ def asset_progress() -> Iterator[Report]:
         A function to call with an asset's name and the stage of loading that begins.
     """
     if not show_progress():
-        yield _PlainReport()
+        with plain_steps() as report:
+            yield report
         return
     from rich.console import Console
     from rich.markup import escape
@@ -109,13 +148,9 @@ def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
         yield end_if_interrupted
         return
     if not show_progress():
-        plain, done = _PlainReport(), itertools.count(1)
-
-        def count() -> None:
-            plain.now_and_then(f"{label}: {next(done)} of {total} frames")
-            end_if_interrupted()
-
-        yield count
+        done = itertools.count(1)
+        with plain_lines() as begin:
+            yield lambda: begin(f"{label}: {next(done)} of {total} frames")
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -144,8 +144,8 @@ def main(
     with ExitStack() as stack:
         with without_garbage_collection():
             headless = stack.enter_context(open_headless(loaded, size, drawn_as))
-        if turned := stand_upright(loaded, headless.renderer):
-            log.warning("%s", turned)
+        for note in stand_upright(loaded, headless.renderer):
+            log.warning("%s", note)
         if not walk:
             frame_all = partial(headless.frame_all, turns=turns > 0)
             cameras = [options.apply(loaded.camera or frame_all(), frame_all)]

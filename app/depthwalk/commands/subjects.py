@@ -8,12 +8,11 @@ from typing import Literal
 from depthwalk.bake.params import Axis, Coordinates, Layers, Method, ModelParams
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import SCENE_SUFFIXES
 from depthwalk.resources import given_or_shipped
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.scene.schema import DpciParams
-
-SCENE_SUFFIXES = (".yaml", ".yml")
 
 
 @dataclass(frozen=True, kw_only=True)

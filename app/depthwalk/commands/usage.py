@@ -7,6 +7,7 @@ import typer
 import typer.core
 
 from depthwalk.commands.exit_codes import BAD_INPUT
+from depthwalk.commands.failures import tell, tell_failure, tell_mistakes
 from depthwalk.errors import InputError, printable
 
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
@@ -29,19 +30,25 @@ class _OneLineErrors:
         """Run the command line; see `click.Command.main`."""
         try:
             code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # of the class it is mixed into
+            if standalone_mode:
+                sys.stdout.flush()  # --help and --version do not pass through `guarded`
         except InputError as error:  # about a file that the arguments name
             if not standalone_mode:
                 raise
-            print(error, file=sys.stderr)
+            tell_mistakes(error)
             code = BAD_INPUT
         except UsageError as error:
             if not standalone_mode:
                 raise
             if type(error).__name__ == "NoArgsIsHelpError":  # called without any argument
-                error.show()
+                tell(error.format_message())
             else:
-                print(_refused_value(error) or _misuse(error), file=sys.stderr)
+                tell(_refused_value(error) or _misuse(error))
             code = BAD_INPUT
+        except OSError as error:  # stdout cannot be written
+            if not standalone_mode:
+                raise
+            code = tell_failure(error)
         if standalone_mode:
             sys.exit(code)
         return code
@@ -66,6 +73,8 @@ def _misuse(error: Any) -> str:
     """Return the line about a command, option or argument that is unknown, missing or wrong."""
     command = error.ctx.command_path if error.ctx else "depthwalk"
     _suggest_own_option(error)
+    if type(error).__name__ == "MissingParameter" and "-o" in getattr(error.param, "opts", ()):
+        return f"{command}: name the file to write by -o FILE ({command} --help tells more)"
     message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
     return f"{command}: {message} ({command} --help tells more)"
 

@@ -31,11 +31,31 @@ BAKED_SUFFIX, COOKED_SUFFIX = ".dpci.exr", ".dpci.npz"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
 SKY_SUFFIXES = (".hdr", ".exr", *IMAGE_SUFFIXES)
 
+SCENE_SUFFIXES = (".yaml", ".yml")
+_SCENE = "a scene or a camera path", "`view`, `render` and `check` take it"
+_PICTURE = "a picture", "--sky lights a scene or a model by it"
+# What files are that users take for meshes or scenes, and what takes them.
+_CONTENTS = {
+    **dict.fromkeys(SCENE_SUFFIXES, _SCENE),
+    **dict.fromkeys(SKY_SUFFIXES, _PICTURE),
+    ".html": ("a web page, such as a report", "a browser opens it"),
+    ".csv": ("a table", "a scene names a table of places by the key 'places'"),
+    ".mp4": ("a video", "a player shows it"),
+}
+_DEPTH_IMAGES = "depth images", "`view` opens them, and a scene names them by the key 'baked'"
+
+
+def content(path: Path) -> tuple[str, str] | None:
+    """Return what the file `path` holds by its name, and what takes it; None for meshes and unknown names."""
+    return _DEPTH_IMAGES if is_baked_file(path) else _CONTENTS.get(path.suffix.lower())
+
 
 def check_suffix(path: Path) -> None:
     """Raise InputError unless the name of the file `path` ends like that of a mesh that can be read."""
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
+        if known := content(path):
+            raise InputError(f"{path}: {known[0]}, no mesh; {known[1]}")
         hint = "; save it as .glb, for example in Blender" if suffix in OTHER_MESH_SUFFIXES else ""
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)}){hint}")
 

@@ -43,6 +43,8 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
     data = sources.read(path)
     if not data:
         raise InputError(f"{path}: empty file")
+    if (suffix := _suffix_of(data)) and suffix != path.suffix.lower():
+        raise InputError(f"{path}: holds {suffix[1:].upper()} data; rename it to {path.stem}{suffix}")
     if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
         raise InputError(f"{path}: not a PLY file")
     try:
@@ -57,6 +59,19 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
         kind = path.suffix[1:].upper()
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of {kind} ({reason})") from error
+
+
+def _suffix_of(data: bytes) -> str | None:
+    """Return the suffix that a file of these bytes should have, where they begin as no other format would."""
+    if data.startswith(b"glTF"):
+        return ".glb"
+    if data.startswith((b"ply\n", b"ply\r")):
+        return ".ply"
+    triangles = int.from_bytes(data[80:84], "little")  # of a binary STL file, which begins with any 80 bytes
+    if len(data) == 84 + 50 * triangles or (data.startswith(b"solid ") and b"facet" in data[:1000]):
+        return ".stl"
+    signatures = ((b"\x89PNG", ".png"), (b"\xff\xd8\xff", ".jpg"), (b"Kaydara FBX", ".fbx"), (b"BLENDER", ".blend"))
+    return next((suffix for start, suffix in signatures if data.startswith(start)), None)
 
 
 def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:

@@ -18,6 +18,7 @@ from depthwalk.quality.report import (
     costs_line,
     direction,
     headline,
+    missed_notes,
     overall,
     overview,
 )
@@ -120,7 +121,7 @@ def _model_section(model: ModelReport, worst: Sequence[WorstView]) -> Section:
     for measure in MEASURES:
         cells, close = _summary_cells(measure, summarise(measure, model.views)), summarise(measure, model.close)
         rows.append((*cells, cell(measure, close.mean), cell(measure, close.worst)))
-    notes = [f"A poor candidate: {warning}" for warning in model.warnings]
+    notes = missed_notes(model) + [f"A poor candidate: {warning}" for warning in model.warnings]
     if model.recommendation is not None:
         notes.append(model.recommendation.text())
     figures = [_figure(view) for view in worst]

@@ -187,6 +187,7 @@ def to_text(report: CompareReport) -> str:
     lines = [headline(report)]
     for model in report.models:
         lines += ["", model.name, f"  {costs_line(model)}", *_table(model)]
+        lines += [f"  {note}" for note in missed_notes(model)]
         lines += [f"  a poor candidate: {warning}" for warning in model.warnings]
         if model.recommendation is not None:
             lines.append(f"  {model.recommendation.text()}")
@@ -248,6 +249,28 @@ def _megabytes(count: int | None) -> str:
 def mark(reached: bool | None, goal: str = "") -> str:
     """Return the mark behind a value: " ok" if its goal is `reached`, otherwise " FAIL" and `goal`; "" for no goal."""
     return "" if reached is None else " ok" if reached else f" FAIL{goal}"
+
+
+def missed_notes(model: ModelReport) -> list[str]:
+    """Return a line that says what a missed goal means for a `model` with smaller images than goals are meant for.
+
+    The list is empty if the model reaches its goals, or its images are as large.
+    """
+    params, layers = model.params, model.deepest if model.params.layers == "auto" else model.params.layers
+    if params.resolution >= goals.GOAL_RESOLUTION and layers >= goals.GOAL_LAYERS:
+        return []
+    found = ((measure, summarise(measure, model.views)) for measure in MEASURES)
+    reached = [
+        measure.reached(value, goal)
+        for measure, summary in found
+        for value, goal in ((summary.mean, measure.goal_mean), (summary.worst, measure.goal_worst))
+    ]
+    if False not in reached:
+        return []
+    return [
+        f"FAIL: the goals are meant for {goals.GOAL_RESOLUTION}² and {goals.GOAL_LAYERS} layers, where the model fills "
+        "the picture; that near, scenes draw the mesh instead of smaller depth images"
+    ]
 
 
 def cell(measure: Measure, value: float, goal: float | None = None) -> str:

@@ -17,7 +17,6 @@ from depthwalk.render.frame import Pass
 from depthwalk.render.image import read_pixels
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.resources.library import Library
-from depthwalk.render.view.framing import IN_FRONT
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
@@ -168,7 +167,8 @@ class HeadlessRenderer:
         fov
             Vertical field of view, radians.
         along
-            Direction of view, a vector (3,), world; None looks from in front, a little downward.
+            Direction of view, a vector (3,), world; None looks from in front, a little downward; at a
+            flat model, at its broad side.
         turns
             Whether the camera shall see them all also while it goes around its target.
 
@@ -178,7 +178,7 @@ class HeadlessRenderer:
             The camera.
         """
         width, height = self.size
-        away = IN_FRONT if along is None else -glm.dvec3(*along)
+        away = None if along is None else -glm.dvec3(*along)
         with self.device.context:
             return self.renderer.frame_all(width / height, fov, away, turns)
 

@@ -37,7 +37,7 @@ from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.bounds import depth_range, ground_range
-from depthwalk.render.view.framing import IN_FRONT, camera_on
+from depthwalk.render.view.framing import camera_on, facing
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.render.world.frame_residency import FrameResidency
 from depthwalk.render.world.render_world import RenderWorld
@@ -384,13 +384,14 @@ class Renderer:
         return self.view.unproject(across, down, distance)
 
     def frame_all(
-        self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = IN_FRONT, turns: bool = False
+        self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 | None = None, turns: bool = False
     ) -> Camera:
-        """Return a camera that sees every object of the scene; see `render.view.framing.camera_on`."""
-        world = self.world
-        return camera_on(
-            world.objects(), world.bounds(), world.extremes, aspect=aspect, fov=fov, away=away, turns=turns
-        )
+        """Return a camera that sees every object of the scene; see `render.view.framing.camera_on`.
+
+        Where `away` is None, `render.view.framing.facing` chooses the direction.
+        """
+        shown = self.world.objects(), self.world.bounds(), self.world.extremes
+        return camera_on(*shown, aspect=aspect, fov=fov, away=away or facing(*shown), turns=turns)
 
     def _forget_assets(self) -> None:
         self._last_shadows = Shadows()

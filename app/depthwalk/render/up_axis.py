@@ -1,5 +1,6 @@
 """Guess which axis of a model's file points upward, and turn the model accordingly, without reading it again."""
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.ingest.formats import GLTF_SUFFIXES, is_baked_file, is_model_file
+from depthwalk.ingest.units import unit_hint
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
@@ -14,6 +16,9 @@ from depthwalk.types import Array
 Up = Literal["y", "z"]
 
 _SLICE = 0.02  # part of a model's height, from the lowest point up, that counts as its lower end
+_CELLS = 16  # across a model seen from above, to see whether it is a sheet
+_SHEET = 0.25  # part of a model's height: a sheet, such as a terrain, is lower in most cells
+_COVERED = 0.8  # part of the cells that a sheet covers
 _FLAT = 1e-3  # part of the largest extent: a thinner model is a picture
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
@@ -27,7 +32,7 @@ def guess_up(points: Array) -> Up:
 
     Busts, statues, buildings and things on feet touch the ground at places that are far apart, while their sides end in
     curves. The answer is "y", which points upward in most files, unless the lower end along z is clearly the broader.
-    A picture, flat along z, hangs upright.
+    A picture, flat along z, hangs upright. A terrain, whose lower end is a valley while its sides are straight, lies.
 
     Parameters
     ----------
@@ -41,7 +46,29 @@ def guess_up(points: Array) -> Up:
     """
     if np.ptp(points[:, 2]) <= _FLAT * np.ptp(points, axis=0).max():
         return "y"
+    if _is_sheet(points):
+        return "y"
     return "z" if _stands(points[:, [0, 2, 1]]) > _stands(points) + 0.1 else "y"
+
+
+def _is_sheet(points: Array) -> bool:
+    """Return whether points (n, 3) are a single surface above the plane of x and z, with one height at each place.
+
+    Seen from above, their bounds are divided into cells of some four points each. A solid body has a lower and an upper
+    surface in most cells, and an upright one leaves cells empty.
+    """
+    cells = min(_CELLS, math.isqrt(len(points)) // 2)
+    if cells < 2:
+        return False
+    low = points.min(0)
+    size = np.ptp(points, axis=0)
+    size = np.maximum(size, 1e-9 * size.max(initial=1e-30))
+    x, _, z = np.minimum(cells * (points - low) / size, cells - 1).astype(int).T
+    highest, lowest = np.full(cells**2, -np.inf), np.full(cells**2, np.inf)
+    np.maximum.at(highest, x * cells + z, points[:, 1])
+    np.minimum.at(lowest, x * cells + z, points[:, 1])
+    heights = (highest - lowest)[np.isfinite(highest)]
+    return bool(len(heights) >= _COVERED * cells**2 and np.median(heights) < _SHEET * size[1])
 
 
 def _stands(points: Array) -> float:
@@ -96,6 +123,8 @@ class ModelTurn:
         Draws the model; may be replaced.
     guess
         A message to the user about the turn that was guessed; "" where the model was left as it is.
+    unit_hint
+        A line that ends the sentence "The model is …" if it seems not to be in metres; "" otherwise.
     """
 
     def __init__(self, scene: Scene, renderer: Renderer) -> None:
@@ -103,15 +132,22 @@ class ModelTurn:
         self._scene, self.renderer = scene, renderer
         self._points: Array | None = None
         self._up: Up = "y"
-        self.guess = ""
+        self.guess = self.unit_hint = ""
         if not is_model_file(scene.path) or len(scene.objects) != 1 or getattr(scene.assets[0], "up", "y") != "y":
             return
         self._points = model_points(renderer)
+        if not is_baked_file(scene.path) and getattr(scene.assets[0], "height", None) is None:
+            self.unit_hint = unit_hint(scene.path, np.ptp(self._points, axis=0), "--set assets.model.height=…")
         # In glTF y is up by definition (2.0, §3.4), in depth images since they were baked; other formats say nothing.
         defined = scene.path.suffix.lower() in GLTF_SUFFIXES or is_baked_file(scene.path)
         if not defined and not getattr(scene.assets[0], "up_is_given", False) and guess_up(self._points) == "z":
             self.turn()
             self.guess = "The model seems to be z-up and was turned upright; U turns it back"
+
+    @property
+    def message(self) -> str:
+        """Return what to tell the user of the model in a window, a line for each thing; "" for nothing."""
+        return "\n".join(filter(None, (self.guess, self.unit_hint and f"The model is {self.unit_hint}")))
 
     def turn(self) -> str | None:
         """Switch the upward axis between y and z, and return a message to the user.
@@ -126,14 +162,17 @@ class ModelTurn:
         return f"{self._up} points upward; {how}"
 
 
-def stand_upright(scene: Scene, renderer: Renderer) -> str:
+def stand_upright(scene: Scene, renderer: Renderer) -> list[str]:
     """Turn a model that is drawn without a scene as `ModelTurn` does, for pictures.
 
     Returns
     -------
-    str
-        A line that tells the user of the turn; "" where the model was left as it is.
+    list[str]
+        Lines that tell the user of the turn, and that the model seems not to be in metres.
     """
-    if not ModelTurn(scene, renderer).guess:
-        return ""
-    return f"{scene.path}: the model seems to be z-up and was turned upright; --set assets.model.up=y prevents this"
+    turn, notes = ModelTurn(scene, renderer), []
+    if turn.guess:
+        notes.append("the model seems to be z-up and was turned upright; --set assets.model.up=y prevents this")
+    if turn.unit_hint:
+        notes.append(turn.unit_hint)
+    return [f"{scene.path}: {note}" for note in notes]

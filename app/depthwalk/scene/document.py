@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from depthwalk.errors import InputError, missing_file, quoted
-from depthwalk.ingest.formats import MESH_SUFFIXES, SKY_SUFFIXES
+from depthwalk.ingest.formats import MESH_SUFFIXES, SCENE_SUFFIXES, content
 from depthwalk.limits import MAX_SCENE_BYTES
 from depthwalk.scene.yaml_nodes import (
     MAX_YAML_DEPTH,
@@ -31,6 +31,7 @@ Loc = tuple[str | int, ...]
 """Location of a value in a document: keys and list indices from the root."""
 
 MAX_ALIASED_NODES = 10_000  # that aliases may add to the text; a "billion laughs" file adds 10^9
+_OTHER_TEXTS = ".html", ".csv"  # endings of text files that are no scenes; others may be, whatever they are called
 _LONGEST_LABEL = 68  # characters; the label of 64 nested groups would fill a screen
 _MAX_INTEGER = 2**53  # above it a double no longer holds every integer
 
@@ -142,8 +143,10 @@ def _read_text(path: Path) -> str:
             data = file.read(MAX_SCENE_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-    if path.suffix.lower() in SKY_SUFFIXES and b"\0" in data:
-        raise InputError(f"{path}: a picture, no scene; --sky lights a scene or a model by it")
+    suffix = path.suffix.lower()
+    is_other = suffix in _OTHER_TEXTS or (b"\0" in data and suffix not in SCENE_SUFFIXES)
+    if is_other and (known := content(path)):
+        raise InputError(f"{path}: {known[0]}, no scene; {known[1]}")
     if len(data) > MAX_SCENE_BYTES:
         raise located(str(path), 0, 0, f"the file is larger than {MAX_SCENE_BYTES >> 20} MiB")
     try:

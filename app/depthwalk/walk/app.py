@@ -152,7 +152,7 @@ class Walk:
         self.loading.end()
         tour = "P plays the tour, " if playback else ""
         moves = "W A S D move, right drag looks around" if self.state.orbit is None else "Drag turns, the wheel zooms"
-        self.state.tell(self.model_turn.guess or f"{moves}; {tour}H shows all keys")
+        self.state.tell(self.model_turn.message or f"{moves}; {tour}H shows all keys")
 
     def _begin(self) -> None:
         """Create everything that the loading screen needs, in the window's context."""
@@ -202,8 +202,8 @@ class Walk:
         self.frames.release()
         self.frames = self.state.shown_surfaces = ShownFrames(renderer, self.state.reachable)
         self.state.show(scene, renderer, self.aspect)
-        if model_turn.guess:
-            self.state.tell(model_turn.guess)
+        if model_turn.message:
+            self.state.tell(model_turn.message)
         self.renderer.release()
         self.background.replace(library)
         self.state.obstacles = self.background.obstacles(renderer)

@@ -1,6 +1,7 @@
 """Cameras that see all objects, and are no farther away than that takes."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from pyglm import glm
 
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.view.bounds import Bounds
-from depthwalk.render.view.framing import IN_FRONT, camera_on
+from depthwalk.render.view.framing import IN_FRONT, camera_on, facing
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
 from depthwalk.types import Array
@@ -69,6 +70,32 @@ def test_what_is_framed_fills_the_picture(numbers: list[int], away: glm.dvec3, a
         assert np.abs(places[:, filled.argmax()]).max() == pytest.approx(0.9, abs=1e-3)
     assert glm.dot(glm.normalize(camera.look), glm.normalize(away)) == pytest.approx(-1)
     assert camera.fov == FOV
+
+
+@pytest.mark.parametrize(
+    ("size", "expected"),
+    [
+        ((3, 0, 2), (0, 1, 0.6)),
+        ((3, 0.1, 2), (0, 1, 0.6)),
+        ((0, 3, 2), (1, 0.25, 0)),
+        ((3, 2, 0), (0, 0.25, 1)),
+        ((3, 0.3, 2), (0, 0.25, 1)),  # not flat
+        ((0.1, 3, 0.1), (0, 0.25, 1)),  # a pole
+    ],
+)
+def test_a_flat_object_is_seen_from_its_broad_side(
+    size: tuple[float, float, float], expected: tuple[float, float, float]
+) -> None:
+    points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
+    objects = replace(objects_of([0], 0), rotation=np.array([[0, 0, 0, 1]], np.float32))
+    radius = np.linalg.norm(points, axis=1).max().astype(np.float32) * objects.scale
+    direction = facing(objects, Bounds(objects.position, radius), lambda asset: points)
+    assert tuple(direction) == expected
+
+
+def test_a_flat_scene_is_seen_from_in_front() -> None:
+    objects = objects_of([0, 0], 0)
+    assert facing(objects, Bounds(objects.position, objects.scale), lambda asset: np.zeros((1, 3))) == IN_FRONT
 
 
 def test_without_objects_there_is_a_camera_all_the_same() -> None:

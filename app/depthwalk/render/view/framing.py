@@ -16,6 +16,8 @@ from depthwalk.scene.similarity import quaternions
 from depthwalk.types import Array
 
 IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
+_FACING = (glm.dvec3(1, 0.25, 0), glm.dvec3(0, 1, 0.6), IN_FRONT)  # the same for what is flat along x, y or z
+_FLAT = 0.1  # of the second extent: a model is flat whose least extent is below that
 _FILLED = 0.9  # part of the picture's height or width that the objects fill
 _NEAREST = 0.3  # of the objects' radius: least distance of any part of them, so that the perspective stays mild
 _TURNS = 32  # directions that stand for a whole turn: between two of them, corners reach half a per cent farther
@@ -72,6 +74,20 @@ def camera_on(
     sideways = right * (east - west) / 2 + up * (north - south) / 2 + middle
     place, target = sideways + back * toward, sideways + back * depth
     return Camera(components(glm.dvec3(place)), components(glm.dvec3(target)), fov)
+
+
+def facing(objects: Objects, bounds: Bounds, extremes: Callable[[int], Array]) -> glm.dvec3:
+    """Return the direction from the objects to a camera that is to show them, world.
+
+    It is IN_FRONT, but a single flat object is seen from its broad side, a floor or a terrain from above: from in front
+    it would be a line. `objects`, `bounds` and `extremes` are those of `camera_on`.
+    """
+    if len(objects) != 1:
+        return IN_FRONT
+    reach = _reach(objects, bounds, extremes, np.concatenate([np.eye(3), -np.eye(3)]), bounds.sphere()[0])
+    extent = reach[:3] + reach[3:]
+    least, second, _ = np.sort(extent)
+    return _FACING[int(extent.argmin())] if least < _FLAT * second else IN_FRONT
 
 
 def _reach(
