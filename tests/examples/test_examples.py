@@ -1,4 +1,4 @@
-"""The scripts in examples/ run: one in a process of its own, the others in this one, which has the libraries already."""
+"""The scripts in examples/ run: one in a process of its own, the others in this one, which has its libraries."""
 
 import os
 import runpy
