@@ -49,7 +49,7 @@ def flip_here(monkeypatch: pytest.MonkeyPatch) -> None:
 def bakes_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bakes are measured in this process, for tests that ask neither for their time nor for their memory."""
     monkeypatch.setattr(costs, "ProcessPoolExecutor", lambda workers, context: ThreadPoolExecutor(workers))
-    monkeypatch.setattr(costs.logging, "disable", lambda: None)
+    monkeypatch.setattr("depthwalk.quality.costs.logging.disable", lambda: None)
 
 
 def test_json_is_as_documented(gl_device: Device, flip_here: None, ball: Path, tmp_path: Path) -> None:

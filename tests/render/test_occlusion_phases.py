@@ -142,16 +142,16 @@ def test_what_is_no_height_field_is_drawn_as_depth_images(
     """To the bit, and with the same counts: so the crowd above stands for each of these ways to draw it."""
     places, _ = crowd(1, 200)
     with Both(gl_device, library, places, Representation.DPCI) as both:
-        seen = []
+        seen, counts = [], []
         for kind in (Representation.DPCI, *HEIGHT_FIELDS):
             for renderer in both.renderers:
                 renderer.world.representation = kind
             pictures, plans = both.pictures(Camera((2.0, 1.0, 6.0), (0.0, 0.5, 0.0), 1.0))
-            seen.append((*pictures, [plan.counts for plan in plans]))
-    for culled, whole, counts in seen:
-        np.testing.assert_array_equal(culled, seen[0][0])
-        np.testing.assert_array_equal(whole, seen[0][1])
-        assert counts == seen[0][2] and counts[0]["dpci"] > 20
+            seen.append(pictures)
+            counts.append([plan.counts for plan in plans])
+    for found, counted in zip(seen, counts, strict=True):
+        np.testing.assert_array_equal(found, seen[0])
+        assert counted == counts[0] and counted[0]["dpci"] > 20
 
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
