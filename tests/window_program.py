@@ -40,6 +40,7 @@ import depthwalk.walk as walk
 import depthwalk.walk.app as app
 import glfw
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.render import kernels
 from depthwalk.scene.loader import load_scene
 
 class WatchedDevice(app.Device):
@@ -81,6 +82,9 @@ def drop_by_signal(window, action):
     signal.signal(signal.SIGUSR1, lambda *_: dropped(None, 1, [Path("dropped").read_bytes()]))
     signal.signal(signal.SIGUSR2, lambda *_: window.close())
 
+if "compiled" not in sys.argv:
+    kernels.load_behind = lambda: None
+
 devices, frames = [], []
 step, app.Walk.step = app.Walk.step, watched_step
 app.Device, app.LoadingScreen = WatchedDevice, WatchedScreen
@@ -107,15 +111,18 @@ def names(file: str) -> Callable[[Report], bool]:
 
 
 class Program:
-    """The walk in a process of its own, with up to so many samples per pixel; collects what it tells."""
+    """The walk in a process of its own, with up to so many samples per pixel; collects what it tells.
 
-    def __init__(self, scene_file: Path, folder: Path, samples: int) -> None:
+    compiled: whether it loads the compiled loops, as the program does, which takes as long as to start without them.
+    """
+
+    def __init__(self, scene_file: Path, folder: Path, samples: int, compiled: bool) -> None:
         self.folder = folder
         self.told: list[Report] = [{}]
         self._news = threading.Condition()
         with (folder / "errors").open("w") as errors:
             self.process = subprocess.Popen(
-                [sys.executable, "-c", DRIVER, str(scene_file), str(samples)],
+                [sys.executable, "-c", DRIVER, str(scene_file), str(samples), *["compiled"] * compiled],
                 env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
                 cwd=folder, text=True, stdout=subprocess.PIPE, stderr=errors, start_new_session=True,
             )  # fmt: skip

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.cli import app
 from depthwalk.commands.subjects import Choices, find_subjects
 from depthwalk.gpu.device import Device
+from depthwalk.quality import costs
 from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES
 from depthwalk.quality.views import SPHERE
@@ -37,7 +39,20 @@ def ball(tiny_scene: Path) -> Path:
     return tiny_scene.with_name("ball.ply")
 
 
-def test_json_is_as_documented(gl_device: Device, ball: Path, tmp_path: Path) -> None:
+@pytest.fixture
+def flip_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """FLIP is computed in this process; tests of the ablation and of bench tables start those that compute it."""
+    monkeypatch.setattr(comparison, "flip_workers", nullcontext)
+
+
+@pytest.fixture
+def bakes_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bakes are measured in this process, for tests that ask neither for their time nor for their memory."""
+    monkeypatch.setattr(costs, "ProcessPoolExecutor", lambda workers, context: ThreadPoolExecutor(workers))
+    monkeypatch.setattr("depthwalk.quality.costs.logging.disable", lambda: None)
+
+
+def test_json_is_as_documented(gl_device: Device, flip_here: None, ball: Path, tmp_path: Path) -> None:
     out, page = tmp_path / "q.json", tmp_path / "q.html"
     options = "--asset-root", ball.parent, "--json", out, "--html", page, "--want-psnr", 5, "--set", "render.lod.bias=1"
     result = run("compare", ball.name, *SMALL, *options)
@@ -112,10 +127,14 @@ def test_a_mesh_that_is_missing_is_named(tmp_path: Path) -> None:
 
 
 def test_a_scene_brings_its_meshes_and_their_settings(
-    gl_device: Device, tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    gl_device: Device,
+    flip_here: None,
+    bakes_here: None,
+    tiny_scene: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(comparison, "SPHERE", SPHERE[::14])
-    monkeypatch.setattr(comparison, "flip_workers", nullcontext)
     text = tiny_scene.read_text()
     assets = "  tall: {mesh: ball.ply, height: 3, dpci: {resolution: 32, layers: 2}}\n  bare: {mesh: ball.ply}\n"
     tiny_scene.write_text(text.replace("objects:", assets + "objects:"))
@@ -227,7 +246,8 @@ def test_a_bake_is_measured_in_a_process_of_its_own(ball: Path, tmp_path: Path) 
 def test_bake_verifies_what_it_baked_and_nothing_else(gl_device: Device, ball: Path, tmp_path: Path) -> None:
     broken = ball.with_name("broken.ply")
     broken.write_text("ply\n")
-    result = run("bake", ball, broken, "-o", tmp_path, "--dpci-resolution", 32, "--layers", 1, "--verify")
+    small = "--dpci-resolution", 32, "--layers", 1, "--jobs", 1
+    result = run("bake", ball, broken, "-o", tmp_path, *small, "--verify")
     assert result.exit_code == 2
     lines = [line for line in result.stdout.splitlines() if "6 views of 320 × 240" in line]
     assert len(lines) == 1 and lines[0].startswith(f"{tmp_path / 'ball.dpci.exr'}: ")

@@ -1,6 +1,7 @@
-"""The scripts in examples/ run, each in a process of its own."""
+"""The scripts in examples/ run: one in a process of its own, the others in this one, which has its libraries."""
 
 import os
+import runpy
 import subprocess
 import sys
 from collections.abc import Callable
@@ -21,17 +22,32 @@ LONGEST = 40  # lines
 
 
 @pytest.fixture
-def run(tmp_path: Path, cache_home: Path) -> Callable[..., Any]:
-    """Runs an example in a folder with a small scene and without a display; returns what it prints."""
+def folder(tmp_path: Path, cache_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a small scene; there is no display."""
     write_balls(tmp_path)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    environment = {name: value for name, value in environment.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    return tmp_path
+
+
+@pytest.fixture
+def run(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
+    """Runs an example as `python script …` does; returns what it prints, or the message that it ends with."""
 
     def run(script: str, *arguments: str, code: int = 0) -> str:
-        command = [sys.executable, "-W", "error", str(EXAMPLES / script), *arguments]
-        done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode == code, done.stderr
-        return done.stdout if code == 0 else done.stderr
+        file = str(EXAMPLES / script)
+        monkeypatch.setattr(sys, "argv", [file, *arguments])
+        if code == 0:
+            runpy.run_path(file, run_name="__main__")
+            return capsys.readouterr().out
+        with pytest.raises(SystemExit) as stopped:
+            runpy.run_path(file, run_name="__main__")
+        told, ended = capsys.readouterr().err, stopped.value.code
+        if isinstance(ended, str):  # which Python prints, and exits with 1
+            told, ended = ended, 1
+        assert ended == code
+        return told
 
     return run
 
@@ -43,13 +59,15 @@ def picture(file: Path) -> np.ndarray:
 def test_there_is_a_test_for_each() -> None:
     tests = Path(__file__).read_text()
     for script in EXAMPLES.glob("*.py"):
-        assert f'run("{script.name}"' in tests, script.name
+        assert f'run("{script.name}"' in tests or f'EXAMPLES / "{script.name}"' in tests, script.name
         assert len(script.read_text().splitlines()) <= LONGEST
 
 
-def test_a_still(run: Callable[..., Any], tmp_path: Path, gl_device: Device) -> None:
-    run("render_still.py", "scene.yaml", "still.png", *SMALL)
-    assert picture(tmp_path / "still.png").shape == (60, 80, 4)
+def test_a_still_in_a_process_of_its_own(folder: Path, gl_device: Device) -> None:
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    command = [sys.executable, "-W", "error", str(EXAMPLES / "render_still.py"), "scene.yaml", "still.png", *SMALL]
+    subprocess.run(command, env=environment, check=True)
+    assert picture(folder / "still.png").shape == (60, 80, 4)
 
 
 def test_a_turntable(run: Callable[..., Any], tmp_path: Path, gl_device: Device) -> None:

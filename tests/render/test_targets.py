@@ -89,11 +89,12 @@ def test_a_pass_sets_only_what_it_writes(targets: Targets) -> None:
 @pytest.mark.parametrize(
     ("size", "limit", "expected"),
     [((640, 480), 16384, (4096, 2048)), ((1920, 1080), 16384, (4096, 2048)), ((3840, 2160), 16384, (8192, 4096)),
-     ((3840, 2160), 4096, (4096, 4096))],
+     ((2000, 1200), 16384, (4096, 4096)), ((7680, 4320), 16384, (16384, 8192)), ((3840, 2160), 4096, (4096, 4096))],
 )  # fmt: skip
 def test_the_atlas_holds_four_pictures_where_it_can(
-    size: tuple[int, int], limit: int, expected: tuple[int, int]
+    monkeypatch: pytest.MonkeyPatch, size: tuple[int, int], limit: int, expected: tuple[int, int]
 ) -> None:
+    monkeypatch.setattr("depthwalk.render.tile_atlas.ATLAS_TEXELS", 1 << 23)  # the program's smallest; tests have less
     assert atlas_size(size, limit) == expected
 
 

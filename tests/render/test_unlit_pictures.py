@@ -15,12 +15,13 @@ from depthwalk.ingest.mesh import Material, Mesh
 from depthwalk.reference.fog import fog_through
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import CAPTURED, Camera, Representation
 from depthwalk.scene.scene import Scene
 from glb_files import Glb
 from modes import AaName
 from shapes import ShapeLibrary, panes, scene_of, sphere
-from stage import set_all
+from stage import OnScreen, set_all
 from studio import Studio
 
 pytestmark = pytest.mark.gl
@@ -35,6 +36,7 @@ REPRESENTATIONS = [
 IMAGES = Representation.DPCI, Representation.DMESH
 FROM_BEHIND = {"sun": {"direction": (-0.2, -0.3, 1)}}  # of what faces the camera
 CAMERA = Camera((0.0, 0.5, 2.0), (0.0, 0.5, 0.0), 0.7)
+SIZE = 160, 120
 MIDDLE = slice(50, 70), slice(70, 90)
 BASE = np.array([153, 51, 13]) / 255  # linear
 SHOWN = srgb_from_linear(BASE)
@@ -61,16 +63,18 @@ def shown(mesh: Mesh, representation: Representation, **environment: Any) -> tup
 
 @pytest.mark.parametrize("representation", [*REPRESENTATIONS, *CAPTURED])
 @pytest.mark.parametrize("lit", ["deferred", "forward", "warp"])
-@pytest.mark.parametrize("side", [-1, 1])
 def test_a_square_shows_its_base_colour(
-    studio: Studio, unlit: Mesh, representation: Representation, lit: str, side: int
+    gl_device: Device, unlit: Mesh, representation: Representation, lit: str
 ) -> None:
-    """Before the sun and away from it, with a lamp beside it."""
-    lamp = {"position": (0.3, 0.5, side * 0.5), "intensity": 3.0}
-    scene, library = shown(unlit, representation, lights=[lamp], **FROM_BEHIND)
+    """Before the sun and away from it, with a lamp beside each of its sides."""
+    lamps = [{"position": (0.3, 0.5, side * 0.5), "intensity": 3.0} for side in (-1, 1)]
+    scene, library = shown(unlit, representation, lights=lamps, **FROM_BEHIND)
     set_all(scene.render, {"light.mode": lit})
-    picture = studio.picture(scene, library, replace(CAMERA, position=(0.0, 0.5, side * 2.0)))
-    np.testing.assert_allclose(picture[MIDDLE][..., :3], np.broadcast_to(SHOWN, (20, 20, 3)), rtol=0, atol=1.5 / 255)
+    with OnScreen(gl_device, scene, library, SIZE) as stage:
+        for side in (-1, 1):
+            stage.draw(View(replace(CAMERA, position=(0.0, 0.5, side * 2.0)), SIZE))
+            middle = stage.pixels()[MIDDLE] / 255
+            np.testing.assert_allclose(middle, np.broadcast_to(SHOWN, (20, 20, 3)), rtol=0, atol=1.5 / 255)
 
 
 @pytest.mark.parametrize("aa", get_args(AaName))

@@ -75,7 +75,9 @@ def scene_file(tmp_path: Path) -> Path:
 def start(display: None, scene_file: Path, tmp_path: Path) -> Iterator["Start"]:
     """start(samples): the walk through `scene_file`, with its user, ended with the test."""
     with contextlib.ExitStack() as stack:
-        yield lambda samples=4: User(stack.enter_context(Program(scene_file, tmp_path, samples)))
+        yield lambda samples=4, compiled=False: User(
+            stack.enter_context(Program(scene_file, tmp_path, samples, compiled))
+        )
 
 
 def headless_picture(scene_file: Path, camera: Camera, size: tuple[int, int]) -> Rows:
@@ -86,14 +88,14 @@ def headless_picture(scene_file: Path, camera: Camera, size: tuple[int, int]) ->
 
 
 class Start(Protocol):
-    """Starts the walk, with so many samples per pixel at most, and its user."""
+    """Starts the walk, with so many samples per pixel at most and with or without compiled loops, and its user."""
 
-    def __call__(self, samples: int = 4) -> User: ...
+    def __call__(self, samples: int = 4, compiled: bool = False) -> User: ...
 
 
 @linux
 def test_a_walk_with_keys_and_mouse(start: Start, scene_file: Path) -> None:
-    user = start()
+    user = start(compiled=True)
     program = user.program
     with_hud, first = user.screenshot()
     assert first.position == (0.0, 1.2, 6.0) and with_hud.shape == (360, 480, 3)

@@ -73,6 +73,6 @@ def atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:
     Width and height, texels.
     """
     texels = max(ATLAS_TEXELS, 4 * size[0] * size[1])
-    width = 1 << max(12, (int(texels**0.5) - 1).bit_length())
-    height = 1 << max(11, (-(-texels // width) - 1).bit_length())
+    width = 1 << (int(texels**0.5) - 1).bit_length()
+    height = 1 << (-(-texels // width) - 1).bit_length()
     return min(width, limit), min(height, limit)

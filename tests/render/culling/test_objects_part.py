@@ -67,7 +67,7 @@ def test_nothing_has_no_part() -> None:
         {"aa": "coverage"},
         {"aa": "gpaa-edge"},
         {"dof.mode": "gather"},
-        {"dof.mode": "accumulate"},
+        {"dof.mode": "accumulate", "dof.samples": 4},
         {"fused": False},
         {"shadows.enabled": True},
     ],

@@ -40,7 +40,7 @@ CAMERA = Camera((0, 1, 4), (0, 0.9, 0), 0.8)
 
 @pytest.fixture(scope="module")
 def library() -> ShapeLibrary:
-    return ShapeLibrary([sphere(0.5), box(0.4, 2, 0.4, (0, 1, 0), colour=(40, 160, 70))], [None, None])
+    return ShapeLibrary([sphere(0.5, 64, 32), box(0.4, 2, 0.4, (0, 1, 0), colour=(40, 160, 70))], [None, None])
 
 
 def picket(**dof: Any) -> Scene:
