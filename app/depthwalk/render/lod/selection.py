@@ -11,17 +11,17 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.object_settings import LodParams
 from depthwalk.types import Array, Ints, Rows
 
-USUAL_COSINE = 0.5
-"""Cosine of the angle off the view axis up to which detail is chosen as in the middle of the picture: 60°. A picture of
-16 : 9 reaches that far with a vertical field of view of 80°."""
+USUAL_COSINE = 0.64
+"""Cosine of the angle off the view axis up to which detail is chosen as in the middle of the picture: 50°. A picture of
+16 : 9 reaches that far with a vertical field of view of 60°."""
 
 
 def stretch(view: View, centre: Array) -> Array:
     """Return how much longer objects appear beyond `USUAL_COSINE` than there, toward the picture's border.
 
     A perspective picture shows a short radial length at an angle θ off its axis 1/cos² θ times as long as in the middle
-    at the same distance from the viewer. In usual pictures that is left out, since it is 2 at most corners and would
-    cost detail that nobody misses; at a field of view of 150° it is 40.
+    at the same distance from the viewer. In usual pictures that is left out, since it is 2.4 at most in corners and
+    would cost detail that nobody misses; at a field of view of 150° it is 40.
 
     Parameters
     ----------
