@@ -55,5 +55,5 @@ def test_a_fold_below_a_rim_does_not_show_the_underside_of_its_slab(height: floa
     slab = bake(box(1.0, 0.1, 1.0), resolution=48)
     corners = np.array([(-0.05, 0.035, 0.495), (0.05, 0.035, 0.495), (0.0, 0.035, 0.495 + height)])
     assert select_views(slab, corners[None] - np.asarray(slab.position))[0] == NOWHERE
-    turned = corners[::-1] + (0, 0.015, -0.1)
+    turned = corners[::-1] + np.array([0, 0.015, -0.1])
     assert select_views(slab, turned[None] - np.asarray(slab.position))[0] % EDGE >> FACE_SHIFT == Face.TOP
