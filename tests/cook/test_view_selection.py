@@ -5,7 +5,7 @@ import pytest
 
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT
-from depthwalk.cook.view_selection import select_views
+from depthwalk.cook.view_selection import NOWHERE, select_views
 from shapes import bake, box, joined, mesh_of
 
 
@@ -47,3 +47,13 @@ def test_a_triangle_is_probed_near_its_corners() -> None:
     hall = bake(joined(box(1.1, 0.1, 1.1), box(0.36, 0.1, 0.36, (0, 0.5, 0))), resolution=64)
     corners = np.array([(0.08, 0.05, 0), (0.5, 0.05, 0.2), (0.5, 0.05, -0.2)]) - np.asarray(hall.position)
     assert select_views(hall, corners[None])[0] & EDGE
+
+
+@pytest.mark.parametrize("height", [0.002, 0.02])
+def test_a_fold_below_a_rim_does_not_show_the_underside_of_its_slab(height: float) -> None:
+    """It faces down, three texels above the only samples that do. Looked up in these, it would be a dark dash."""
+    slab = bake(box(1.0, 0.1, 1.0), resolution=48)
+    corners = np.array([(-0.05, 0.035, 0.495), (0.05, 0.035, 0.495), (0.0, 0.035, 0.495 + height)])
+    assert select_views(slab, corners[None] - np.asarray(slab.position))[0] == NOWHERE
+    turned = corners[::-1] + np.array([0, 0.015, -0.1])
+    assert select_views(slab, turned[None] - np.asarray(slab.position))[0] % EDGE >> FACE_SHIFT == Face.TOP

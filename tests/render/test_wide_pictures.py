@@ -16,12 +16,12 @@ SIZE = (240, 180)
 FOV = math.radians(150)
 
 
-def difference(studio: Studio, mesh: Mesh) -> float:
-    """The mean FLIP between the mesh and its depth images, 78° off the axis."""
-    library, camera = ShapeLibrary([mesh], resolution=256), Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), FOV)
-    assert View(camera, SIZE).half_extent[0] > 4.6
+def difference(studio: Studio, mesh: Mesh, x: float = 4.6, fov: float = FOV) -> float:
+    """The mean FLIP between the mesh and its depth images, seen beside the axis: by 78°, with an `x` of 4.6."""
+    library, camera = ShapeLibrary([mesh], resolution=256), Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov)
+    assert View(camera, SIZE).half_extent[0] > x
     pictures = [
-        studio.picture(scene_of((0, (4.6, -0.5, -1.0), 0.0, 1.0), representation=kind), library, camera, SIZE)
+        studio.picture(scene_of((0, (x, -0.5, -1.0), 0.0, 1.0), representation=kind), library, camera, SIZE)
         for kind in (Representation.MESH, Representation.DPCI)
     ]
     shown = np.abs(pictures[0] - pictures[0][0, 0]).max(-1) > 0.02
@@ -40,3 +40,8 @@ def test_colours_are_sharp_at_the_border(studio: Studio) -> None:
     ball = sphere(0.5, 256, 128)
     spots = (np.sin(ball.positions * 10 + 1).prod(1) > 0.1)[:, None]
     assert difference(studio, replace(ball, colours=np.where(spots, 40, ball.colours).astype(np.uint8))) < 0.105
+
+
+def test_surfaces_are_fine_at_sixty_degrees(studio: Studio) -> None:
+    """Where geometry is chosen as in the middle up to 60°, and not to 45°, 0.046 instead of 0.026."""
+    assert difference(studio, sphere(0.5, 256, 128), 1.732, math.radians(132)) < 0.035

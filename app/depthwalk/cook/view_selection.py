@@ -70,7 +70,7 @@ class _Triangles(NamedTuple):
     """Hold t triangles.
 
     probes: (t, p, 3), points on them, metres; normal: (t, 3), unit; max_distance: (t,), largest distance of their
-    samples from a probe, metres; scale: (t,), their longest side or a texel, whichever is longer, metres.
+    samples from a probe, metres; scale: (t,), their least height or a texel, whichever is longer, metres.
     """
 
     probes: Array
@@ -173,7 +173,11 @@ def _probed(baked: BakedObject, corners: Array) -> _Triangles:
     middle = corners.mean(1, keepdims=True)
     probes = np.concatenate([middle, middle + _OUTWARD * (corners - middle)], 1)
     size, texel = lengths(corners - np.roll(corners, 1, axis=1)).max(1), square_texel(baked)
-    values = probes, face_normals(corners)[0], _NEAR * (size + texel), np.maximum(size, texel)
+    normal, area = face_normals(corners)
+    # A sliver is as long as it likes, but lies on the surface all the same: what is off it by more than its height or a
+    # texel is another one, such as the underside of the slab whose rim it is on.
+    height = 2 * area / np.maximum(size, 1e-30)
+    values = probes, normal, _NEAR * (size + texel), np.maximum(height, texel)
     return _Triangles(*(value.astype(np.float32) for value in values))
 
 
@@ -238,8 +242,8 @@ def _probe_costs(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -
     off = np.abs(np.einsum("tpi,ti->tp", away, triangles.normal)) / triangles.scale[:, None]
     cosine = np.einsum("tpi,ti->tp", look.normal.reshape(-1, 3).take(at, 0), triangles.normal)
     same_side = np.where(np.abs(view.facing) > _EDGE_ON, view.facing, cosine) > 0
-    sampled = solid & same_side & (lengths(away) < triangles.max_distance[:, None])
-    cost = np.where(sampled, np.minimum(off, 1) + _TURNED * (1 - np.minimum(np.abs(cosine), 1)), 1)
+    sampled = solid & same_side & (off < 1) & (lengths(away) < triangles.max_distance[:, None])
+    cost = np.where(sampled, off + _TURNED * (1 - np.minimum(np.abs(cosine), 1)), 1)
     return np.asarray(cost + look.foreign.take(at)), sampled
 
 

@@ -12,12 +12,16 @@ from depthwalk.scene.object_settings import LodParams
 from depthwalk.types import Array, Ints, Rows
 
 USUAL_COSINE = 0.5
-"""Cosine of the angle off the view axis up to which detail is chosen as in the middle of the picture: 60°. A picture of
-16 : 9 reaches that far with a vertical field of view of 80°."""
+"""Cosine of the angle off the view axis that usual pictures do not exceed: 60°. A picture of 16 : 9 reaches that far
+with a vertical field of view of 80°. Up to there mip levels are chosen as in the middle of the picture."""
+
+STRETCHED_COSINE = 0.71
+"""Cosine of the angle off the axis, 45°, from which wider pictures have finer geometry than in the middle. From 60° on
+only, columns there were visibly bent."""
 
 
 def stretch(view: View, centre: Array) -> Array:
-    """Return how much longer objects appear beyond `USUAL_COSINE` than there, toward the picture's border.
+    """Return how much longer objects appear beyond `STRETCHED_COSINE` than there, toward the border of a wide picture.
 
     A perspective picture shows a short radial length at an angle θ off its axis 1/cos² θ times as long as in the middle
     at the same distance from the viewer. In usual pictures that is left out, since it is 2 at most corners and would
@@ -36,11 +40,11 @@ def stretch(view: View, centre: Array) -> Array:
         return np.ones(len(centre))
     away = centre - view.position
     cosine = away @ view.axes[2] / np.maximum(np.linalg.norm(away, axis=1), 1e-9)
-    return np.asarray((USUAL_COSINE / np.clip(cosine, corner, USUAL_COSINE)) ** 2)
+    return np.asarray((STRETCHED_COSINE / np.clip(cosine, corner, STRETCHED_COSINE)) ** 2)
 
 
 def greatest_stretch(view: View) -> float:
-    """Return what `stretch` is at the corner of a picture that is farthest off the view axis: 1 for usual pictures."""
+    """Return how much longer objects appear in a picture's corner than at `USUAL_COSINE`: 1 for usual pictures."""
     return max(1.0, USUAL_COSINE / _corner_cosine(view)) ** 2
 
 
