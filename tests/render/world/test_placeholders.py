@@ -62,9 +62,9 @@ def background_of(world: RenderWorld) -> FakeBackground:
     return world._assets.background
 
 
-def arrive(world: RenderWorld, done: Callable[[], bool]) -> None:
+def arrive(world: RenderWorld, done: Callable[[], bool], viewer: tuple[float, float, float] = (0, 0, 0)) -> None:
     for _ in range(2000):
-        world.take_arrivals(np.zeros(3))
+        world.take_arrivals(np.array(viewer))
         if done():
             return
         time.sleep(0.002)
@@ -107,11 +107,16 @@ def test_a_moved_object_keeps_its_row(world: RenderWorld) -> None:
         np.testing.assert_array_equal(world.objects().asset[drawn.rows_of(which)], drawn.place(which).asset)
 
 
-def test_crowds_wait_for_their_depth_images(world: RenderWorld, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Their meshes would take seconds a frame."""
-    monkeypatch.setattr(placeholders, "_MAX_TRIANGLES", 400)  # one ball has 224
-    arrive(world, lambda: bool(shown(world)))
-    assert shown(world) == [(CONE, "mesh")]
+@pytest.mark.parametrize(("most", "viewer", "balls"), [(400, 0.0, [2]), (400, -60.0, [0]), (448, 0.0, [0, 2])])
+def test_of_crowds_the_nearest_are_drawn_meanwhile(
+    world: RenderWorld, monkeypatch: pytest.MonkeyPatch, most: int, viewer: float, balls: list[int]
+) -> None:
+    """All their meshes would take seconds a frame."""
+    monkeypatch.setattr(placeholders, "_MAX_TRIANGLES", most)  # one ball has 224
+    arrive(world, lambda: len(shown(world)) == 1 + len(balls), (0.0, 0.0, viewer))
+    rows = sorted([1, *balls])
+    assert shown(world) == [(CONE if row == 1 else BALL, "mesh") for row in rows]
+    np.testing.assert_array_equal(world.objects().position, world.scene_objects.position[rows])
     world.representation = Representation.MESH  # who asks for meshes gets them
     arrive(world, lambda: world.is_whole)
     assert shown(world) == [(BALL, "mesh"), (CONE, "mesh"), (BALL, "mesh")]

@@ -48,7 +48,7 @@ class ObjectRows:
         The rows in the frames of their parts; `asset` holds numbers of `store.parts`.
         """
         objects = self.scene.objects.take(which)
-        representation, first, count = self._rows(objects)
+        representation, first, count = self._rows(which)
         row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
         number = first[row] + within_runs(count)
         position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
@@ -62,21 +62,19 @@ class ObjectRows:
 
     def rows_of(self, which: slice) -> slice:
         """Return the slice of the rows of `place()` that belong to the scene's objects `which`."""
-        before, within = (
-            int(self._rows(self.scene.objects.take(run))[2].sum()) for run in (slice(0, which.start), which)
-        )
+        before, within = (int(self._rows(run)[2].sum()) for run in (slice(0, which.start), which))
         return slice(before, before + within)
 
     def chooses(self) -> Mask:
         """Return which rows (n,) of `place()` are drawn as mesh or depth images, whichever is quicker (`auto`)."""
         chooses = requested_representations(self.scene.objects, self.library, self.forced) == Representation.AUTO
-        return np.repeat(chooses, self._rows(self.scene.objects)[2])
+        return np.repeat(chooses, self._rows(slice(None))[2])
 
-    def _rows(self, objects: Objects) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
-        """Return how each object (n,) is drawn, the first number in `CookedParts` that shows it, and how many do."""
-        library, store = self.library, self.store
+    def _rows(self, which: slice) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
+        """Return how each object of a slice (n,) is drawn, the first number in `CookedParts` for it, and how many."""
+        library, store, objects = self.library, self.store, self.scene.objects.take(which)
         representation = requested_representations(objects, library, self.forced)
-        placeholders = self.placeholders or Placeholders.none(len(library))
+        placeholders = self.placeholders or Placeholders.none(len(library), len(self.scene.objects))
         representation[representation == Representation.AUTO] = Representation.DPCI  # until `MeshChooser` decides
         imaged = ~np.isin(representation, OF_MESH)
         waiting = imaged & ~placeholders.ready[objects.asset]
@@ -91,7 +89,7 @@ class ObjectRows:
             numbers = store.parts.numbers(asset)
             first[asset], of_images[asset] = numbers.start, len(numbers)
         count = np.where(imaged, of_images[objects.asset], of_mesh[objects.asset])
-        count[waiting & placeholders.too_many[objects.asset]] = 0
+        count[waiting & placeholders.hidden[which]] = 0
         return representation, np.where(imaged, first[objects.asset], objects.asset), count
 
 

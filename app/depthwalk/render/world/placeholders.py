@@ -9,38 +9,38 @@ from depthwalk.assets.demand import nearest_first, requested_representations
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.library import Library
 from depthwalk.scene.arrays import OF_MESH, SIMPLIFIED, Objects, Representation
-from depthwalk.types import Array, Mask
+from depthwalk.types import Array, Mask, Rows
 
 # Most triangles of all objects of an asset whose mesh stands in for depth images. More would take seconds per frame,
-# which is worse than waiting.
+# which is worse than waiting, so of a crowd only the nearest objects are drawn.
 _MAX_TRIANGLES = 3_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Placeholders:
-    """Hold, for each of a scene's a assets, what can be drawn until its depth images are ready.
+    """Hold, for each of a scene's a assets and n objects, what can be drawn until its depth images are ready.
 
     Attributes
     ----------
     ready : (a,) whether its depth images can be drawn.
     has_mesh : (a,) whether its mesh can be drawn.
     representation : (a,) uint8, the `Representation` by which its mesh is drawn in place of depth images.
-    too_many : (a,) whether those meshes would have too many triangles, so that nothing is drawn.
+    hidden : (n,) whether so many objects of the same asset are nearer that the mesh is not drawn for this one.
     """
 
     ready: Mask
     has_mesh: Mask
     representation: NDArray[np.uint8]
-    too_many: Mask
+    hidden: Mask
 
     @classmethod
-    def none(cls, assets: int) -> "Placeholders":
-        """Return the table for `assets` assets that are all ready, because frames wait for them."""
+    def none(cls, assets: int, objects: int) -> "Placeholders":
+        """Return the table for so many `assets` and `objects`, all ready, because frames wait for them."""
         return cls(
             ready=np.ones(assets, bool),
             has_mesh=np.ones(assets, bool),
             representation=np.full(assets, Representation.MESH, np.uint8),
-            too_many=np.zeros(assets, bool),
+            hidden=np.zeros(objects, bool),
         )
 
 
@@ -61,9 +61,9 @@ def find_placeholders(
 
     Returns
     -------
-    What can be drawn of each asset now.
+    What can be drawn of each asset and object now.
     """
-    found = Placeholders.none(len(library))
+    found = Placeholders.none(len(library), len(objects))
     if store.background is None:
         return found
     found.ready[:] = found.has_mesh[:] = False
@@ -85,6 +85,18 @@ def find_placeholders(
         standing.add(asset)
         found.has_mesh[asset] = True
         found.representation[asset] = Representation.MESH if len(levels) == 1 else Representation.MESH_LOD
-        found.too_many[asset] = images[asset] * len(levels[-1].mesh.faces) > _MAX_TRIANGLES
+        most = _MAX_TRIANGLES // max(len(levels[-1].mesh.faces), 1)
+        if images[asset] > most:
+            found.hidden[_beyond(objects, np.flatnonzero(imaged & (objects.asset == asset)), viewer, most)] = True
     store.meshes.show(standing)
     return found
+
+
+def _beyond(objects: Objects, rows: Rows, viewer: Array | None, most: int) -> Rows:
+    """Return those of the objects `rows` (k,) that have `most` others of them, fewer than k, nearer to the viewer.
+
+    Where the viewer (3,) is not known, those in the middle count as the nearest.
+    """
+    position = objects.position[rows].astype(np.float64)
+    distance = np.linalg.norm(position - (position.mean(0) if viewer is None else viewer), axis=1)
+    return np.asarray(rows[np.argpartition(distance, most)[most:]])

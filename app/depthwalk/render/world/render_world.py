@@ -62,7 +62,7 @@ class RenderWorld:
         self._choice: MeshChoice | None = None
         self._cells: SpatialCells | None = None
         self._generation = self._changes = 0
-        self._placeholders = Placeholders.none(len(library))
+        self._placeholders = Placeholders.none(len(library), len(scene.objects))
         self._viewer: Array | None = None
 
     def objects(self) -> Objects:
