@@ -64,7 +64,7 @@ MODELS: dict[str, Entry] = {
     "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(272, 5, 0.5), closed=True),
     "sundial": Entry(stone.sundial, "sundial on a baluster", Images(144)),
     "path_tile": Entry(props.path_tile, "2 m of flagged path along z", Images(192, 1, 2.0), closed=True),
-    "bench": Entry(props.bench, "garden bench, faces +z", Images(224, 5, 0.6), closed=True),
+    "bench": Entry(props.bench, "garden bench, faces +z", Images(232, 5, 0.6), closed=True),
     "hedge": Entry(props.hedge, "2 m of clipped hedge along x", Images(160, 1, 1.13), closed=True),
     "wall": Entry(props.wall, "2 m of low brick wall along x", Images(160, 1), closed=True),
     "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(164, 5, 0.5), closed=True),
