@@ -23,7 +23,8 @@ _READERS = (
     "depthwalk.ingest.material_library",
     "depthwalk.ingest.range_image",
 )
-_LIBRARIES = "depthwalk.scene.loader", "depthwalk.scene.places", "PIL.TiffImagePlugin", "PIL.PngImagePlugin", "OpenEXR"
+_PICTURES = (f"PIL.{kind}ImagePlugin" for kind in ("Png", "Tiff", "WebP", "Jpeg", "Gif"))
+_LIBRARIES = "depthwalk.scene.loader", "depthwalk.scene.places", "OpenEXR", *_PICTURES
 _MOST_SECONDS, _MOST_BYTES = 20, 3 << 30  # then the process is ended
 
 

@@ -87,6 +87,7 @@ def find_placeholders(
         found.representation[asset] = Representation.MESH if len(levels) == 1 else Representation.MESH_LOD
         most = _MAX_TRIANGLES // max(len(levels[-1].mesh.faces), 1)
         if images[asset] > most:
+            store.meshes.reader.is_read(asset, simplified=True)  # of simplified levels, more can be drawn
             found.hidden[_beyond(objects, np.flatnonzero(imaged & (objects.asset == asset)), viewer, most)] = True
     store.meshes.show(standing)
     return found
