@@ -285,6 +285,15 @@ class ShapeLibrary:
             self._cooked[asset, options] = cook()
         return self._cooked[asset, options]
 
+    def preview(self, asset: int) -> Mesh | None:
+        return None
+
+    def forget_preview(self, asset: int) -> None:
+        pass
+
+    def drawn_mesh(self, asset: int) -> Mesh | None:
+        return self.mesh(asset)
+
     def mesh(self, asset: int) -> Mesh | None:
         return self._meshes[asset]
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from depthwalk.ingest.range_image import RangeImage
 
 _TEXTURED = "+textured"
+PREVIEWED = 24e6  # bytes of a file, from which on a coarse mesh is read first: a million triangles in most formats
 _MAX_READINGS = 3  # of a range image that changes while it is being read
 
 
@@ -53,6 +54,21 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
         For files that cannot be used.
     """
     return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, sources=sources)
+
+
+def is_large(spec: MeshAsset) -> bool:
+    """Return whether the file of a mesh asset is so large that a coarse mesh of it is read first."""
+    return spec.mesh.is_file() and spec.mesh.stat().st_size >= PREVIEWED
+
+
+def read_preview(spec: MeshAsset) -> Mesh | None:
+    """Return a coarse mesh of an asset whose file is large; None for smaller files, which are read as quickly whole.
+
+    Raises InputError like `read_mesh`.
+    """
+    if not is_large(spec):
+        return None
+    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, coarse=True)
 
 
 def mesh_source(spec: MeshAsset, sources: Sources | None = None) -> str:

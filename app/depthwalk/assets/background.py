@@ -237,7 +237,8 @@ class BackgroundLibrary(SceneLibrary):
         if found is not None:
             return self._prefetched(found)
         self._pool.begin(self._processes)
-        self._read_mesh_ahead(threads, asset)
+        if not self.has_preview(asset):  # otherwise that is read first, and the process reads the whole mesh
+            self._read_mesh_ahead(threads, asset)
         return None
 
     def _read_mesh_ahead(self, threads: Executor, asset: int) -> None:

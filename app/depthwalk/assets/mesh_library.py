@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from depthwalk.assets import derived_data
-from depthwalk.assets.asset_files import read_hashed, read_translucent
+from depthwalk.assets.asset_files import is_large, read_hashed, read_preview, read_translucent
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.ingest.mesh import Mesh, MeshLevel
@@ -33,6 +33,7 @@ class MeshLibrary:
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._clusters: dict[int, MeshClusters | None] = {}
+        self._previews: dict[int, Mesh] = {}
 
     def has_mesh(self, asset: int) -> bool:
         """Return whether the asset numbered `asset` has a mesh, without reading it."""
@@ -46,6 +47,32 @@ class MeshLibrary:
         if asset not in self._meshes:
             self._meshes[asset] = self._read_mesh(spec)
         return self._meshes[asset][0]
+
+    def has_preview(self, asset: int) -> bool:
+        """Return whether a coarse mesh of the asset numbered `asset` is read first, because its file is large."""
+        spec = _mesh_spec(self._assets[asset])
+        return spec is not None and is_large(spec)
+
+    def preview(self, asset: int) -> Mesh | None:
+        """Return a coarse mesh of the asset numbered `asset`, if its file is large and has not been read yet.
+
+        From then on `drawn_mesh` returns it, until `forget_preview`.
+        """
+        spec = _mesh_spec(self._assets[asset])
+        if spec is None or asset in self._meshes:
+            return None
+        if asset not in self._previews and (preview := read_preview(spec)) is not None:
+            self._previews[asset] = preview
+        return self._previews.get(asset)
+
+    def forget_preview(self, asset: int) -> None:
+        """Drop the coarse mesh of the asset numbered `asset`, so that `drawn_mesh` returns the whole one."""
+        self._previews.pop(asset, None)
+
+    def drawn_mesh(self, asset: int) -> Mesh | None:
+        """Return the mesh of the asset numbered `asset` as it is drawn now: its preview, or else all of it."""
+        preview = self._previews.get(asset)
+        return self.mesh(asset) if preview is None else preview
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         """Return the mesh of the asset numbered `asset` and its simplified levels, the finest first.
@@ -106,6 +133,7 @@ class MeshLibrary:
         self._meshes.pop(asset, None)
         self._levels.pop(asset, None)
         self._clusters.pop(asset, None)
+        self._previews.pop(asset, None)
 
     def _read_mesh(self, spec: MeshAsset) -> tuple[Mesh, str]:
         """Read the mesh of an asset, and report it."""

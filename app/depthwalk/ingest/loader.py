@@ -17,6 +17,7 @@ from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.ingest.normals import split_at_creases
+from depthwalk.ingest.preview import coarse_soup
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
 from depthwalk.ingest.sources import Sources
@@ -37,6 +38,7 @@ def load_mesh(
     up: Literal["y", "z"] = "y",
     height: float | None = None,
     sources: Sources | None = None,
+    coarse: bool = False,
 ) -> Mesh:
     """Read an OBJ, PLY, STL, GLB or glTF file into its asset frame: Y up, the base's centre on the origin.
 
@@ -57,6 +59,8 @@ def load_mesh(
     sources
         Reads files and keeps their bytes; None reads them from the disk. Pass the object that `hash_files` used if the
         mesh must be made from the same bytes as the hash.
+    coarse
+        Whether to read a coarse mesh quickly, see `coarse_soup`.
 
     Returns
     -------
@@ -70,7 +74,8 @@ def load_mesh(
     """
     path = Path(path)
     sources = sources or Sources()
-    soup = _retextured(_compacted(_read(path, height, sources), path), texture, path, sources)
+    soup = _read(path, height, sources)
+    soup = _retextured(_compacted(coarse_soup(soup) if coarse else soup, path), texture, path, sources)
     positions = _placed(soup.positions, path, up, height)
     normals = soup.normals[:, [0, 2, 1]] * [1, 1, -1] if up == "z" else soup.normals
     source, faces, normals = _vertices(replace(soup, positions=positions, normals=normals))

@@ -162,6 +162,16 @@ class _OneObject:
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
         return cooked_objects(lambda: "", lambda: self._baked, options, again=again)
 
+    def preview(self, asset: int) -> None:
+        """Return None: the mesh is in memory already."""
+
+    def forget_preview(self, asset: int) -> None:
+        """Do nothing, as there is none."""
+
+    def drawn_mesh(self, asset: int) -> Mesh:
+        """Return the mesh."""
+        return self.mesh(asset)
+
     def mesh(self, asset: int) -> Mesh:
         return self._mesh
 

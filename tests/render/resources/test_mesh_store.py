@@ -1,7 +1,7 @@
 """Meshes come when they are wanted and go, with all their GL objects, when others need the room."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
 import numpy as np
@@ -23,6 +23,16 @@ class Meshes:
     def __init__(self) -> None:
         self.held = [box(1, 1, 1), sphere(columns=8, rows=4)]
         self.forgotten: list[int] = []
+        self.previews: dict[int, Mesh] = {}
+
+    def preview(self, asset: int) -> Mesh | None:
+        return self.previews.get(asset)
+
+    def forget_preview(self, asset: int) -> None:
+        self.previews.pop(asset, None)
+
+    def drawn_mesh(self, asset: int) -> Mesh | None:
+        return self.previews.get(asset) or self.mesh(asset)
 
     def mesh(self, asset: int) -> Mesh | None:
         if asset == 2:
@@ -127,3 +137,31 @@ def test_indices_stand_for_objects_and_vertices(store: MeshStore) -> None:
     assert objects[:, 0].tolist() == np.repeat([5, 0, drawn.most_objects - 1], counts).tolist()
     np.testing.assert_array_equal(vertex[: counts[0]], clusters.faces[: counts[0]])
     assert indices.max() < 1 << 31 and (objects == objects[:, :1]).all()
+
+
+def test_a_preview_is_drawn_until_somebody_needs_the_whole_mesh(store: MeshStore, gl_device: Device) -> None:
+    """Simplified levels and clusters need it, as do viewers near by; then what the GPU holds is replaced."""
+    library, reader = cast(Meshes, store._library), store.reader
+    library.previews[1] = sphere(columns=4, rows=2)
+    assert not reader.is_read(1)
+    until(reader.poll)
+    assert reader.is_read(1) and reader.meshes[1].is_preview and not reader.is_reading
+    coarse = store.object(1)
+    assert coarse.parts[0].face_count == len(library.previews[1].faces) < len(library.held[1].faces)
+    assert store.mesh_fallbacks([1], wait=False) == {} and not reader.take_replaced()
+    for need in ("simplified", "clustered", "whole"):
+        assert not reader.is_read(1, **{need: True})
+    until(lambda: reader.poll() and reader.is_read(1, simplified=True, clustered=True, whole=True))
+    assert 1 not in library.previews
+    assert reader.take_replaced() == {1} and not reader.take_replaced()
+    live = dict(+gl_device.live)
+    store.free({1})
+    assert store.object(1).parts[0].face_count == len(library.held[1].faces) and dict(+gl_device.live) == live
+    assert set(store.mesh_fallbacks([1], wait=False)) == {1}
+
+
+def until(done: Callable[[], bool]) -> None:
+    end = time.monotonic() + 20
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.002)

@@ -125,3 +125,24 @@ def test_of_crowds_the_nearest_are_drawn_meanwhile(
 def test_frames_that_wait_have_everything(world: RenderWorld) -> None:
     world._assets.background = None
     assert [kind for _, kind in shown(world)] == ["dpci"] * 3 and world.is_whole
+
+
+def test_a_preview_stands_in_until_depth_images_are_ready(world: RenderWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And is replaced where somebody asks for the mesh."""
+    whole = world._library.mesh(BALL)
+    assert whole is not None
+    coarse = shapes.sphere(1.0, columns=8, rows=4)
+    previews = {BALL: coarse}
+    monkeypatch.setattr(world._library, "preview", previews.get)
+    monkeypatch.setattr(world._library, "drawn_mesh", lambda asset: previews.get(asset) or world._library.mesh(asset))
+    monkeypatch.setattr(world._library, "forget_preview", lambda asset: previews.pop(asset, None))
+    arrive(world, lambda: world.is_whole)
+    assert shown(world) == [(BALL, "mesh"), (CONE, "mesh"), (BALL, "mesh")]
+    assert world.table().full_triangles == 2 * len(coarse.faces) + len(whole.faces)
+    assert len(world.points(BALL)) == len(coarse.positions)
+    world.representation = Representation.MESH
+    arrive(world, lambda: world.is_whole and world.table().full_triangles == 3 * len(whole.faces))
+    assert len(world.points(BALL)) == len(whole.positions) and not previews
+    world.representation = None
+    background_of(world).make(CONE, BALL)
+    arrive(world, lambda: "mesh" not in dict(shown(world)).values())

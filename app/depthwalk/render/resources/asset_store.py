@@ -92,7 +92,10 @@ class AssetStore:
             return False
         self.translucent.poll()
         made, read = self.background.poll(), self.meshes.reader.poll()
-        return made or read
+        if replaced := self.meshes.reader.take_replaced():
+            self.before_release()
+            self.meshes.free(replaced)
+        return made or read or bool(replaced)
 
     @property
     def is_waiting(self) -> bool:

@@ -25,6 +25,18 @@ class Library(AssetCapabilities, Protocol):
         """Return the mesh of the asset numbered `asset`; None where it has none."""
         ...
 
+    def preview(self, asset: int) -> Mesh | None:
+        """Return a coarse mesh of the asset numbered `asset` if its own takes long to read; None where it does not."""
+        ...
+
+    def forget_preview(self, asset: int) -> None:
+        """Drop the coarse mesh of the asset numbered `asset`."""
+        ...
+
+    def drawn_mesh(self, asset: int) -> Mesh | None:
+        """Return the coarse mesh of the asset numbered `asset` until that is dropped, or else `mesh`."""
+        ...
+
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         """Return the mesh of the asset numbered `asset` and its levels, the finest first; empty where it has none."""
         ...

@@ -29,6 +29,8 @@ class FallbackMesh(NamedTuple):
         Whether `levels` includes the simplified levels; otherwise it holds only the mesh.
     is_clustered
         Whether the clusters have been read, too.
+    is_preview
+        Whether it is only a coarse mesh of a large file, see `Library.preview`.
     """
 
     levels: tuple[MeshLevel, ...]
@@ -36,6 +38,7 @@ class FallbackMesh(NamedTuple):
     solid: bool
     is_simplified: bool
     is_clustered: bool
+    is_preview: bool = False
 
     @property
     def is_better_simplified(self) -> bool:
@@ -66,8 +69,9 @@ class MeshReader:
         self._failed: set[int] = set()
         self._thread: ThreadPoolExecutor | None = None
         self._reading: tuple[int, Future[FallbackMesh]] | None = None
-        # Assets to be read in the background, and whether with simplified levels, and with clusters.
-        self._awaited: dict[int, tuple[bool, bool]] = {}
+        # Assets to be read in the background, and whether with simplified levels, with clusters, and not as a preview.
+        self._awaited: dict[int, tuple[bool, bool, bool]] = {}
+        self._replaced: set[int] = set()  # assets of which a preview was read before
 
     def read(self, asset: int, wait: bool) -> bool:
         """Read the mesh of an asset unless it has been read, with simplified levels if `is_simplified` asks for them.
@@ -92,17 +96,18 @@ class MeshReader:
             For files that cannot be used, if `wait`; otherwise a message is added to `failures`.
         """
         known = self.meshes.get(asset)
-        if asset in self._failed or (known is not None and known.is_simplified >= known.is_better_simplified):
+        is_whole = known is not None and not known.is_preview and known.is_simplified >= known.is_better_simplified
+        if asset in self._failed or is_whole:
             return True
         clustered = known is not None and known.is_clustered
         if wait:
-            self.meshes[asset] = self._read(asset, None, clustered)
+            self._take(asset, self._read(asset, None, clustered))
             return True
         if self._reading is None:
-            self._begin_reading(asset, None, clustered)
+            self._begin_reading(asset, None, clustered, True)
         return self._finish_reading() == asset
 
-    def is_read(self, asset: int, simplified: bool = False, clustered: bool = False) -> bool:
+    def is_read(self, asset: int, simplified: bool = False, clustered: bool = False, whole: bool = False) -> bool:
         """Return whether a mesh has been read; if not, queue it for the background thread.
 
         Parameters
@@ -113,6 +118,8 @@ class MeshReader:
             Whether its simplified levels are needed, too, regardless of its size.
         clustered
             Whether its clusters are needed, too.
+        whole
+            Whether a coarse preview of a large file will not do.
 
         Returns
         -------
@@ -120,12 +127,21 @@ class MeshReader:
             Whether `levels` returns what is asked for.
         """
         known = self.meshes.get(asset)
-        if known is not None and known.is_simplified >= simplified and known.is_clustered >= clustered:
+        needs = simplified, clustered, whole or simplified or clustered
+        if known is not None and all(
+            has >= need
+            for has, need in zip((known.is_simplified, known.is_clustered, not known.is_preview), needs, strict=True)
+        ):
             return True
         if asset not in self._failed:
-            before = self._awaited.get(asset, (False, False))
-            self._awaited[asset] = before[0] or simplified, before[1] or clustered
+            before = self._awaited.get(asset, (False, False, False))
+            self._awaited[asset] = before[0] or needs[0], before[1] or needs[1], before[2] or needs[2]
         return False
+
+    def take_replaced(self) -> set[int]:
+        """Return the assets whose meshes have replaced a preview since the last call."""
+        replaced, self._replaced = self._replaced, set()
+        return replaced
 
     @property
     def is_reading(self) -> bool:
@@ -170,13 +186,14 @@ class MeshReader:
         if self._thread is not None:
             self._thread.shutdown(wait=False, cancel_futures=True)
         self._thread = self._reading = None
-        for known in self._awaited, self.meshes, self._failed:
+        for known in self._awaited, self.meshes, self._failed, self._replaced:
             known.clear()
 
-    def _begin_reading(self, asset: int, simplified: bool | None, clustered: bool) -> None:
+    def _begin_reading(self, asset: int, simplified: bool | None, clustered: bool, whole: bool) -> None:
         if self._thread is None:
             self._thread = ThreadPoolExecutor(1, "meshes")
-        self._reading = asset, self._thread.submit(self._read, asset, simplified, clustered)
+        read = self._read if whole else self._preview
+        self._reading = asset, self._thread.submit(read, asset, simplified, clustered)
 
     def _finish_reading(self) -> int | None:
         """Return the asset whose mesh the thread has just read, or failed to read; None while it is busy or idle."""
@@ -184,12 +201,33 @@ class MeshReader:
             return None
         (asset, future), self._reading = self._reading, None
         try:
-            self.meshes[asset] = future.result()
+            self._take(asset, future.result())
         except InputError as error:
             self._failed.add(asset)
             self.failures.append(str(error))
             log.warning("%s", error)  # bare: whoever takes `failures` may report it in these words, too
         return asset
+
+    def _take(self, asset: int, read: FallbackMesh) -> None:
+        """Keep the mesh of an asset that has just been read; note whether it replaces a preview."""
+        before, self.meshes[asset] = self.meshes.get(asset), read
+        if before is not None and before.is_preview and not read.is_preview:
+            self._library.forget_preview(asset)
+            self._replaced.add(asset)
+
+    def _preview(self, asset: int, simplified: bool | None, clustered: bool) -> FallbackMesh:
+        """Read a coarse mesh of `asset` if its file is large, and otherwise all as `_read` does."""
+        preview = self._library.preview(asset)
+        if preview is None:
+            return self._read(asset, simplified, clustered)
+        return FallbackMesh(
+            levels=(MeshLevel(preview, 0.0),),
+            meshlets=(build_meshlets(preview),),
+            solid=False,
+            is_simplified=False,
+            is_clustered=False,
+            is_preview=True,
+        )
 
     def _read(self, asset: int, simplified: bool | None, clustered: bool) -> FallbackMesh:
         """Read the mesh of `asset`, and compute what takes too long for a frame.

@@ -68,7 +68,7 @@ class MeshStore:
         self._requested.add(asset)
         levels = self._drawn.setdefault(asset, {})
         if level not in levels:
-            mesh = self._library.mesh(asset)
+            mesh = self._library.drawn_mesh(asset)
             if mesh is None:
                 raise LookupError(f"asset {asset} has no mesh")
             known = self.reader.meshes.get(asset)
@@ -140,7 +140,7 @@ class MeshStore:
             if not self.reader.read(asset, wait):
                 break
         read = self.reader.meshes
-        return {asset: read[asset].levels for asset in assets if asset in read}
+        return {asset: read[asset].levels for asset in assets if asset in read and not read[asset].is_preview}
 
     @property
     def fallback_bytes(self) -> int:
@@ -173,6 +173,12 @@ class MeshStore:
         assets
             The numbers of the assets whose fallback meshes are released.
         """
+        self.free(assets)
+        for asset in assets:
+            self.reader.forget(asset)
+
+    def free(self, assets: set[int]) -> None:
+        """Free what the GPU holds of the meshes of `assets`. No pass may still hold vertex arrays over them."""
         for asset in assets:
             for level in self._drawn.pop(asset, {}).values():
                 self._gl.free(level.vertices, level.indices)
@@ -181,7 +187,6 @@ class MeshStore:
             if asset in self._looks:
                 self._gl.free(*(texture for look in self._looks.pop(asset).materials for texture in look.textures))
             self._unlit.discard(asset)
-            self.reader.forget(asset)
 
     def forget(self) -> None:
         """Drop all meshes and stop reading; call this when the scope has released its GL objects."""

@@ -218,7 +218,7 @@ def _used_meshes(objects: Objects, library: Library) -> dict[int, tuple[MeshLeve
     simplified = set(objects.asset[np.isin(objects.representation, SIMPLIFIED)].tolist())
     levels: dict[int, tuple[MeshLevel, ...]] = {}
     for number in np.unique(objects.asset[objects.asset < len(library)]).tolist():
-        mesh = library.mesh(number)
+        mesh = library.drawn_mesh(number)
         if mesh is not None:
             levels[number] = library.mesh_levels(number) if number in simplified else (MeshLevel(mesh, 0.0),)
     return levels

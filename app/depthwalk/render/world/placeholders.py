@@ -78,7 +78,8 @@ def find_placeholders(
         found.ready[asset] = images[asset] > 0 and store.is_ready(asset)
         if (found.ready[asset] and not meshes[asset]) or not library.has_mesh(asset):
             continue
-        if not store.meshes.reader.is_read(asset, bool(simplified_meshes[asset]), bool(clustered_meshes[asset])):
+        needs = (bool(count[asset]) for count in (simplified_meshes, clustered_meshes, meshes))
+        if not store.meshes.reader.is_read(asset, *needs):
             continue
         levels = store.meshes.reader.levels(asset)
         assert levels is not None  # it is read
@@ -87,7 +88,8 @@ def find_placeholders(
         found.representation[asset] = Representation.MESH if len(levels) == 1 else Representation.MESH_LOD
         most = _MAX_TRIANGLES // max(len(levels[-1].mesh.faces), 1)
         if images[asset] > most:
-            store.meshes.reader.is_read(asset, simplified=True)  # of simplified levels, more can be drawn
+            if not store.meshes.reader.meshes[asset].is_preview:
+                store.meshes.reader.is_read(asset, simplified=True)  # of simplified levels, more can be drawn
             found.hidden[_beyond(objects, np.flatnonzero(imaged & (objects.asset == asset)), viewer, most)] = True
     store.meshes.show(standing)
     return found

@@ -199,7 +199,7 @@ class RenderWorld:
         (n, 3) metres, in the frame of the objects that show it; the origin alone where the asset has no points.
         """
         if number < len(self._library):
-            mesh = self._library.mesh(number)
+            mesh = self._library.drawn_mesh(number)
             points = np.zeros((1, 3)) if mesh is None else mesh.positions
         else:
             points = np.concatenate([self._assets.parts.load(number)[0].positions, self._translucent_points(number)])
