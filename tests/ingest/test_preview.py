@@ -66,11 +66,10 @@ def test_vertices_without_a_face_may_be_anything(ball: Path) -> None:
     soup = read_soup(ball)
     with_stray = replace(
         soup,
-        **{
-            name: np.concatenate([getattr(soup, name), getattr(soup, name)[:1]])
-            for name in ("normals", "colours", "uv")
-        },
         positions=np.concatenate([soup.positions, [[np.nan, np.inf, 1e300]]]),
+        normals=np.concatenate([soup.normals, soup.normals[:1]]),
+        colours=np.concatenate([soup.colours, soup.colours[:1]]),
+        uv=np.concatenate([soup.uv, soup.uv[:1]]),
     )
     np.testing.assert_array_equal(coarse_soup(with_stray).positions, coarse_soup(soup).positions)
 
