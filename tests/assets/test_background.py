@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import pytest
 
-from depthwalk.assets import worker
+from depthwalk.assets import asset_files, worker
 from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.assets.progress import Progress
@@ -172,6 +172,24 @@ def test_the_first_mesh_is_read_once_and_by_a_thread(
     wait_until(library, lambda: bool(threads))
     assert library.mesh(0) is library.mesh(0) is not None
     assert len(threads) == 1 and threads[0].startswith("depth-images")
+
+
+def test_of_a_large_file_only_a_coarse_mesh_is_read_ahead(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
+) -> None:
+    """It is drawn until the whole mesh, which the process that bakes reads for itself, is asked for here, too."""
+    empty_cache(monkeypatch, tmp_path / "cache")
+    monkeypatch.setattr(asset_files, "PREVIEWED", 0)
+    threads = count_readings(monkeypatch)
+    library.baking_waits = True
+    assert not library.is_cooked(0, OPTIONS)
+    wait_until(library, lambda: 0 in library._previews)
+    preview = library.preview(0)
+    assert preview is not None and library.drawn_mesh(0) is preview and threads == []
+    whole = library.mesh(0)
+    assert whole is not None and library.drawn_mesh(0) is preview and library.preview(0) is None
+    library.forget_preview(0)
+    assert library.drawn_mesh(0) is whole and len(threads) == 1
 
 
 def test_a_mesh_that_cannot_be_read_ahead_is_complained_about_by_who_needs_it(

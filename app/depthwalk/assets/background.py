@@ -8,6 +8,7 @@ frame. `prefetch` asks before there is a window, so that files are read while th
 import logging
 import threading
 from collections import defaultdict
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -99,7 +100,7 @@ class BackgroundLibrary(SceneLibrary):
             if asset in imaged:
                 self.is_cooked(asset, options)
             elif self.has_mesh(asset):
-                self._read_mesh_ahead(self._threads, asset)
+                self._read_ahead(self._threads, self.mesh, asset)
 
     def mesh(self, asset: int) -> Mesh | None:
         """Return the mesh of the asset numbered `asset`; None if it has none. Waits if a thread is reading it."""
@@ -107,6 +108,11 @@ class BackgroundLibrary(SceneLibrary):
             return super().mesh(asset)
         with self._reading[asset]:
             return super().mesh(asset)
+
+    def preview(self, asset: int) -> Mesh | None:
+        """Return a coarse mesh as `MeshLibrary.preview` does. Waits if a thread is reading it."""
+        with self._reading[asset]:
+            return super().preview(asset)
 
     # What drawing asks for -------------------------------------------------------------------------------------------
 
@@ -237,15 +243,15 @@ class BackgroundLibrary(SceneLibrary):
         if found is not None:
             return self._prefetched(found)
         self._pool.begin(self._processes)
-        if not self.has_preview(asset):  # otherwise that is read first, and the process reads the whole mesh
-            self._read_mesh_ahead(threads, asset)
+        # Of a large file that process reads the whole mesh, and this one only what is shown meanwhile.
+        self._read_ahead(threads, self.preview if self.has_preview(asset) else self.mesh, asset)
         return None
 
-    def _read_mesh_ahead(self, threads: Executor, asset: int) -> None:
-        """Have the mesh of an asset read by `threads`, unless another has been; callers that need it wait."""
+    def _read_ahead(self, threads: Executor, read: Callable[[int], Mesh | None], asset: int) -> None:
+        """Have `threads` `read` the mesh of an asset, unless another has been; callers that need it wait."""
         if not self._is_mesh_read:
             self._is_mesh_read = True
-            threads.submit(self.mesh, asset)
+            threads.submit(read, asset)
 
     def _load_made(self, asset: int, options: CookOptions, spilled: str | None) -> Objects:
         """Return objects made by another process, with arrays loaded so that they can replace the mesh at once."""
