@@ -186,15 +186,6 @@ class SlowLibrary(ShapeLibrary):
         self.read: list[int] = []
         self.forgotten: list[int] = []
 
-    def preview(self, asset: int) -> Mesh | None:
-        return None
-
-    def forget_preview(self, asset: int) -> None:
-        pass
-
-    def drawn_mesh(self, asset: int) -> Mesh | None:
-        return self.mesh(asset)
-
     def mesh(self, asset: int) -> Mesh | None:
         if threading.current_thread() is not threading.main_thread():
             assert self.may.wait(20)

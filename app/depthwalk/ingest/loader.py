@@ -192,16 +192,7 @@ def _compacted(soup: Soup, path: Path) -> Soup:
     ids, first = row_ids(columns[used])
     number = np.zeros(len(columns), np.int64)
     number[used] = ids
-    rows = used[first]
-    return replace(
-        soup,
-        positions=soup.positions[rows],
-        normals=soup.normals[rows],
-        colours=soup.colours[rows],
-        uv=soup.uv[rows],
-        faces=number[faces],
-        material=soup.material[kept],
-    )
+    return soup.subset(used[first], number[faces], kept)
 
 
 def _retextured(soup: Soup, texture: Path | None, path: Path, sources: Sources) -> Soup:

@@ -1,6 +1,6 @@
 """Define the triangles of a mesh file as stored, before they are turned, scaled and given normals."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_MESH_TRIANGLES
+from depthwalk.types import Ints, Mask
 
 # Peak memory of `load_mesh` besides the file, measured with files of a million triangles of each format.
 _VERTEX_BYTES, _TRIANGLE_BYTES = 300, 380
@@ -44,6 +45,33 @@ class Soup:
     faces: NDArray[np.int64]
     material: NDArray[np.int64]
     materials: tuple[Material, ...]
+
+    def subset(self, vertices: Ints, faces: Ints, kept: Ints | Mask) -> "Soup":
+        """Return the soup of some vertices and faces.
+
+        Parameters
+        ----------
+        vertices
+            (v,) the vertices, by their present numbers.
+        faces
+            (f, 3) the corners of the faces, rows of `vertices`.
+        kept
+            (f,) numbers of the present faces that these are, or a mask (F,) of them.
+
+        Returns
+        -------
+        Soup
+            The vertices and faces, with all materials.
+        """
+        return replace(
+            self,
+            positions=self.positions[vertices],
+            normals=self.normals[vertices],
+            colours=self.colours[vertices],
+            uv=self.uv[vertices],
+            faces=faces,
+            material=self.material[kept],
+        )
 
 
 def unit_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
