@@ -160,6 +160,16 @@ def test_a_preview_is_drawn_until_somebody_needs_the_whole_mesh(store: MeshStore
     assert set(store.mesh_fallbacks([1], wait=False)) == {1}
 
 
+def test_a_preview_that_nobody_asked_for_is_not_drawn(store: MeshStore) -> None:
+    """The library reads it ahead, for objects shown by depth images; others of the same asset are drawn as meshes."""
+    library, reader = cast(Meshes, store._library), store.reader
+    library.previews[1] = sphere(columns=4, rows=2)
+    assert not reader.is_read(1, whole=True)
+    until(reader.poll)
+    assert reader.is_read(1, whole=True) and not reader.take_replaced()
+    assert store.object(1).parts[0].face_count == len(library.held[1].faces)
+
+
 def until(done: Callable[[], bool]) -> None:
     end = time.monotonic() + 20
     while not done():

@@ -211,8 +211,10 @@ class MeshReader:
     def _take(self, asset: int, read: FallbackMesh) -> None:
         """Keep the mesh of an asset that has just been read; note whether it replaces a preview."""
         before, self.meshes[asset] = self.meshes.get(asset), read
-        if before is not None and before.is_preview and not read.is_preview:
-            self._library.forget_preview(asset)
+        if read.is_preview:
+            return
+        self._library.forget_preview(asset)  # which the library may have read ahead, even if nobody asked for it here
+        if before is not None and before.is_preview:
             self._replaced.add(asset)
 
     def _preview(self, asset: int, simplified: bool | None, clustered: bool) -> FallbackMesh:
