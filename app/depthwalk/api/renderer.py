@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.api.object_ids import object_ids
 from depthwalk.api.scene import PathLike, Scene, check_scene
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
@@ -20,6 +19,7 @@ from depthwalk.limits import MAX_FOV, MIN_FOV
 from depthwalk.pictures import jpeg_bytes, png_bytes
 from depthwalk.render.frame import Pass
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.object_ids import object_ids
 from depthwalk.render.passes import default_passes
 from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.view.view import View, view_distance

@@ -313,6 +313,7 @@ class Walk:
             state.panel,
             state.help,
             state.atlas,
+            state.inspected.report is not None,
             self.background.progress,
         )
         widgets_rest = self._widget_rounds.are_over(content, self.input.had_events())
@@ -351,6 +352,13 @@ class Walk:
         """Save the next picture to a file."""
         self._screenshot_due = True
 
+    def inspect(self, across: float, down: float) -> None:
+        """Inspect the object that the window shows at a place: parts of its width and height, 0 to 1."""
+        point = self.frames.point_at(across, down)
+        self.state.inspected.seek(self.renderer, point)
+        if point is not None:
+            self.frames.redraw()
+
     def _drop(self, files: list[Path]) -> None:
         """Open the first of the files that were dropped on the window."""
         self.next_file = files[0]
@@ -372,6 +380,7 @@ class Walk:
             state.scene_scale = self.frames.scale
             if state.hud:
                 state.shares.update(renderer, dt)
+            self._report_object()
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything that it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
@@ -381,6 +390,13 @@ class Walk:
         if self._screenshot_due:
             self._screenshot_due = False
             self._take_screenshot(camera)
+
+    def _report_object(self) -> None:
+        """Take up how the frame that is finished drew the inspected object."""
+        inspected, targets = self.state.inspected, self.renderer.targets
+        inspected.update(self.renderer)
+        if inspected.impostor is not None and targets is not None:
+            self._atlas_view.draw_tile(targets, inspected.impostor.tile)
 
     def _widgets(self) -> None:
         """Draw the widgets, and tell the input which parts of the window they cover."""

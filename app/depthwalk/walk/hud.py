@@ -5,29 +5,26 @@ from collections.abc import Sequence
 
 from depthwalk.assets.progress import Progress
 from depthwalk.walk.hud_rows import CAMERA_ROWS, count_rows, pass_rows, viewer_rows
+from depthwalk.walk.hud_widgets import (
+    BRIGHT,
+    CLOSE_ROWS,
+    DIM,
+    LABELS,
+    MARGIN,
+    OPAQUE,
+    OVERLAY,
+    begin_overlay,
+    draw_table,
+    table_width,
+)
 from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.state import State
 
-_MARGIN = 10.0
 _WIDTH = 255.0
-_LABELS = 84.0  # width of the column of names
 _PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
-_NUMBERS = 48.0  # width of the column of right-aligned numbers
-_CLOSE_ROWS = imgui.ImVec2(4, 0.5)  # cell padding: the help fits a window of 480 lines, the HUD one of 768
 _ROOM = 2.5  # widths of the HUD; a narrower window has room for its first lines only
 _SLOWER = 1.3  # ratio of frame time to picture time from which frames count as drawn in slices
-_OVERLAY = (
-    imgui.WindowFlags_.no_decoration
-    | imgui.WindowFlags_.no_inputs
-    | imgui.WindowFlags_.always_auto_resize
-    | imgui.WindowFlags_.no_saved_settings
-    | imgui.WindowFlags_.no_focus_on_appearing
-    | imgui.WindowFlags_.no_nav
-)
 _FITTED = imgui.WindowFlags_.always_auto_resize
-_OPAQUE = 0.82  # opacity of backgrounds drawn over pictures
-_DIM = (0.62, 0.67, 0.74, 1.0)
-_BRIGHT = (1.0, 0.86, 0.55, 1.0)
 _NARROWEST_TOAST = 300.0
 _STOP = "B stops"
 HELP = (
@@ -40,7 +37,7 @@ HELP = (
     ("G / O", "walk / orbit about a target; again: fly"),
     ("Drag", "in orbit: turn; Shift or middle button: pan"),
     ("Double click", "in orbit: make this point the target"),
-    ("T", "orbit about the point under the mouse"),
+    ("T / I", "orbit about the point / inspect the object under the mouse"),
     ("F / Home", "see all objects / return to the first camera"),
     ("4 5 6", "see all from front, right, above; again: opposite"),
     ("N", "turntable: keep turning about the target"),
@@ -67,16 +64,16 @@ def draw_hud(state: State) -> float:
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding
     viewer, passes, counts = viewer_rows(state), pass_rows(state.renderer.timers.milliseconds), _counted(state)
-    width = max(_WIDTH, _table_width(viewer), _table_width(counts)) + 2 * padding.x
+    width = max(_WIDTH, table_width(viewer), table_width(counts)) + 2 * padding.x
     narrow = display.x < _ROOM * width
     # imgui would size the window for the previous frame's content, and cut off new rows
-    imgui.set_next_window_size((width, max(display.y - 2 * _MARGIN, 1)))
-    _begin("hud", (_MARGIN, _MARGIN), (0, 0), flags=_OVERLAY & ~_FITTED | imgui.WindowFlags_.no_background)
-    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
+    imgui.set_next_window_size((width, max(display.y - 2 * MARGIN, 1)))
+    begin_overlay("hud", (MARGIN, MARGIN), (0, 0), flags=OVERLAY & ~_FITTED | imgui.WindowFlags_.no_background)
+    imgui.text_colored(DIM, "H help   Tab panel   Z hides this")
     _draw_rate(state, curve=not narrow)
-    imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, CLOSE_ROWS)
     if narrow:
-        _table("viewer", [row for row in viewer if row[0] in CAMERA_ROWS])
+        draw_table("viewer", [row for row in viewer if row[0] in CAMERA_ROWS])
     else:
         _draw_viewer(state, viewer)
         if passes:  # not in the first picture
@@ -86,8 +83,8 @@ def draw_hud(state: State) -> float:
     imgui.pop_style_var()
     bottom = imgui.get_cursor_screen_pos().y - imgui.get_style().item_spacing.y + padding.y
     imgui.end()
-    _draw_panel((_MARGIN, _MARGIN), (_MARGIN + width, bottom))
-    return _MARGIN + width
+    _draw_panel((MARGIN, MARGIN), (MARGIN + width, bottom))
+    return MARGIN + width
 
 
 def draw_crosshair() -> None:
@@ -110,12 +107,12 @@ def draw_help(left: float, right: float) -> None:
         The left end of the panel, window coordinates.
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
-    half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
+    half = (LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
     fits = right - left > 2 * half
     middle = (left + right) / 2 if fits else max(half, right - half)  # over the HUD if there is no room, then opaque
-    imgui.push_style_var(imgui.StyleVar_.cell_padding, _CLOSE_ROWS)
-    _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92 if fits else 1.0)
-    _table("help", HELP)
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, CLOSE_ROWS)
+    begin_overlay("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92 if fits else 1.0)
+    draw_table("help", HELP)
     imgui.end()
     imgui.pop_style_var()
 
@@ -136,13 +133,13 @@ def draw_toast(message: str, floor: float, left: float, right: float) -> None:
     if right - left < _NARROWEST_TOAST:
         left, right = 0.0, imgui.get_io().display_size.x
     lines = message.splitlines()
-    text = "\n".join(textwrap.fill(line, max(20, int((right - left - 4 * _MARGIN) / 8))) for line in lines)
+    text = "\n".join(textwrap.fill(line, max(20, int((right - left - 4 * MARGIN) / 8))) for line in lines)
     size = imgui.calc_text_size(text)
-    left, top = (left + right - size.x) / 2, floor - size.y - 2 * _MARGIN
+    left, top = (left + right - size.x) / 2, floor - size.y - 2 * MARGIN
     canvas = imgui.get_foreground_draw_list()
-    box = (left - _MARGIN, top - _MARGIN), (left + size.x + _MARGIN, top + size.y + _MARGIN)
+    box = (left - MARGIN, top - MARGIN), (left + size.x + MARGIN, top + size.y + MARGIN)
     canvas.add_rect_filled(*box, imgui.get_color_u32((0.14, 0.16, 0.20, 0.95)), 6.0)
-    canvas.add_text((left, top), imgui.get_color_u32(_BRIGHT), text)
+    canvas.add_text((left, top), imgui.get_color_u32(BRIGHT), text)
 
 
 def draw_background(progress: Progress, right: float) -> float:
@@ -161,12 +158,12 @@ def draw_background(progress: Progress, right: float) -> float:
         The upper end of the bar, window coordinates.
     """
     display = imgui.get_io().display_size
-    imgui.set_next_window_size((min(520, right - 2 * _MARGIN), 0))
-    _begin("background", (right / 2, display.y - _MARGIN), (0.5, 1.0))
+    imgui.set_next_window_size((min(520, right - 2 * MARGIN), 0))
+    begin_overlay("background", (right / 2, display.y - MARGIN), (0.5, 1.0))
     imgui.progress_bar(progress.fraction, (-1, 0), background_text(progress))
-    imgui.text_colored(_DIM, f"{progress.name}: {progress.stage}" if progress.name else "starting")
-    imgui.same_line(imgui.get_window_size().x - imgui.calc_text_size(_STOP).x - _MARGIN)
-    imgui.text_colored(_DIM, _STOP)
+    imgui.text_colored(DIM, f"{progress.name}: {progress.stage}" if progress.name else "starting")
+    imgui.same_line(imgui.get_window_size().x - imgui.calc_text_size(_STOP).x - MARGIN)
+    imgui.text_colored(DIM, _STOP)
     top = imgui.get_window_pos().y
     imgui.end()
     return top
@@ -186,24 +183,24 @@ def draw_progress(title: str, lines: list[str]) -> None:
     """
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(460, display.x), 0))
-    _begin("progress", (display.x / 2, display.y / 2), (0.5, 0.5))
+    begin_overlay("progress", (display.x / 2, display.y / 2), (0.5, 0.5))
     imgui.text(title)
     imgui.separator()
     for line in lines[:-1]:
-        imgui.text_colored(_DIM, line)
+        imgui.text_colored(DIM, line)
     for line in lines[-1:]:
-        imgui.text_colored(_BRIGHT, line)
+        imgui.text_colored(BRIGHT, line)
     imgui.end()
 
 
 def _draw_rate(state: State, curve: bool) -> None:
     seconds = state.times.smoothed
     if seconds:
-        imgui.text_colored(_BRIGHT, f"{1 / seconds:5.1f} FPS")
+        imgui.text_colored(BRIGHT, f"{1 / seconds:5.1f} FPS")
         imgui.same_line()
         imgui.text(f"{seconds * 1e3:6.1f} ms")
         imgui.same_line()
-        imgui.text_colored(_DIM, f"max {state.times.milliseconds.max():.0f} ms")
+        imgui.text_colored(DIM, f"max {state.times.milliseconds.max():.0f} ms")
     if (scene := state.scene_times.smoothed) > _SLOWER * seconds > 0:
         pixels = f" at {100 * state.scene_scale:.0f} %" if state.scene_scale < 1 else ""
         _dim_wrapped(f"scene {1 / scene:.1f} FPS, {scene * 1e3:.0f} ms{pixels}")
@@ -214,7 +211,7 @@ def _draw_rate(state: State, curve: bool) -> None:
 
 def _dim_wrapped(text: str) -> None:
     imgui.push_text_wrap_pos(_WIDTH)
-    imgui.text_colored(_DIM, text)
+    imgui.text_colored(DIM, text)
     imgui.pop_text_wrap_pos()
 
 
@@ -222,14 +219,14 @@ def _draw_panel(upper_left: tuple[float, float], lower_right: tuple[float, float
     """Draw a background behind an imgui window that has none of its own."""
     style = imgui.get_style()
     colour = style.color_(imgui.Col_.window_bg)
-    filled = imgui.get_color_u32((colour.x, colour.y, colour.z, _OPAQUE))
+    filled = imgui.get_color_u32((colour.x, colour.y, colour.z, OPAQUE))
     imgui.get_background_draw_list().add_rect_filled(upper_left, lower_right, filled, style.window_rounding)
 
 
 def _draw_passes(state: State, rows: Sequence[tuple[str, str]]) -> None:
     if rows := _rows_with_room(rows, 1):
-        imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if state.renderer.timers.kind == "gpu" else ""))
-        _table("passes", rows, right=True, labels=_PASSES)
+        imgui.text_colored(DIM, "ms per pass" + (" (GPU timers)" if state.renderer.timers.kind == "gpu" else ""))
+        draw_table("passes", rows, right=True, labels=_PASSES)
 
 
 def _counted(state: State) -> list[tuple[str, str]]:
@@ -240,14 +237,14 @@ def _counted(state: State) -> list[tuple[str, str]]:
 def _draw_counts(rows: Sequence[tuple[str, str]]) -> None:
     if rows := _rows_with_room(rows, 0):
         imgui.separator()
-        _table("counts", rows)
+        draw_table("counts", rows)
 
 
 def _rows_with_room(rows: Sequence[tuple[str, str]], above: int) -> list[tuple[str, str]]:
     """Return as many of the first `rows` of a table, drawn below `above` lines, as fit within the window."""
-    line = imgui.get_text_line_height() + 2 * _CLOSE_ROWS.y
+    line = imgui.get_text_line_height() + 2 * CLOSE_ROWS.y
     end = imgui.get_window_pos().y + imgui.get_cursor_pos_y() + above * imgui.get_text_line_height_with_spacing()
-    bottom = imgui.get_io().display_size.y - _MARGIN - imgui.get_style().window_padding.y - 2 * _CLOSE_ROWS.y
+    bottom = imgui.get_io().display_size.y - MARGIN - imgui.get_style().window_padding.y - 2 * CLOSE_ROWS.y
     fitting = []
     for name, text in rows:
         end += line * (1 + max(name.count("\n"), text.count("\n")))
@@ -260,45 +257,4 @@ def _rows_with_room(rows: Sequence[tuple[str, str]], above: int) -> list[tuple[s
 def _draw_viewer(state: State, rows: Sequence[tuple[str, str]]) -> None:
     imgui.separator()
     _dim_wrapped(state.renderer.device.renderer)
-    _table("viewer", rows)
-
-
-def _begin(
-    name: str,
-    place: tuple[float, float],
-    pivot: tuple[float, float],
-    alpha: float = _OPAQUE,
-    flags: int = _OVERLAY,
-) -> None:
-    imgui.set_next_window_pos(place, imgui.Cond_.always, pivot)
-    imgui.set_next_window_bg_alpha(alpha)
-    imgui.begin(name, None, flags)
-
-
-def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False, labels: float = _LABELS) -> None:
-    """Draw names, `labels` pixels wide, and values; with `right`, these are numbers, right-aligned."""
-    if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
-        imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, labels)
-        # otherwise a column is as wide as the previous frame's content, and cuts off new texts
-        values = _NUMBERS + 8 if right else _widest(rows)
-        imgui.table_setup_column("value", imgui.TableColumnFlags_.width_fixed, values)
-        for label, value in rows:
-            imgui.table_next_row()
-            imgui.table_next_column()
-            imgui.text_colored(_DIM, label)
-            imgui.table_next_column()
-            if right:
-                start = imgui.get_cursor_pos_x()
-                imgui.set_cursor_pos_x(start + max(0.0, _NUMBERS - imgui.calc_text_size(value).x))
-            imgui.text(value)
-        imgui.end_table()
-
-
-def _widest(rows: Sequence[tuple[str, str]]) -> float:
-    """Return the width of the widest of the values of a table, pixels."""
-    return max((imgui.calc_text_size(value).x for _, value in rows), default=0.0)
-
-
-def _table_width(rows: Sequence[tuple[str, str]]) -> float:
-    """Return the width of a table of names and values that are not numbers, pixels."""
-    return _LABELS + _widest(rows) + 4 * _CLOSE_ROWS.x
+    draw_table("viewer", rows)

@@ -38,6 +38,10 @@ class Walk(Protocol):
         """Save the next picture to a file."""
         ...
 
+    def inspect(self, across: float, down: float) -> None:
+        """Inspect the object that the window shows at a place."""
+        ...
+
 
 def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
     """Return the actions of the keys in a walk that has started, by moderngl-window's names of the keys."""
@@ -52,6 +56,7 @@ def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
         "C": lambda: walk.input.capture(not walk.input.captured),
         "F": lambda: state.frame_all(walk.aspect),
         "F12": walk.want_screenshot,
+        "I": lambda: walk.inspect(*walk.input.pointer),
         "V": lambda: _copy_camera(walk),
         "N": state.toggle_turntable,
         "G": state.toggle_walking,

@@ -11,6 +11,8 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.antialiasing.modes import hardware_samples
+from depthwalk.render.passes import default_passes
+from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
@@ -79,7 +81,7 @@ class SceneLoader:
         """
         self._screen.begin(scene.path.name)
         library.report = self._screen.report
-        renderer = Renderer(self._device, scene, library)
+        renderer = Renderer(self._device, scene, library, [*default_passes(), ObjectIdPass()])
         try:
             renderer.world.representation = representation
             renderer.remembers = True

@@ -152,6 +152,11 @@ class ShownFrames:
             self._camera, self._settled = camera, 0
             self._around.knows_all = False
 
+    def redraw(self) -> None:
+        """Draw another frame, even if nothing has changed since the last one."""
+        self._still.drop()
+        self._settled = 0
+
     def draw(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Show the scene; if frames are drawn in slices, what `work` has finished of it.
 

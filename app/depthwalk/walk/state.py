@@ -8,6 +8,7 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.focus import FocusPull
 from depthwalk.walk.framing import home_in
+from depthwalk.walk.inspected import Inspected
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recorder import Recorder, save_path, tolerance_in
 from depthwalk.walk.shares import LateShares
@@ -35,6 +36,8 @@ class State(Viewer):
         The part of the objects' pixels that each representation drew in a recent frame.
     pull
         The change of the lens to another focus distance.
+    inspected
+        The object that the user inspects.
     hud
         Whether the window shows the HUD.
     panel
@@ -52,6 +55,7 @@ class State(Viewer):
     scene_scale: float = 1.0
     shares: LateShares = field(default_factory=LateShares)
     pull: FocusPull = field(default_factory=FocusPull)
+    inspected: Inspected = field(default_factory=Inspected)
     hud: bool = True
     panel: bool = False
     help: bool = False
@@ -72,7 +76,7 @@ class State(Viewer):
         again = scene.path == self.scene.path
         self.tell(f"Reloaded {scene.path.name}" if again else scene.path.name)
         self.end_recording()  # its message is more important
-        self.scene, self.renderer, self.shares = scene, renderer, LateShares()
+        self.scene, self.renderer, self.shares, self.inspected = scene, renderer, LateShares(), Inspected()
         self.home, self.home_is_framed = home_in(scene, renderer, aspect), scene.camera is None
         if not again:
             self.playback = None

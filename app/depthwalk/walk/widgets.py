@@ -1,8 +1,10 @@
 """Lay out the widgets of the window: HUD, panel, help, the atlas of impostors, progress and messages."""
 
 from depthwalk.assets.progress import Progress
+from depthwalk.render.view.view import View
 from depthwalk.walk import hud
 from depthwalk.walk.atlas_view import AtlasView
+from depthwalk.walk.object_card import draw_card, draw_outlines
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.panel import Area, draw_atlas, draw_panel
 from depthwalk.walk.state import State
@@ -41,6 +43,11 @@ def draw_widgets(
     if state.panel:
         areas.append(panel := draw_panel(state, left))
         right = panel[0]
+    if (report := state.inspected.report) is not None and not state.help:
+        impostor, allowed = state.inspected.impostor, state.renderer.settings.warp.reuse_error
+        tile = None if impostor is None else overlay.renderer.show(atlas_view.tile_texture)
+        draw_outlines(View(state.camera, (round(overlay.io.display_size.x), round(floor))), report)
+        draw_card(report, impostor, tile, allowed, left=left, right=right)
     if state.help:
         hud.draw_help(left, right)
     if in_screenshot:

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from depthwalk.api.object_ids import object_ids
+from depthwalk.render.object_ids import object_ids
 from depthwalk.bake.capture import capture_views
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.geometry.view_directions import azimuth_directions, octahedral_directions

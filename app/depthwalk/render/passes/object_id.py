@@ -50,7 +50,7 @@ class ObjectIdPass(Pass[Params]):
 
     Attributes
     ----------
-    requested : whether the next frames find the meshes in front; the caller sets it.
+    has_drawn : whether it has drawn a frame since `requested` was set last.
     """
 
     name = "object_id"
@@ -58,13 +58,22 @@ class ObjectIdPass(Pass[Params]):
 
     def setup(self, gl: Scope) -> None:
         """Create programs and buffers through `gl`; targets are created when they are first drawn into."""
-        self.requested = False
+        self._requested = self.has_drawn = False
         self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
         self._arrays = AssetArrays(gl, self._program, *POSITION_LAYOUT)
         self._cluster_program = Program(gl, "object_id/clusters.vert", "object_id/object_id.frag")
         self._clusters = ClusterDrawing(gl)
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._target: _Target | None = None
+
+    @property
+    def requested(self) -> bool:
+        """Return whether frames find the meshes in front; the caller sets it, also while a frame is being drawn."""
+        return self._requested
+
+    @requested.setter
+    def requested(self, requested: bool) -> None:
+        self._requested, self.has_drawn = requested, False
 
     def resize(self, size: tuple[int, int]) -> None:
         """Drop the targets; those of `size` (width, height) pixels are made when they are needed."""
@@ -78,6 +87,7 @@ class ObjectIdPass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Draw the polygons of `frame` into the targets of this pass; `params` is empty."""
+        self.has_drawn = True
         target = self._target = self._target or self._make(frame.targets.size)
         target.framebuffer.clear(depth=1.0)
         self._instances.upload(frame.plan.mesh.records)
@@ -97,9 +107,9 @@ class ObjectIdPass(Pass[Params]):
 
         Returns
         -------
-        The meshes and their depths; None where `requested` is not set or nothing has been drawn yet.
+        The meshes and their depths; None unless it `has_drawn`.
         """
-        if self._target is None or not self.requested:
+        if self._target is None or not self.has_drawn:
             return None
         width, height = self._target.number.size
         number = np.frombuffer(self._target.number.read(alignment=1), np.uint32).reshape(height, width)

@@ -65,6 +65,10 @@ class ObjectRows:
         before, within = (int(self._rows(run)[2].sum()) for run in (slice(0, which.start), which))
         return slice(before, before + within)
 
+    def owners(self) -> Ints:
+        """Return which of the scene's objects each of the rows (n,) of `place()` shows, or a part of it."""
+        return np.repeat(np.arange(len(self.scene.objects)), self._rows(slice(None))[2])
+
     def chooses(self) -> Mask:
         """Return which rows (n,) of `place()` are drawn as mesh or depth images, whichever is quicker (`auto`)."""
         chooses = requested_representations(self.scene.objects, self.library, self.forced) == Representation.AUTO

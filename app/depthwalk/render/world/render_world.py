@@ -20,7 +20,7 @@ from depthwalk.render.world.placeholders import Placeholders, find_placeholders
 from depthwalk.render.world.spatial_cells import SpatialCells, in_sight, sort_into_cells
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Array, Mask, Rows
+from depthwalk.types import Array, Ints, Mask, Rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +58,7 @@ class RenderWorld:
         self._representation: Representation | None = None
         self._table: AssetTable | None = None
         self._objects: Objects | None = None
+        self._owners: Ints | None = None
         self._bounds: Bounds | None = None
         self._choice: MeshChoice | None = None
         self._cells: SpatialCells | None = None
@@ -78,6 +79,13 @@ class RenderWorld:
             self._placeholders = find_placeholders(self._scene.objects, *shown_by, self._viewer)
             self._objects = self._rows.place()
         return self._objects
+
+    def owners(self) -> Ints:
+        """Return which of `scene_objects` each of the rows (n,) of `objects` shows, or a part of it."""
+        self.objects()  # finds the placeholders
+        if self._owners is None:
+            self._owners = self._rows.owners()
+        return self._owners
 
     @property
     def scene_objects(self) -> Objects:
@@ -147,7 +155,7 @@ class RenderWorld:
         return self._objects is not None and self._bounds is not None and self._cells is not None
 
     def _forget(self) -> None:
-        self._objects = self._table = self._bounds = self._cells = self._choice = None
+        self._objects = self._owners = self._table = self._bounds = self._cells = self._choice = None
         self._generation += 1
         self._changes += 1
 
@@ -272,7 +280,7 @@ class RenderWorld:
         """
         self._changes += 1
         if changed is None or self._cells is None or self._bounds is None:
-            self._objects = self._bounds = self._cells = self._choice = None
+            self._objects = self._owners = self._bounds = self._cells = self._choice = None
             self._generation += 1
             return
         if changed.start == changed.stop:

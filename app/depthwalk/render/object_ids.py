@@ -1,9 +1,10 @@
-"""Find the object of the scene that is in front at each pixel of a frame."""
+"""Find the object of the scene that is in front at each pixel of a frame, or at one point."""
 
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 from scipy.spatial import KDTree
 
 from depthwalk.cook.lod_geometry import IMAGE_BITS
@@ -19,6 +20,8 @@ from depthwalk.types import Array, Rows
 # is hidden, by the ground or by what a user's pass drew. With several samples per pixel the tolerance is larger, since
 # drivers differ in where within the pixel they take the depth.
 _SAME_SURFACE, _SAME_SURFACE_SAMPLED = 1e-3, 5e-2
+# How far from its place in a frame a point of another picture may be found, pixels, and how much nearer or farther.
+_NEIGHBOURHOOD, _SAME_DISTANCE = 4.0, 0.02
 
 
 def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) -> NDArray[np.int32]:
@@ -46,30 +49,22 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     width, height = targets.size
     visible = np.frombuffer(targets.visibility_texture.read(alignment=1), np.uint32).reshape(height, width, 2)
     image_object = visible[..., 0] >> IMAGE_BITS  # counted from 1; 0 for polygons and nothing
-    owner = np.concatenate([[-1], _scene_objects(renderer)[plan.object_rows]]).astype(np.int32)
+    shown = renderer.world.owners()
+    owner = np.concatenate([[-1], shown[plan.object_rows]]).astype(np.int32)
     found: NDArray[np.int32] = owner[image_object]
     captured = (image_object == 0) & (visible[..., 1] >= FIRST_CAPTURED)
     row = (visible[..., 1][captured] - FIRST_CAPTURED) >> COVERAGE_BITS
-    found[captured] = _scene_objects(renderer)[row] if captured.any() else -1
+    found[captured] = shown[row]
     meshes = ids.read()
     if meshes is None or not len(plan.polygons.records):
         return found
     depth = np.frombuffer(targets.depth.read(alignment=1), np.float32).reshape(height, width)
     near, far = view.depth_range
     tolerance = _SAME_SURFACE if targets.samples == 1 else _SAME_SURFACE_SAMPLED
-    shown, polygons = view_distance(depth, near, far), view_distance(meshes.depth, near, far)
-    in_front = (image_object == 0) & ~captured & (meshes.depth < 1) & (polygons <= shown * (1 + tolerance))
+    surface, polygons = view_distance(depth, near, far), view_distance(meshes.depth, near, far)
+    in_front = (image_object == 0) & ~captured & (meshes.depth < 1) & (polygons <= surface * (1 + tolerance))
     found[in_front] = _mesh_objects(plan.polygons, view, scene_objects)[meshes.number[in_front]]
     return found
-
-
-def _scene_objects(renderer: Renderer) -> Rows:
-    """Return the scene's object number (n,) of each of the n drawn objects; an asset with parts has a row for each."""
-    number, parts = renderer.world.objects().asset, renderer.assets.parts
-    shown = np.unique(number[number >= parts.first]).tolist()
-    first_parts = {parts.numbers(parts.asset_of(part)).start for part in shown}
-    begins = (number < parts.first) | np.isin(number, list(first_parts))
-    return np.asarray(np.cumsum(begins) - 1, np.int64)
 
 
 def _mesh_objects(meshes: DrawList, view: View, objects: Objects) -> NDArray[np.int32]:
@@ -93,3 +88,40 @@ def _records_by_asset(meshes: DrawList) -> Iterator[tuple[int, Rows]]:
 def _places(records: NDArray[np.void]) -> Array:
     """Return position, rotation and scale (m, 8) of m records, relative to the viewer."""
     return np.column_stack([records["origin"], records["rotation"], records["scale"]])
+
+
+def object_at(renderer: Renderer, ids: ObjectIdPass, point: glm.dvec3) -> int | None:
+    """Return the object of the scene to which a surface point belongs that the frame drawn last shows.
+
+    Parameters
+    ----------
+    renderer
+        The renderer, which has just drawn a frame. Its context must be current.
+    ids
+        The pass of this renderer that finds objects drawn as polygons, which it did in this frame.
+    point
+        The point, metres, world: what another picture showed at a place. Frames differ by what their impostors are off,
+        so its neighbourhood is searched.
+
+    Returns
+    -------
+    int or None
+        The row in `Scene.objects`; None where the point belongs to no object, or the frame does not show it.
+    """
+    targets, view = renderer.targets, renderer.view
+    assert targets is not None and view is not None  # the frame made them
+    offset = np.array([*point]) - view.position
+    right, up, ahead = (view.axes @ offset).tolist()
+    if ahead <= 0:
+        return None
+    (width, height), (wide, high) = targets.size, view.half_extent
+    column, row = (1 + right / (ahead * wide)) / 2 * width - 0.5, (1 + up / (ahead * high)) / 2 * height - 0.5
+    depth = np.frombuffer(targets.depth.read(alignment=1), np.float32).reshape(height, width)
+    rows, columns = np.indices(depth.shape)
+    away = np.hypot(rows - row, columns - column)
+    is_near = away <= _NEIGHBOURHOOD
+    is_near[is_near] = np.abs(view_distance(depth[is_near], *view.depth_range) - ahead) <= _SAME_DISTANCE * ahead
+    if not is_near.any():
+        return None
+    number = int(object_ids(renderer, ids, renderer.scene.objects).flat[np.where(is_near, away, np.inf).argmin()])
+    return number if number >= 0 else None
