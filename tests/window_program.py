@@ -73,6 +73,7 @@ def watched_step(walk):
         look=tuple(state.camera.look),
         recorded=state.recorder.seconds if state.recorder else 0,
         focusing=state.pull.target is not None,
+        inspected=state.inspected.number,
         focus=state.renderer.settings.dof.focus_distance,
     )
 

@@ -101,6 +101,9 @@ def test_a_walk_with_keys_and_mouse(start: Start, scene_file: Path) -> None:
     assert first.position == (0.0, 1.2, 6.0) and with_hud.shape == (360, 480, 3)
     assert np.abs(with_hud - headless_picture(scene_file, first, (480, 360))).mean() > 5  # the HUD is there
 
+    for x, number in ((188, 0), (292, 1), (292, None)):  # the ball, the crate, and again
+        user.do("mousemove", x, 180, "key", "i")
+        program.wait_for(inspected=number)
     user.do("mousemove", 240, 200, "click", 4, "keydown", "w")
     program.wait(lambda report: "position" in report and report["position"][2] < 5, "a step ahead")
     user.do("keyup", "w")

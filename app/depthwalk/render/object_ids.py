@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
-from scipy.spatial import KDTree
 
 from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.render.draw.draw_lists import DrawList
@@ -63,18 +62,32 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     tolerance = _SAME_SURFACE if targets.samples == 1 else _SAME_SURFACE_SAMPLED
     surface, polygons = view_distance(depth, near, far), view_distance(meshes.depth, near, far)
     in_front = (image_object == 0) & ~captured & (meshes.depth < 1) & (polygons <= surface * (1 + tolerance))
-    found[in_front] = _mesh_objects(plan.polygons, view, scene_objects)[meshes.number[in_front]]
+    shown_records, number = np.unique(meshes.number[in_front], return_inverse=True)
+    found[in_front] = _mesh_objects(plan.polygons, shown_records, view, scene_objects)[number]
     return found
 
 
-def _mesh_objects(meshes: DrawList, view: View, objects: Objects) -> NDArray[np.int32]:
-    """Return the scene's object number (m,) of each of m polygon records, matched by transform: records have no IDs."""
-    found = np.full(len(meshes.records), -1, np.int32)
+def _mesh_objects(meshes: DrawList, shown: Rows, view: View, objects: Objects) -> NDArray[np.int32]:
+    """Return the scene's object number (k,) of those polygon records that are `shown` (k,), rising.
+
+    They are matched by their transforms, as records have no numbers.
+    """
+    found = np.full(len(shown), -1, np.int32)
     place = np.column_stack([objects.position - view.position, objects.rotation, objects.scale])
     for asset, rows in _records_by_asset(meshes):
-        candidates = np.flatnonzero(objects.asset == asset)
-        found[rows] = candidates[KDTree(place[candidates]).query(_places(meshes.records[rows]))[1]]
+        candidates, wanted = np.flatnonzero(objects.asset == asset), np.isin(shown, rows).nonzero()[0]
+        if len(wanted):
+            found[wanted] = candidates[_nearest(place[candidates], _places(meshes.records[shown[wanted]]))]
     return found
+
+
+def _nearest(points: Array, wanted: Array) -> Rows:
+    """Return which of the `points` (n, d) is nearest to each of those that are `wanted` (m, d), (m,)."""
+    if len(wanted) == 1:
+        return np.array([((points - wanted) ** 2).sum(1).argmin()])
+    from scipy.spatial import KDTree  # not at the top: it would delay a window's first picture
+
+    return np.asarray(KDTree(points).query(wanted)[1])
 
 
 def _records_by_asset(meshes: DrawList) -> Iterator[tuple[int, Rows]]:

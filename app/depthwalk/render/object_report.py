@@ -9,7 +9,6 @@ from depthwalk.bake.images import Face
 from depthwalk.cook.cases import Case, drawn_cases
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.draw.draw_lists import FrameDrawLists
-from depthwalk.render.impostors.tile_cache import CachedTiles
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Cylinders, cylinders, outside
 from depthwalk.render.view.view import View, viewer_in_object
@@ -167,15 +166,15 @@ def _impostors(renderer: Renderer, plan: FrameDrawLists, rows: Rows) -> tuple[Im
     # Tiles are listed in the order of the objects that are tiled; far clusters, whose objects share one, come last.
     singles = len(plan.tiles.level) - int(plan.noted.get("clusters", 0))
     places = np.isin(plan.object_rows[plan.tiled][:singles], rows).nonzero()[0].tolist()
-    shown = plan.object_rows[plan.tiled][places]
-    cached = renderer.cached_tiles(shown)
-    return tuple(_impostor(renderer, plan, place, cached.take(slice(k, k + 1))) for k, place in enumerate(places))
+    return tuple(_impostor(renderer, plan, place) for place in places)
 
 
-def _impostor(renderer: Renderer, plan: FrameDrawLists, place: int, tile: CachedTiles) -> ImpostorReport:
-    """Return the report of a drawn tile, the one at `place` among `plan.tiles`; tile: its row in the tile cache."""
-    objects, row, level = renderer.world.objects(), int(tile.object[0]), int(plan.tiles.level[place])
-    x, y, width, height = np.rint(tile.record[0]["tile"]).astype(int).tolist()
+def _impostor(renderer: Renderer, plan: FrameDrawLists, place: int) -> ImpostorReport:
+    """Return the report of a drawn tile, the one at `place` among `plan.tiles`."""
+    objects, level = renderer.world.objects(), int(plan.tiles.level[place])
+    row = int(plan.object_rows[plan.tiled][place])
+    record = plan.composite.records[int((plan.composite.rows == row).argmax())]
+    x, y, width, height = np.rint(record["tile"]).astype(int).tolist()
     return ImpostorReport(
         level=level,
         triangles=int(renderer.world.table().triangles[objects.asset[row], level]),
@@ -184,7 +183,7 @@ def _impostor(renderer: Renderer, plan: FrameDrawLists, place: int, tile: Cached
         tile=(x, y, width, height),
         resolution=float(plan.tiles.resolution[place]),
         error=float(plan.tiles.error[place]),
-        rectangle=_rectangle(tile.record[0], objects, row),
+        rectangle=_rectangle(record, objects, row),
     )
 
 

@@ -20,7 +20,6 @@ from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
-from depthwalk.render.impostors.tile_cache import CachedTiles
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 from depthwalk.render.world.frame_residency import FrameResidency
@@ -115,10 +114,6 @@ class OcclusionPhases:
         self._occlusion = ObjectOcclusion(device, settings, world, timers)
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
         self._ahead: Rows = np.zeros(0, np.int64)  # objects of the batches that this frame drew first, from memory
-
-    def cached_tiles(self, rows: Rows) -> CachedTiles:
-        """Return the impostor tiles of the objects `rows` (m,), which the last picture showed by tiles of their own."""
-        return self._planner.tiles.cached(rows)
 
     def in_sight(self, view: View) -> InSight:
         """Return the objects in the frustum of a view.

@@ -24,7 +24,6 @@ from depthwalk.render.draw.translucency_planner import TranslucencyPlanner
 from depthwalk.render.frame import Common, Frame, Pass, common_settings
 from depthwalk.render.frame_memory import FRAME, FrameMemory, PictureKind
 from depthwalk.render.image import has_texture
-from depthwalk.render.impostors.tile_cache import CachedTiles
 from depthwalk.render.lighting.image_sky import SkyImages
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.lighting.sky import environment_sky
@@ -44,7 +43,6 @@ from depthwalk.render.world.frame_residency import FrameResidency
 from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Rows
 
 _SHADOW_TRIANGLES = 2_000_000  # per frame, into shadow maps that may wait, in a window whose viewer stands still
 _FIRST_DETAIL = 0.1  # part of the shadow maps' triangles that a window's first picture draws, so that it appears soon
@@ -354,10 +352,6 @@ class Renderer:
         if self.targets is not None and self.plan is not None:
             self._shares.sample(self.targets, self.plan)
         return self._shares
-
-    def cached_tiles(self, rows: Rows) -> CachedTiles:
-        """Return the impostor tiles of the objects `rows` (m,), which the last frame showed by tiles of their own."""
-        return self._memories[FRAME].phases.cached_tiles(rows)
 
     def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
         """Return the distance of the surface at a place of the frame drawn last. Waits for that frame.

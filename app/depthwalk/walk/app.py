@@ -395,7 +395,7 @@ class Walk:
         """Take up how the frame that is finished drew the inspected object."""
         inspected, targets = self.state.inspected, self.renderer.targets
         inspected.update(self.renderer)
-        if inspected.impostor is not None and targets is not None:
+        if inspected.impostor is not None and targets is not None and self.renderer.settings.warp.reuse_error:
             self._atlas_view.draw_tile(targets, inspected.impostor.tile)
 
     def _widgets(self) -> None:

@@ -37,7 +37,7 @@ HELP = (
     ("G / O", "walk / orbit about a target; again: fly"),
     ("Drag", "in orbit: turn; Shift or middle button: pan"),
     ("Double click", "in orbit: make this point the target"),
-    ("T / I", "orbit about the point / inspect the object under the mouse"),
+    ("T / I", "orbit about / inspect what is under the mouse"),
     ("F / Home", "see all objects / return to the first camera"),
     ("4 5 6", "see all from front, right, above; again: opposite"),
     ("N", "turntable: keep turning about the target"),

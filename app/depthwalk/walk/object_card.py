@@ -76,7 +76,7 @@ def _impostor_rows(impostor: ImpostorReport, allowed_error: float) -> list[tuple
         ("case", _CASES[impostor.case]),
         ("Iter_step", f"{impostor.step}"),
         ("tile", f"{width} \u00d7 {height} texels{scale}"),
-        ("error", f"{impostor.error * allowed_error:.2f} pixels, allowed are {allowed_error:g}"),
+        ("error", f"{impostor.error * allowed_error:.2f} of {allowed_error:g} allowed pixels"),
     ]
 
 

@@ -78,7 +78,7 @@ def frame(
     none = np.zeros(0, int)
     return FrameDrawLists(
         warp=warp or drawn(0),
-        composite=ImpostorQuads(records=records([]), aligned=0),
+        composite=ImpostorQuads(records=records([]), aligned=0, rows=none),
         dmesh=dmesh or drawn(0),
         mesh=mesh or drawn(0),
         cleared=np.zeros((0, 4), int),
@@ -122,7 +122,7 @@ def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: floa
     direct = DrawList(records=records([0, 1]), batches=batches)
     return FrameDrawLists(
         warp=direct,
-        composite=ImpostorQuads(records=records(numbered), aligned=aligned),
+        composite=ImpostorQuads(records=records(numbered), aligned=aligned, rows=np.asarray(numbered)),
         dmesh=direct,
         mesh=direct,
         cleared=np.zeros((count, 4), int),
@@ -138,6 +138,7 @@ def test_phases_are_joined_by_what_their_counts_mean() -> None:
     wanted = {"objects": 9, "occluded": 5, "tile_resolution": 0.5, "dpci": 5, "warped": 4, "level_0": 5}
     assert {name: joined.counts[name] for name in wanted} == wanted
     assert joined.composite.records["number"].tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
+    assert joined.composite.rows.tolist() == [5, 8, 9, 6, 7]
     assert joined.object_rows.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
     assert [batch.first for batch in joined.dmesh.batches] == [0, 2]
 

@@ -105,7 +105,7 @@ def test_pixels_as_texels_show_what_resampling_shows(
         pictures.append(read_pixels(screen).astype(int))
         monkeypatch.setattr(
             "depthwalk.render.draw.planner.ImpostorQuads",
-            lambda records, aligned: ImpostorQuads(records=records, aligned=0),
+            lambda records, aligned, rows: ImpostorQuads(records=records, aligned=0, rows=rows),
         )
     renderer.release()
     scope.release()

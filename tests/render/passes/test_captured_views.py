@@ -5,13 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from depthwalk.render.object_ids import object_ids
 from depthwalk.bake.capture import capture_views
 from depthwalk.bake.captured_views import CapturedViews, CaptureParams
 from depthwalk.geometry.view_directions import azimuth_directions, octahedral_directions
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.reference.octahedral import blended_views, first_hits
+from depthwalk.render.object_ids import object_ids
 from depthwalk.render.passes import default_passes
 from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.view.view import View

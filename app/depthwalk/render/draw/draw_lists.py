@@ -118,17 +118,21 @@ class ImpostorQuads:
     ----------
     records : (d,) `tile_records.COMPOSITE_RECORD`, first the aligned ones; within either kind the nearest first.
     aligned : how many of the records are aligned, that is, their texels are pixels of the picture.
+    rows : (d,) row of the object that each shows; far clusters are numbered after all objects.
     """
 
     records: NDArray[np.void]
     aligned: int
+    rows: Rows
 
     @classmethod
     def joined(cls, quads: Sequence["ImpostorQuads"]) -> "ImpostorQuads":
         """Join the `quads` of all phases: first the aligned ones of all, then the others."""
         aligned = [part.records[: part.aligned] for part in quads]
         others = [part.records[part.aligned :] for part in quads]
-        return cls(records=_joined_records(aligned + others), aligned=sum(part.aligned for part in quads))
+        rows = [part.rows[: part.aligned] for part in quads] + [part.rows[part.aligned :] for part in quads]
+        count = sum(part.aligned for part in quads)
+        return cls(records=_joined_records(aligned + others), aligned=count, rows=np.concatenate(rows))
 
 
 @dataclass(kw_only=True)

@@ -102,7 +102,7 @@ class FarClusterPlanner:
 
         object_rows, count = clusters.members(numbers[work.drawn])
         work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
-        composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
+        composite = ImpostorQuads(records=work.composite, aligned=work.aligned, rows=impostors.row[work.drawn])
         nothing = DrawList(records=np.zeros(0, PLACED_RECORD))
         return FrameDrawLists(
             warp=warp,

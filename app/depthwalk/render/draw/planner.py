@@ -119,7 +119,7 @@ class Planner:
         drawn_as[len(object_rows) - len(traced) :] = objects.representation[seen.row[traced]]
         return FrameDrawLists(
             warp=warp,
-            composite=ImpostorQuads(records=work.composite, aligned=work.aligned),
+            composite=ImpostorQuads(records=work.composite, aligned=work.aligned, rows=impostors.row[work.drawn]),
             dmesh=dmesh,
             mesh=mesh,
             clusters=clusters,

@@ -15,7 +15,7 @@ from depthwalk.render.impostors.reprojection_error import (
     due,
     parallax,
 )
-from depthwalk.render.impostors.tile_cache import CachedTiles, TileCache, shrunk
+from depthwalk.render.impostors.tile_cache import TileCache, shrunk
 from depthwalk.render.impostors.tile_mapping import Tiles
 from depthwalk.render.impostors.tile_placement import (
     NOTHING_PLACED,
@@ -104,10 +104,6 @@ class TileScheduler:
     def invalidate(self, rows: Rows) -> None:
         """Mark the tiles of the objects with the `rows` (m,) as invalid, because the objects changed."""
         self._cache.invalidate(rows)
-
-    def cached(self, rows: Rows) -> CachedTiles:
-        """Return the tiles of the objects `rows` (m,); each of them must have one."""
-        return self._cache.tiles.take(self._cache.rows(rows))
 
     def begin_phase(
         self,
