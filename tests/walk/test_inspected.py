@@ -61,7 +61,9 @@ class FakeIds(ObjectIdPass):
 @pytest.fixture
 def renderer(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A renderer whose frames show the object `shown` everywhere."""
-    fake = SimpleNamespace(passes=[FakeIds()], shown=7)
+    settings = SimpleNamespace(warp=SimpleNamespace(reuse_error=1.0))
+    fake = SimpleNamespace(passes=[FakeIds()], shown=7, targets=object(), settings=settings, painted=[])
+    fake.draw_tile = lambda targets, tile: fake.painted.append(tile)
     monkeypatch.setattr(inspected, "object_at", lambda renderer, ids, point: renderer.shown)
     monkeypatch.setattr(inspected, "report_object", lambda renderer, number: replace(REPORT, number=number))
     return fake
@@ -69,22 +71,30 @@ def renderer(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def draw_frame(renderer: Any, chosen: Inspected) -> None:
     renderer.passes[0].has_drawn = renderer.passes[0].requested
-    chosen.update(cast(Renderer, renderer))
+    chosen.update(cast(Renderer, renderer), renderer)
 
 
 def test_the_next_frame_that_was_asked_tells_which_object_it_is(renderer: Any) -> None:
     chosen = Inspected()
-    chosen.update(renderer)
+    chosen.update(renderer, renderer)
     assert chosen.report is None
     chosen.seek(renderer, glm.dvec3(1, 2, 3))
-    chosen.update(renderer)  # a frame that was all but finished, without the pass
+    chosen.update(renderer, renderer)  # a frame that was all but finished, without the pass
     assert chosen.number is None and renderer.passes[0].requested
     draw_frame(renderer, chosen)
     assert chosen.number == 7 and chosen.report is not None and chosen.report.number == 7
     assert not renderer.passes[0].requested and chosen.impostor is IMPOSTOR
     renderer.shown = 8
     draw_frame(renderer, chosen)  # later frames report it again, and look for nothing
-    assert chosen.number == 7
+    assert chosen.number == 7 and renderer.painted == [IMPOSTOR.tile] * 2
+
+
+def test_a_tile_that_may_be_gone_is_not_painted(renderer: Any) -> None:
+    renderer.settings.warp.reuse_error = 0.0
+    chosen = Inspected()
+    chosen.seek(renderer, glm.dvec3(1, 2, 3))
+    draw_frame(renderer, chosen)
+    assert chosen.impostor is IMPOSTOR and not renderer.painted
 
 
 def test_the_same_object_again_the_sky_or_the_ground_end_it(renderer: Any) -> None:

@@ -380,7 +380,7 @@ class Walk:
             state.scene_scale = self.frames.scale
             if state.hud:
                 state.shares.update(renderer, dt)
-            self._report_object()
+            state.inspected.update(renderer, self._atlas_view)
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything that it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
@@ -390,13 +390,6 @@ class Walk:
         if self._screenshot_due:
             self._screenshot_due = False
             self._take_screenshot(camera)
-
-    def _report_object(self) -> None:
-        """Take up how the frame that is finished drew the inspected object."""
-        inspected, targets = self.state.inspected, self.renderer.targets
-        inspected.update(self.renderer)
-        if inspected.impostor is not None and targets is not None and self.renderer.settings.warp.reuse_error:
-            self._atlas_view.draw_tile(targets, inspected.impostor.tile)
 
     def _widgets(self) -> None:
         """Draw the widgets, and tell the input which parts of the window they cover."""

@@ -8,6 +8,7 @@ from depthwalk.render.object_ids import object_at
 from depthwalk.render.object_report import ImpostorReport, ObjectReport, report_object
 from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.renderer import Renderer
+from depthwalk.walk.atlas_view import AtlasView
 
 
 @dataclass
@@ -43,12 +44,23 @@ class Inspected:
         else:
             _ids_of(renderer).requested = True
 
-    def update(self, renderer: Renderer) -> None:
-        """Take up what the frame that `renderer` has just finished says about the object, or about `point`."""
+    def update(self, renderer: Renderer, atlas_view: AtlasView) -> None:
+        """Take up what a frame says about the object, or about `point`.
+
+        Parameters
+        ----------
+        renderer
+            The renderer, which has just finished the frame.
+        atlas_view
+            Where the tile of the object's largest impostor is painted.
+        """
         if self.point is not None and (ids := _ids_of(renderer)).has_drawn:
             found = object_at(renderer, ids, self.point)
             self.number, self.point, ids.requested = None if found == self.number else found, None, False
         self.report = None if self.number is None else report_object(renderer, self.number)
+        # Without reuse, later phases of the frame may have drawn over the tile.
+        if self.impostor is not None and renderer.targets is not None and renderer.settings.warp.reuse_error:
+            atlas_view.draw_tile(renderer.targets, self.impostor.tile)
 
 
 def _ids_of(renderer: Renderer) -> ObjectIdPass:
