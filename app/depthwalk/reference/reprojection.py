@@ -3,12 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from depthwalk.render.reprojection.reprojection import (
     BEYOND,
     CELL,
     FIXED_POINT_STEPS,
+    GAP,
     HIDDEN,
     LEAST_AHEAD,
     REFLECTED,
@@ -54,7 +56,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     """Return the distance along another camera's axis to the nearest surface of a picture, by cells of that view.
 
     Each cell of the picture is moved to where its nearest surface appears, with a border of half a cell
-    (shaders/reprojection/moved_cell.vert).
+    (shaders/reprojection/moved_cell.vert). Where none appears, the nearest surface beside it is taken (gaps.frag).
 
     Parameters
     ----------
@@ -68,7 +70,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     Returns
     -------
     NDArray[np.float64]
-        (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where no surface appears.
+        (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where no surface appears, nor beside.
     """
     rays, viewer, _ = seen_from(picture, view)
     nearest = nearest_in_cells(distances)
@@ -84,7 +86,8 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     first, last = (edge.clip(0, np.array(found.shape)[::-1]).astype(int) for edge in (low, high + 1))
     for k, (x, y), (right, top) in zip(drawn, first, last, strict=True):
         found[y:top, x:right] = np.minimum(found[y:top, x:right], ahead[k])
-    return found
+    around = sliding_window_view(np.pad(found, GAP, mode="edge"), (2 * GAP + 1, 2 * GAP + 1)).min((2, 3))
+    return np.where(found < BEYOND, found, around)
 
 
 def beside_nearer(distances: Array) -> Mask:
