@@ -229,7 +229,7 @@ def test_what_does_not_draw_is_not_timed(gl_device: Device, library: ShapeLibrar
         timed = set(stage.renderer.timers.milliseconds)
     names = {each.name for each in PASSES}
     drawn = {name for timer in timed for name in timer.split(" + ")}
-    assert drawn & names == {"warp", "composite", "dmesh", "mesh", "material_resolve", "light", "output"}
+    assert drawn & names == {"warp", "composite", "material_resolve", "light", "output"}
 
 
 def modes() -> Iterator[dict[str, Any]]:

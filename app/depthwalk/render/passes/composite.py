@@ -29,11 +29,13 @@ class CompositePass(Pass[CompositeParams]):
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
         self._instances = InstanceStream(gl, COMPOSITE_RECORD)
 
+    def enabled(self, frame: Frame, params: CompositeParams) -> bool:
+        """Return whether `frame` shows impostors; scenes of meshes never need the atlas, whatever the `params`."""
+        return len(frame.plan.composite.records) > 0
+
     def draw(self, frame: Frame, params: CompositeParams) -> None:
         """Draw the impostors of `frame` into `visibility` and `depth`, in as many steps of parallax as `params` say."""
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
-        if not len(records):
-            return  # before the atlas is touched, which scenes of meshes never need
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
         lit: tuple[str, ...] = ()

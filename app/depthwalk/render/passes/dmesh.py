@@ -27,6 +27,10 @@ class DmeshPass(Pass[Params]):
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *GRID_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
 
+    def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether `frame` draws depth images without impostors; `params` is empty."""
+        return bool(frame.plan.dmesh.batches)
+
     def draw(self, frame: Frame, params: Params) -> None:
         """Draw the objects that `frame` shows without impostor into `visibility` and `depth`; `params` is empty."""
         self._instances.upload(frame.plan.dmesh.records)

@@ -43,6 +43,10 @@ class MeshPass(Pass[MeshParams]):
         self._clusters = ClusterDrawing(gl)
         self._seen = gl.buffer(reserve=12 * _MAX_CULLED_TRIANGLES, dynamic=True)  # indices of meshlets
 
+    def enabled(self, frame: Frame, params: MeshParams) -> bool:
+        """Return whether `frame` has meshes; the `params` do not matter."""
+        return bool(frame.plan.mesh.batches or frame.plan.clusters)
+
     def draw(self, frame: Frame, params: MeshParams) -> None:
         """Draw the meshes of `frame` into surfaces, visibility and depth, as `params` say.
 

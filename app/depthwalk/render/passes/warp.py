@@ -44,18 +44,17 @@ class WarpPass(Pass[WarpParams]):
         self._clear = Variants(lambda defines: Program(gl, "warp/clear.vert", "warp/clear.frag", defines))
         self._slots = InstanceStream(gl, _SLOT)
 
+    def enabled(self, frame: Frame, params: WarpParams) -> bool:
+        """Return whether `frame` warps any tile; otherwise the atlas is not touched. The `params` do not matter."""
+        return bool(len(frame.plan.cleared) or frame.plan.warp.batches)
+
     def draw(self, frame: Frame, params: WarpParams) -> None:
         """Clear the slots of the tiles that `frame` warps, and warp samples into them in the order of `params`."""
         for _ in self.parts(frame, params):
             pass
 
     def parts(self, frame: Frame, params: WarpParams) -> Iterator[None]:
-        """Draw as `draw` does; stop after every `PART_TRIANGLES`, unless samples are drawn in the paper's order.
-
-        The atlas is not touched if there is nothing to draw.
-        """
-        if not len(frame.plan.cleared) and not frame.plan.warp.batches:
-            return
+        """Draw as `draw` does; stop after every `PART_TRIANGLES`, unless samples are drawn in the paper's order."""
         self._clear_slots(frame)
         self._instances.upload(frame.plan.warp.records)
         in_order = params.order == "epipole"
