@@ -48,7 +48,7 @@ void main() {
     screen = colour_at(place_of(ray_at(uv)), false);
 #else
     vec3 ray = ray_at(uv);
-    Found found = search(ray, nearest_place(uv, ray));
+    Found found = search(ray, nearest_along(uv));
     bool hidden = is_hidden(found);
 #ifdef DISTANCE
     vec2 place = mirrored(hidden ? found.behind : found.place);

@@ -4,7 +4,10 @@
 // fixed-point iteration: the distance of the picture's surface at one place determines the next place to look at (Bowles et al.
 // 2012, "Iterative Image Warping"). It starts with the nearest surface that may have moved there, since an object may have
 // moved by more than its width: a ray that misses it hits what is behind it in the next step.
-#from depthwalk.render.reprojection.reprojection import FIXED_POINT_STEPS, HIDDEN
+//
+// For a viewer who has moved ahead that iteration does not converge on a floor nearer than the way that was gone: it finds the
+// floor behind the viewer, and then what is at the vanishing point. So steps are damped, see `next_along`.
+#from depthwalk.render.reprojection.reprojection import FIXED_POINT_STEPS, HIDDEN, DAMPING
 uniform sampler2D distances;    // metres ahead, negative beside a nearer surface
 uniform sampler2D nearest;      // the least of them ahead of the new camera, by cells of the screen
 uniform vec2 cells_shown;       // part of these cells that the screen covers, to the right and up
@@ -25,16 +28,29 @@ vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * 
 
 vec3 ray_at(vec2 place) { return ray_from_screen * vec3(2.0 * place - 1.0, 1.0); }
 
-// Returns the place in the picture of the nearest surface that may have moved to a place of the screen.
-vec2 nearest_place(vec2 place, vec3 ray) { return place_of(viewer + texture(nearest, place * cells_shown).r * ray); }
+// Returns how far along the ray the nearest surface is that may have moved to a place of the screen.
+float nearest_along(vec2 place) { return texture(nearest, place * cells_shown).r; }
 
-// Looks for the surface on a ray, from a place in the picture.
-Found search(vec3 ray, vec2 place) {
-    float ahead = texture(distances, place).r, expected = abs(ahead), farthest = expected;
-    vec2 behind = place;
+// Returns how far along a ray to look next. along: how far the last look was, a point that is `expected` metres ahead of the
+// picture's camera, in whose place the picture shows a surface `ahead` metres away.
+//
+// The surface itself, seen from the new camera, is right for a wall across the way. Where the viewer has moved ahead, the
+// last look scaled like its distance is right for a floor or wall beside the way. The geometric mean does for both.
+float next_along(float along, float expected, float ahead, vec2 place) {
+    float seen = dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead - viewer);
+    if (dot(axis, viewer) <= 0.0 || expected <= 0.0) return max(seen, 1e-2);
+    float scaled = along * ahead / expected;
+    return max(sqrt(max(seen, DAMPING * scaled) * scaled), 1e-2);
+}
+
+// Looks for the surface on a ray, first at a distance along it.
+Found search(vec3 ray, float along) {
+    vec3 point = viewer + along * ray;
+    vec2 place = place_of(point), behind = place;
+    float ahead = texture(distances, place).r, expected = point.z, farthest = abs(ahead);
     for (int k = 0; k < FIXED_POINT_STEPS; ++k) {
-        vec3 surface = vec3((2.0 * place - 1.0) * half_extent, 1.0) * abs(ahead);
-        vec3 point = viewer + max(dot(axis, surface - viewer), 1e-2) * ray;
+        along = next_along(along, expected, abs(ahead), place);
+        point = viewer + along * ray;
         place = place_of(point);
         ahead = texture(distances, place).r;
         expected = point.z;

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import depthwalk as dw
@@ -30,7 +31,16 @@ def test_a_mesh_is_baked_once(mesh: Path, capfd: pytest.CaptureFixture[str]) -> 
     [
         ({"out": "ball.png"}, "ball.png: must end in .dpci.exr"),
         ({"height": -1.0}, "height -1: must be above 0"),
-        ({"parts": 0}, "parts 0: must be 1 to"),
+        ({"up": "x"}, "up 'x': must be 'y' or 'z'"),
+        ({"resolution": 3}, "resolution 3: must be at least 16"),
+        ({"resolution": 100_000}, "resolution 100000: must be at most 4096"),
+        ({"resolution": 64.5}, "resolution 64.5: must be a whole number"),
+        ({"layers": 99}, "layers 99: must be auto or a whole number from 1 to 8"),
+        ({"layers": True}, "layers true: must be auto or a whole number from 1 to 8"),
+        ({"parts": 0}, "parts 0: must be auto or a whole number from 1 to 16"),
+        ({"axis": "w"}, "axis 'w': must be auto, x, y, z or a direction [x, y, z]"),
+        ({"coordinates": "x"}, "coordinates 'x': must be 'auto' or 'never'"),
+        ({"method": "foo"}, "method 'foo': must be 'raycast', 'six-view' or 'paper'"),
         ({"method": "six-view"}, "layers 3: method six-view sees one surface per ray"),
         ({"mesh": "no.ply"}, "no.ply: no such file"),
     ],
@@ -39,6 +49,12 @@ def test_baking_refuses(mesh: Path, options: dict[str, Any], message: str) -> No
     with pytest.raises(dw.InputError) as caught:
         dw.bake_mesh(**{"mesh": mesh} | options)
     assert message in str(caught.value)
+
+
+def test_numbers_of_arrays_and_lists_are_taken(mesh: Path, tmp_path: Path) -> None:
+    out = tmp_path / "ball.dpci.exr"
+    found = dw.bake_mesh(mesh, out, resolution=np.int32(16), layers=1, axis=[0, 2, 0])  # type: ignore[arg-type]
+    assert found == out and out.is_file()
 
 
 def test_finer_images_are_better(mesh: Path, tmp_path: Path, gl_device: Device) -> None:

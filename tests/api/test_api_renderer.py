@@ -171,7 +171,8 @@ def test_renderers_refuse(scene: Scene, options: dict[str, Any], message: str) -
     [
         (dw.Camera((0, 1, 5), (0, 1, 0), 60), r"fov 60 must be 0\.0175 to 2\.97 radians, that is 1 to 170 degrees"),
         (dw.Camera((0, 1, 5), (0, 1, 5), 1), "target must be elsewhere"),
-        (dw.Camera((0, float("nan"), 5), (0, 1, 0), 1), "must be finite"),
+        (dw.Camera((0, float("nan"), 5), (0, 1, 0), 1), "must be three finite numbers each"),
+        (dw.Camera((0, 1), (0, 1, 0), 1), "must be three finite numbers each"),  # type: ignore[arg-type]
     ],
 )
 def test_cameras_that_see_nothing(scene: Scene, camera: dw.Camera, message: str) -> None:

@@ -11,6 +11,7 @@ from depthwalk.bench import advise
 from depthwalk.bench.advise import judged
 from depthwalk.bench.object_cost import Cost
 from depthwalk.commands.cli import app
+from depthwalk.scene.advice import advice_text
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 
@@ -100,3 +101,13 @@ def test_nothing_of_the_scene_is_overwritten(tiny_scene: Path) -> None:
     result = run(tiny_scene, "--json", tiny_scene)
     assert result.exit_code == 2 and "would overwrite" in result.stderr
     assert tiny_scene.read_bytes() == before
+
+
+@pytest.mark.gl
+def test_advice_that_the_scene_follows_may_be_replaced(tiny_scene: Path, clock: Callable[[], None]) -> None:
+    clock()
+    former = tiny_scene.with_name("scene.advice.json")
+    former.write_text(advice_text("a GPU", 0.1, {}))
+    tiny_scene.write_text(f"{tiny_scene.read_text()}\nadvice: {former.name}\n")
+    result = run(tiny_scene, "--resolution", "64,48")
+    assert result.stderr.splitlines()[-1].endswith("there was no time for a measurement")

@@ -163,6 +163,10 @@ def test_check_bakes_nothing_and_keeps_no_mesh(
     [
         ("court.html", "a web page, such as a report; a browser opens it"),
         ("court.png", "a picture; --sky lights a scene or a model by it"),
+        (
+            "court.advice.json",
+            "advice or measurements, such as `advise` writes; a scene names advice by the key 'advice'",
+        ),
         ("court.txt", "'.txt' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)"),
     ],
 )

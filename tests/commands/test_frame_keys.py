@@ -9,6 +9,7 @@ import pytest
 from depthwalk.commands.cluster_render import spans
 from depthwalk.commands.frame_keys import frame_keys, given_sky
 from depthwalk.errors import InputError
+from depthwalk.scene.advice import advice_text
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 
@@ -23,7 +24,8 @@ def key_of(scene: Path, *look: object, camera: Camera = CAMERA, aa: str = "none"
 def places(tiny_scene: Path) -> Path:
     tiny_scene.with_name("at.csv").write_text("x,y,z\n1,0,0\n")
     text = tiny_scene.read_text().replace("{asset: ball}", "{places: {asset: ball, file: at.csv}}", 1)
-    tiny_scene.write_text(text)
+    tiny_scene.with_name("advice.json").write_text(advice_text("a GPU", 0.1, {}))
+    tiny_scene.write_text(f"{text}\nadvice: advice.json\n")
     return tiny_scene
 
 
@@ -31,6 +33,7 @@ CHANGES: dict[str, Callable[[Path], object]] = {
     "the scene": lambda scene: scene.write_text(scene.read_text() + "\n"),
     "a mesh": lambda scene: scene.with_name("ball.ply").write_bytes(scene.with_name("ball.ply").read_bytes() + b"\n"),
     "places": lambda scene: scene.with_name("at.csv").write_text("x,y,z\n2,0,0\n"),
+    "advice": lambda scene: scene.with_name("advice.json").write_text(advice_text("another", 0.1, {})),
 }
 
 

@@ -6,19 +6,26 @@ import pytest
 
 from depthwalk.commands.reports import asset_files, check_report_files, input_files, write_report
 from depthwalk.errors import InputError
+from depthwalk.scene.advice import advice_text
 from depthwalk.scene.loader import load_scene
 
 
 def test_all_files_of_a_scene_are_inputs(tiny_scene: Path) -> None:
-    """Its mesh, the depth images that may lie beside, the path and the pictures of ground and sky."""
+    """Its mesh, the depth images that may lie beside, the path, pictures of ground and sky, places and advice."""
     folder = tiny_scene.parent
     for name in ("grass.png", "sky.hdr"):
         (folder / name).touch()
     around = "environment: {ground: {texture: grass.png}, sky: {model: image, image: sky.hdr}}\n"
-    tiny_scene.write_text(tiny_scene.read_text() + around)
+    for name in ("here.csv", "there.csv"):
+        (folder / name).write_text("x,y,z\n1,0,0\n")
+    (folder / "advice.json").write_text(advice_text("a GPU", 0.1, {}))
+    listed = [f"{{places: {{asset: ball, file: {name}.csv}}}}" for name in ("here", "there", "here")]
+    placed = tiny_scene.read_text().replace("{asset: ball}", "\n  - ".join(listed), 1)
+    tiny_scene.write_text(f"{placed}\n{around}advice: advice.json\n")
     found = input_files(load_scene(tiny_scene), folder / "walk.yaml")
     pictures = {"grass.png", "sky.hdr"}
-    assert {file.name for file in found} == {"scene.yaml", "walk.yaml", "ball.ply", "ball.dpci.exr"} | pictures
+    texts = {"scene.yaml", "walk.yaml", "here.csv", "there.csv", "advice.json"}
+    assert sorted(file.name for file in found) == sorted({"ball.ply", "ball.dpci.exr"} | pictures | texts)
     assert folder / "walk.yaml" not in input_files(load_scene(tiny_scene), None)
 
 

@@ -28,6 +28,10 @@ def test_what_is_no_mesh(name: str) -> None:
         ("a.yml", "a scene or a camera path, no mesh; `view`, `render` and `check` take it"),
         ("a.HTML", "a web page, such as a report, no mesh; a browser opens it"),
         ("a.dpci.exr", "depth images, no mesh; `view` opens them, and a scene names them by the key 'baked'"),
+        (
+            "a.advice.json",
+            "advice or measurements, such as `advise` writes, no mesh; a scene names advice by the key 'advice'",
+        ),
         ("a.exr", "a picture, no mesh; --sky lights a scene or a model by it"),
     ],
 )

@@ -43,13 +43,13 @@ def test_a_misspelt_model_is_the_only_mistake(model: Any) -> None:
 @pytest.mark.parametrize(
     ("sky", "defect"),
     [
-        ({"model": "image"}, "the model image needs 'image', the file of the picture"),
-        ({"image": "a.hdr"}, "'image' is only for the model image"),
-        ({"model": "preetham", "turn": 90.0}, "'turn' is only for the model image"),
-        ({"sun": True}, "'sun' is only for the model image"),
-        ({"model": "image", "image": "a.hdr", "horizon": "#ffffff"}, "'horizon' is not for the model image"),
-        ({"model": "image", "image": "a.hdr", "turbidity": 3.0}, "'turbidity' is not for the model image"),
-        ({"model": "image", "image": "a.hdr", "sun_size": 0.5}, "'sun_size' is not for the model image"),
+        ({"model": "image"}, "'model: image' needs 'image', the file of the picture"),
+        ({"image": "a.hdr"}, "'image' is only for 'model: image'"),
+        ({"model": "preetham", "turn": 90.0}, "'turn' is only for 'model: image'"),
+        ({"sun": True}, "'sun' is only for 'model: image'"),
+        ({"model": "image", "image": "a.hdr", "horizon": "#ffffff"}, "'horizon' is not for 'model: image'"),
+        ({"model": "image", "image": "a.hdr", "turbidity": 3.0}, "'turbidity' is not for 'model: image'"),
+        ({"model": "image", "image": "a.hdr", "sun_size": 0.5}, "'sun_size' is not for 'model: image'"),
     ],
 )
 def test_a_picture_has_keys_of_its_own(sky: dict[str, Any], defect: str) -> None:
@@ -59,16 +59,16 @@ def test_a_picture_has_keys_of_its_own(sky: dict[str, Any], defect: str) -> None
 
 def test_refused_changes_leave_a_sky() -> None:
     painted = SkyParams.model_validate({"zenith": "#102030"})
-    with pytest.raises(InputError, match="model: the model image needs 'image'"):
+    with pytest.raises(InputError, match="model: 'model: image' needs 'image'"):
         painted.model = "image"
-    with pytest.raises(InputError, match="turn: 'turn' is only for the model image"):
+    with pytest.raises(InputError, match="turn: 'turn' is only for 'model: image'"):
         painted.turn = 45.0
     assert (painted.model, painted.turn) == ("gradient", 0)
     shown = SkyParams.model_validate({"model": "image", "image": "a.hdr"})
     shown.turn, shown.light = 45.0, True
     for key, value, defect in (
-        ("horizon", (1.0, 1.0, 1.0), "horizon: 'horizon' is not for the model image"),
-        ("image", None, "image: the model image needs 'image'"),
+        ("horizon", (1.0, 1.0, 1.0), "horizon: 'horizon' is not for 'model: image'"),
+        ("image", None, "image: 'model: image' needs 'image'"),
         ("turn", 1000.0, "turn: must be at most 360"),
     ):
         with pytest.raises(InputError, match=defect):

@@ -149,7 +149,8 @@ MESSAGES = {
     ],
     "several": [
         "6:25: objects[0].scale: must be at least 0.0001, not -1",
-        "7:18: objects[1].colour: unknown key",
+        "7:18: objects[1].colour: unknown key; known here: "
+        "'name', 'position', 'yaw', 'asset', 'scale', 'representation'",
         "8:9: camera: missing key 'position'",
     ],
     "shadow-no-cone": [

@@ -1,13 +1,16 @@
 """Mistakes of a document in words, and overrides."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import Field
 
 from depthwalk.errors import InputError
 from depthwalk.params import Params, param, shown
 from depthwalk.scene.document import parse_document
 from depthwalk.scene.key_hints import MAX_KEYS_NAMED
+from depthwalk.scene.loader import load_scene
 from depthwalk.scene.validate import MAX_MESSAGES, check_model, raise_all
 
 
@@ -102,6 +105,62 @@ def test_many_keys_are_not_listed() -> None:
 )
 def test_overrides_that_lead_nowhere(key: str, message: str) -> None:
     assert told("flags: [true]\ncount: 1", {key: "1"}) == [message]
+
+
+class Fog(Params):
+    density: float = param(0.01, "Density")
+
+
+class Shadows(Params):
+    enabled: bool = param(False, "Enabled")
+
+
+class Eye(Params):
+    height: float = param(..., "Height")
+
+
+class Empties(Params):
+    fog: Fog | None = param(None, "Fog")
+    shadows: Shadows = Field(default_factory=Shadows, description="Shadows")
+    eye: Eye | None = param(None, "Eye")
+    name: str | None = param(None, "Name")
+    items: list[Fog] = Field(default_factory=list, description="Items")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("fog:\n\nname: x", "file:1:1: fog: is empty; indent its keys below it, or write {} for its defaults"),
+        ("eye:\nheight: 2", "file:1:1: eye: is empty; indent its keys below it"),
+        (
+            "items: [{density: 1}, ]\nfog: # later",
+            "file:2:1: fog: is empty; indent its keys below it, or write {} for its defaults",
+        ),
+        ("fog: true", "file:1:6: fog: must be a mapping of keys, not true; write {} for its defaults"),
+        ("shadows: true", "file:1:10: shadows: must be a mapping of keys, not true; write {enabled: true}"),
+        ("shadows: no", "file:1:10: shadows: must be a mapping of keys, not 'no'"),
+        ("eye: true", "file:1:6: eye: must be a mapping of keys, not true"),
+    ],
+)
+def test_what_stands_in_place_of_keys(text: str, message: str) -> None:
+    """`fog:` with nothing behind it is null to YAML, as if it were left out, whatever its author meant."""
+    assert told(text, model=Empties) == [message]
+
+
+def test_null_is_as_if_left_out_where_it_is_written_out_or_needs_no_keys() -> None:
+    for text, overrides in (("fog: null\nname:", {}), ("fog: ~", {}), ("fog:", {"fog": "null"})):
+        assert check_model(parse_document(text, "file"), Empties, overrides)[0] == Empties()
+    fog = check_model(parse_document("fog:", "file"), Empties, {"fog.density": "0.5"})[0].fog
+    assert fog is not None and fog.density == 0.5
+
+
+def test_keys_known_of_one_kind_of_node_are_those_of_no_other(tmp_path: Path) -> None:
+    """Those of all kinds together would be too many to name."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("version: 1\nobjects: [{asset: a, pitch: 3}]")
+    known = "'name', 'position', 'yaw', 'asset', 'scale', 'representation'"
+    with pytest.raises(InputError, match=rf"objects\[0\]\.pitch: unknown key; known here: {known}$"):
+        load_scene(scene)
 
 
 def test_not_more_errors_than_fit_a_screen() -> None:

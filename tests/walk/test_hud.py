@@ -198,6 +198,26 @@ def test_a_message_lies_between_hud_and_panel_where_there_is_room(overlay_io: IO
     assert (x0 >= left and x1 <= right) == (right - left > 300)
 
 
+def test_the_help_lies_before_the_panel_where_there_is_no_room_for_both(overlay_io: IO) -> None:
+    """However long the panel has been open, and whichever of them the user opened last."""
+    overlay_io.display_size = imgui.ImVec2(640, 480)
+    for helps, panel in ((False, True), (True, True), (True, False), (True, True)):
+        for _ in range(3):
+            imgui.new_frame()
+            if panel:
+                imgui.begin("Settings")
+                imgui.end()
+            if helps:
+                draw_help(289.0, 290.0)
+            imgui.render()
+        if helps and panel:
+            panel_index, help_index = (
+                imgui.internal.find_window_display_index(imgui.internal.find_window_by_name(name))
+                for name in ("Settings", "help")
+            )
+            assert help_index > panel_index
+
+
 def test_the_help_keeps_clear_of_the_panel(overlay_io: IO) -> None:
     overlay_io.display_size = imgui.ImVec2(800, 600)
     for _ in range(3):

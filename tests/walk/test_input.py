@@ -92,6 +92,20 @@ def test_a_drag_beside_widgets_changes_none_and_a_click_on_one_may(window: Any) 
         window.frame()
 
 
+@pytest.mark.parametrize(("x", "edits"), [(190, True), (210, False)])
+def test_presses_hit_widgets_that_are_enlarged(window: Any, x: float, edits: bool) -> None:
+    """On a dense screen a widget that ends at 100 ends at 200 window coordinates, which GLFW gives."""
+    imgui.get_io().display_size = imgui.ImVec2(240, 180)
+    window.frame()
+    window.mouse_position_event_func(x, 50, 0, 0)
+    window.mouse_press_event_func(x, 50, RIGHT)
+    window.frame()
+    position = imgui.get_io().mouse_pos
+    assert (position.x, position.y) == (x / 2, 25)
+    window.mouse_scroll_event_func(0, 1)
+    assert window.state.wheel.called != edits
+
+
 def test_keys_go_to_a_text_that_is_edited(window: Any) -> None:
     window.mouse_position_event_func(20, 30, 0, 0)
     window.frame()

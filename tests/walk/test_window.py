@@ -310,6 +310,29 @@ def test_waiting_for_an_event_ends_with_it(display: None) -> None:
     assert done.stdout == "awake\n", done.stderr
 
 
+DENSITY = """
+from depthwalk.walk.window import desktop_density, open_window, wait_for_event
+
+window = open_window("dense", (96, 64))
+for _ in range(20):
+    wait_for_event(0.01)
+print(desktop_density(window), *window.buffer_size)
+window.destroy()
+"""
+
+
+@linux
+@pytest.mark.skipif(shutil.which("xprop") is None, reason="xprop is not installed")
+@pytest.mark.parametrize(("dots", "density"), [("96", "1.0"), ("192", "2.0")])
+def test_a_dense_desktop_tells_its_density_and_leaves_windows_their_size(
+    display: None, dots: str, density: str
+) -> None:
+    name = "RESOURCE_MANAGER"  # where settings of the desktop stand
+    subprocess.run(["xprop", "-root", "-f", name, "8s", "-set", name, f"Xft.dpi:\t{dots}\n"], check=True)
+    done = subprocess.run([sys.executable, "-c", DENSITY], capture_output=True, text=True, timeout=PATIENCE)
+    assert done.stdout.split() == [density, "96", "64"], done.stderr
+
+
 @linux
 def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):

@@ -5,7 +5,10 @@ from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, get_args
+
+import numpy as np
+from pydantic import ValidationError
 
 from depthwalk.api.scene import PathLike
 from depthwalk.assets.asset_files import read_body
@@ -17,11 +20,13 @@ from depthwalk.bake.params import Axis, ModelParams
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.limits import DEFAULT_DPCI_LAYERS, DEFAULT_DPCI_RESOLUTION, MAX_COORDINATE
+from depthwalk.params import plain_message, shown
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import measure
 from depthwalk.quality.views import SPHERE, VERIFY
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import MeshAsset
+from depthwalk.scene.schema import DpciParams
 
 log = logging.getLogger(__name__)
 
@@ -103,7 +108,7 @@ def bake_mesh(
     file = sidecar(spec.mesh) if out is None else Path(out)
     if not file.name.endswith((".exr", COOKED_SUFFIX)):
         raise InputError(f"{file}: must end in {SUFFIX} or {COOKED_SUFFIX}")
-    params = ModelParams(
+    params = _params(
         resolution=resolution, layers=layers, parts=parts, axis=axis, method=method, coordinates=coordinates
     )
 
@@ -217,6 +222,27 @@ def _spec(mesh: PathLike, texture: PathLike | None, up: Up, height: float | None
     """Return the asset that a scene file with these values would define, so that both get the same cache key."""
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
+    if up not in get_args(Up):
+        raise InputError(f"up {up!r}: must be 'y' or 'z'")
     file = Path(mesh)
     image = None if texture is None else Path(texture)
     return MeshAsset(name=file.stem, mesh=file, texture=image, up=up, height=height, dpci=None)
+
+
+def _params(**values: Any) -> ModelParams:
+    """Return the bake parameters with these `values`, of which the same are allowed as in a scene file.
+
+    Raises InputError for others.
+    """
+    for name, value in values.items():
+        if isinstance(value, np.integer | list):
+            values[name] = value.item() if isinstance(value, np.integer) else tuple(value)
+    try:
+        DpciParams.model_validate(values)
+    except ValidationError as error:
+        for detail in error.errors(include_url=False):
+            if detail["loc"]:  # otherwise values do not go together, which `ModelParams` tells
+                name = str(detail["loc"][0])
+                wrong = plain_message(detail).rpartition(", not ")
+                raise InputError(f"{name} {shown(values[name])}: {wrong[0] or wrong[2]}") from None
+    return ModelParams(**values)

@@ -263,8 +263,8 @@ def _check_camera(camera: Camera) -> None:
     if not MIN_FOV <= math.degrees(camera.fov) <= MAX_FOV:
         bounds = f"{math.radians(MIN_FOV):.3g} to {math.radians(MAX_FOV):.3g} radians"
         raise InputError(f"camera: fov {camera.fov:g} must be {bounds}, that is {MIN_FOV:g} to {MAX_FOV:g} degrees")
-    if not np.isfinite([camera.position, camera.target]).all():
-        raise InputError("camera: position and target must be finite")
+    if len(camera.position) != 3 or len(camera.target) != 3 or not np.isfinite([camera.position, camera.target]).all():
+        raise InputError("camera: position and target must be three finite numbers each")
     if tuple(camera.position) == tuple(camera.target):
         raise InputError("camera: target must be elsewhere than the camera's position")
 

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import depthwalk
@@ -69,10 +69,7 @@ def frame_keys(scene: Scene, settings: Sequence[str], *look: object) -> FrameKey
         },
         sort_keys=True,
     )
-    digest = hashlib.sha256(text.encode())
-    for member in fields(scene.instances):  # of `places` items only the arrays remain
-        digest.update(getattr(scene.instances, member.name).tobytes())
-    return FrameKeys(digest.hexdigest())
+    return FrameKeys(hashlib.sha256(text.encode()).hexdigest())
 
 
 def given_sky(sky: Path | None) -> tuple[str, ...]:

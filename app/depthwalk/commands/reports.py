@@ -84,6 +84,7 @@ def input_files(scene: Scene, path: Path | None, of_asset: Callable[[Asset], lis
     """
     ground, sky = scene.environment.ground, scene.environment.sky
     files = [scene.path, path, ground.texture if ground else None, sky.image if sky else None]
+    files += [scene.advice_file, *scene.places_files]
     files += [file for asset in scene.assets for file in of_asset(asset)]
     return [file for file in files if file is not None]
 

@@ -40,6 +40,7 @@ _CONTENTS = {
     **dict.fromkeys(SKY_SUFFIXES, _PICTURE),
     ".html": ("a web page, such as a report", "a browser opens it"),
     ".csv": ("a table", "a scene names a table of places by the key 'places'"),
+    ".json": ("advice or measurements, such as `advise` writes", "a scene names advice by the key 'advice'"),
     ".mp4": ("a video", "a player shows it"),
 }
 _DEPTH_IMAGES = "depth images", "`view` opens them, and a scene names them by the key 'baked'"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from depthwalk.render.reprojection.reprojection import (
     BEYOND,
     CELL,
+    DAMPING,
     FIXED_POINT_STEPS,
     GAP,
     HIDDEN,
@@ -144,10 +145,15 @@ def _search(picture: View, distances: Array, view: View, nearest: Array, at: Arr
     _, viewer, axis = seen_from(picture, view)
     rays, points = _near_points(picture, view, nearest, at)
     place = behind = _place_of(picture, points)
-    ahead = expected = farthest = look_up(distances, place)
+    ahead = farthest = look_up(distances, place)
+    along, expected = nearest, points[:, 2]
     for _ in range(FIXED_POINT_STEPS):
         direction = np.column_stack([(2 * place - 1) * np.array(picture.half_extent), np.ones_like(ahead)])
-        along = np.maximum((direction * ahead[:, None] - viewer) @ axis, 1e-2)
+        seen = (direction * ahead[:, None] - viewer) @ axis
+        if axis @ viewer > 0:
+            scaled = along * ahead / np.where(expected > 0, expected, np.nan)
+            seen = np.where(expected > 0, np.sqrt(np.maximum(seen, DAMPING * scaled) * scaled), seen)
+        along = np.maximum(seen, 1e-2)
         points = viewer + along[:, None] * rays
         place, expected = _place_of(picture, points), points[:, 2]
         ahead = look_up(distances, place)

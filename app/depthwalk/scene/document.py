@@ -48,11 +48,14 @@ class Document:
         The root node of the text, with positions.
     value
         The values of the file: None, bool, int, float, str, list or dict, nested.
+    empty
+        The locations of the keys after which nothing stands, which YAML takes for null.
     """
 
     name: str
     root: Node
     value: Any
+    empty: tuple[Loc, ...] = ()
 
     def holds(self, loc: Loc) -> bool:
         """Return whether the text itself holds a value at the location `loc`, keys and list indices from the root."""
@@ -132,7 +135,9 @@ def parse_document(text: str, name: str) -> Document:
     root = compose(text, name)
     if root is None:
         raise located(name, 0, 0, "the file is empty")
-    return Document(name, root, _Reader(name, text).value(root, ()))
+    reader = _Reader(name, text)
+    value = reader.value(root, ())
+    return Document(name, root, value, tuple(reader.empty))
 
 
 def _read_text(path: Path) -> str:
@@ -187,6 +192,7 @@ class _Reader:
         self.text = text
         self.seen: set[int] = set()
         self.aliased = 0
+        self.empty: list[Loc] = []
 
     @cached_property
     def lines(self) -> list[str]:
@@ -226,6 +232,8 @@ class _Reader:
             lines[key] = key_node.line + 1
             if isinstance(child, ScalarNode) and not child.text:
                 self.check_colour(key_node, (*loc, key))
+                if child.tag == "null":
+                    self.empty.append((*loc, key))
             values[key] = self.value(child, (*loc, key))
         return values
 

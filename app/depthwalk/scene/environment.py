@@ -103,7 +103,7 @@ class SkyParams(FileParams):
             if key in value and value[key] != cls.model_fields[key].default:
                 raise ValueError(_misplaced(key))
         if model == "image" and value.get("image") is None:
-            raise ValueError("the model image needs 'image', the file of the picture")
+            raise ValueError("'model: image' needs 'image', the file of the picture")
         return value
 
 
@@ -114,7 +114,7 @@ def _unused(model: object) -> tuple[str, ...]:
 
 def _misplaced(key: str) -> str:
     """Return what is wrong with a key of a sky whose model has no use for it."""
-    return f"{key!r} is {'not' if key in NOT_OF_IMAGE else 'only'} for the model image"
+    return f"{key!r} is {'not' if key in NOT_OF_IMAGE else 'only'} for 'model: image'"
 
 
 class FogParams(FileParams):

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from depthwalk.errors import suggest
 from depthwalk.scene.document import Loc
+from depthwalk.scene.fields import KIND
 
 MAX_KEYS_NAMED = 8  # most keys listed in the error about an unknown one
 _OTHER_PROGRAMS = {  # Words that other programs use for a key of scene or path files.
@@ -83,12 +84,40 @@ def space_hint(text: object, known: list[str]) -> str:
 
 
 def known_keys(model: type[BaseModel], loc: Loc) -> list[str]:
-    """Return the keys that `model` has at the location `loc`, those of every branch if it has several."""
+    """Return the keys that `model` has at a location, those of every branch if it has several.
+
+    Parameters
+    ----------
+    model
+        The model of the whole file.
+    loc
+        Keys and list indices from the root, in which tags of pydantic's (see `fields.KIND`) select branches.
+    """
+    return [key for branch in _branches_at(model, loc) for key in branch.get("properties", {})]
+
+
+def defaults_hint(value: object, model: type[BaseModel], loc: Loc) -> str:
+    """Return `write {} for its defaults` if a mapping that needs no keys belongs at `loc`, where `value` stands.
+
+    Where such a mapping can be enabled, the hint for true is to do that. If there are no defaults, returns "".
+    """
+    branches = [branch for branch in _branches_at(model, loc) if "properties" in branch]
+    if not branches or any("required" in branch for branch in branches):
+        return ""
+    enabled = isinstance(value, bool) and any("enabled" in branch["properties"] for branch in branches)
+    return f"write {f'{{enabled: {str(value).lower()}}}' if enabled else '{} for its defaults'}"
+
+
+def _branches_at(model: type[BaseModel], loc: Loc) -> list[dict[str, Any]]:
+    """Return what the JSON schema of `model` allows at the location `loc`, as in `known_keys`."""
     schema = _schema_of(model)
     branches = list(_branches(schema, schema))
     for part in loc:
+        if str(part).startswith(KIND):
+            branches = [branch for branch in branches if str(part).removeprefix(KIND) in branch.get("properties", {})]
+            continue
         branches = [leaf for branch in branches for child in _child(branch, part) for leaf in _branches(child, schema)]
-    return [key for branch in branches for key in branch.get("properties", {})]
+    return branches
 
 
 def _branches(node: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:

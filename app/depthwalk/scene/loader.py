@@ -94,6 +94,8 @@ def load_scene(
         render=file.render,
         walk=file.walk,
         advice=_advice(advice),
+        advice_file=advice,
+        places_files=tuple(dict.fromkeys(named.values())),
     )
 
 

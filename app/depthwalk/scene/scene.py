@@ -178,6 +178,10 @@ class Scene:
         How the camera moves in the window.
     advice : dict of Advice
         The findings of `depthwalk advise`, by name of the asset.
+    advice_file : Path or None
+        The file that held them.
+    places_files : tuple of Path
+        The files of its `places` items.
     """
 
     path: Path
@@ -191,6 +195,8 @@ class Scene:
     render: RenderSettings
     walk: WalkParams = field(default_factory=WalkParams)
     advice: "Mapping[str, Advice]" = field(default_factory=dict)
+    advice_file: Path | None = None
+    places_files: tuple[Path, ...] = ()
 
 
 def set_node_transform(

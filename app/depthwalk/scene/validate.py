@@ -146,10 +146,30 @@ def check_model(
     source.rename_keys()
     for key, text in (overrides or {}).items():
         source.override(key, text)
+    _check_empty(model, source)
     try:
         return model.model_validate(document.value), source
     except ValidationError as error:
         raise _complaints(error, model, source) from None
+
+
+def _check_empty(model: type[BaseModel], source: Source) -> None:
+    """Raise InputError if nothing stands after keys that should be followed by keys of their own.
+
+    To YAML this is null, as if the key were left out. Who writes `sky:` wants one, and who does not indent what belongs
+    to `grid:` wants that.
+    """
+    problems = []
+    for loc in source.document.empty:
+        if any(loc[: len(place)] == place or place[: len(loc)] == loc for place in source.overrides):
+            continue  # an option gives its value
+        from depthwalk.scene.key_hints import defaults_hint, known_keys  # here, since only mistakes need them
+
+        if known_keys(model, loc):
+            hint = defaults_hint(None, model, loc)
+            message = "is empty; indent its keys below it" + (f", or {hint}" if hint else "")
+            problems.append(source.error(loc, message, at_key=True))
+    raise_all(problems)
 
 
 def raise_all(errors: list[InputError]) -> None:
@@ -238,7 +258,7 @@ def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> 
     match detail["type"]:
         case "extra_forbidden":
             hint = key_hints.place_hint(loc, model) or key_hints.meant_key(
-                str(loc[-1]), key_hints.known_keys(model, loc[:-1])
+                str(loc[-1]), key_hints.known_keys(model, detail["loc"][:-1])
             )
             return source.error(loc, f"unknown key{hint}", at_key=True)
         case "missing":
@@ -249,6 +269,8 @@ def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> 
             return misspelt or source.error(loc, detail["msg"])
         case "no_kind" | "model_type" | "model_attributes_type" | "dict_type":
             hint = key_hints.space_hint(value, key_hints.known_keys(model, loc))
+            if isinstance(value, bool | None) and (defaults := key_hints.defaults_hint(value, model, loc)):
+                hint = f"; {defaults}"
             return source.error(loc, f"must be a mapping of keys, not {shown(value)}{hint}")
         case "path_type":
             return source.error(loc, f"must be the name of a file, not {shown(value)}")

@@ -41,6 +41,7 @@ from depthwalk.walk.state import State
 from depthwalk.walk.widgets import draw_widgets
 from depthwalk.walk.window import (
     Window,
+    desktop_density,
     gl_address,
     on_files_dropped,
     on_refresh,
@@ -157,7 +158,7 @@ class Walk:
     def _begin(self) -> None:
         """Create everything that the loading screen needs, in the window's context."""
         self.device = Device(self.window.ctx, gl_address)
-        self._overlay = Overlay(self.device)
+        self._overlay = Overlay(self.device, partial(desktop_density, self.window))
         self._on_gpu.callback(self._overlay.release)
         self.loading = LoadingScreen(self.window, self._overlay, self._on_stage)
         self._loader = SceneLoader(self.device, self.window, self.loading, self._clock)
@@ -386,7 +387,7 @@ class Walk:
             self._atlas_view.draw(renderer.targets, renderer.plan)
         if self.input.is_editing:
             self.frames.finish()  # widgets may change the settings
-        self._overlay.draw(screen, self.window.size, size, dt, self._widgets)
+        self._overlay.draw(screen, size, dt, self._widgets)
         if self._screenshot_due:
             self._screenshot_due = False
             self._take_screenshot(camera)

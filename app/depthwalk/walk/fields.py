@@ -12,7 +12,7 @@ from depthwalk.errors import InputError
 from depthwalk.params import Params
 from depthwalk.walk.native_imgui import imgui
 
-LABEL_WIDTH = 132.0  # at the right of each widget, window coordinates
+LABEL_WIDTH = 132.0  # at the right of each widget, widget coordinates
 _TOOLTIP_WIDTH = 420.0
 Kind = Literal["switch", "number", "integer", "choice", "colour", "vector", "other"]
 _KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "integer"}

@@ -57,7 +57,7 @@ HELP = (
 
 
 def draw_hud(state: State) -> float:
-    """Draw the HUD of the walk `state` at the window's left edge, and return its right end, window coordinates.
+    """Draw the HUD of the walk `state` at the window's left edge, and return its right end, widget coordinates.
 
     It shows frame times, what was drawn, and the viewer's position. In a narrow window, where all this would cover the
     objects, it shows only the frame times, and what is being played or recorded.
@@ -97,14 +97,14 @@ def draw_crosshair() -> None:
 
 
 def draw_help(left: float, right: float) -> None:
-    """Draw the list of keys centred between HUD and panel.
+    """Draw the list of keys centred between HUD and panel; if there is no room, before both.
 
     Parameters
     ----------
     left
-        The right end of the HUD, window coordinates.
+        The right end of the HUD, widget coordinates.
     right
-        The left end of the panel, window coordinates.
+        The left end of the panel, widget coordinates.
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
@@ -113,6 +113,8 @@ def draw_help(left: float, right: float) -> None:
     imgui.push_style_var(imgui.StyleVar_.cell_padding, CLOSE_ROWS)
     begin_overlay("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92 if fits else 1.0)
     draw_table("help", HELP)
+    if not fits:
+        imgui.internal.bring_window_to_display_front(imgui.internal.get_current_window())
     imgui.end()
     imgui.pop_style_var()
 
@@ -127,7 +129,7 @@ def draw_toast(message: str, floor: float, left: float, right: float) -> None:
     floor
         Window coordinate above which the message stays.
     left, right
-        The right end of the HUD and the left end of the panel, window coordinates. The message stays between them, or
+        The right end of the HUD and the left end of the panel, widget coordinates. The message stays between them, or
         lies over both if the space is too narrow.
     """
     if right - left < _NARROWEST_TOAST:
@@ -150,12 +152,12 @@ def draw_background(progress: Progress, right: float) -> float:
     progress
         Progress of the baking.
     right
-        The left end of the panel, window coordinates.
+        The left end of the panel, widget coordinates.
 
     Returns
     -------
     float
-        The upper end of the bar, window coordinates.
+        The upper end of the bar, widget coordinates.
     """
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(520, right - 2 * MARGIN), 0))

@@ -140,8 +140,14 @@ class Input:
         return self._edits or self._busy
 
     def _over_widgets(self, x: float, y: float) -> bool:
+        x, y = self._among_widgets(x, y)
         inside = (left <= x < right and top <= y < bottom for left, top, right, bottom in self._areas)
         return self._busy or any(inside)
+
+    def _among_widgets(self, x: float, y: float) -> tuple[float, float]:
+        """Return a point of the window in widget coordinates (see `overlay`)."""
+        extent, (width, height) = self._io.display_size, self._window.size
+        return x * extent.x / max(width, 1), y * extent.y / max(height, 1)
 
     def _on_key(self, key: Any, action: Any, modifiers: Any) -> None:
         self._had_event = True
@@ -185,7 +191,7 @@ class Input:
                 self._state.look(right, down)
         self._last = x, y
         if not self.captured:
-            self._io.add_mouse_pos_event(x, y)
+            self._io.add_mouse_pos_event(*self._among_widgets(x, y))
 
     def _on_press(self, x: float, y: float, button: int) -> None:
         self._had_event = True
@@ -193,7 +199,7 @@ class Input:
             return
         # The position of the last motion: on X11, GLFW gives the present one, several events later at 3 fps.
         self._last = self._last or (x, y)
-        self._io.add_mouse_pos_event(*self._last)
+        self._io.add_mouse_pos_event(*self._among_widgets(*self._last))
         self._io.add_mouse_button_event(button - 1, True)
         if self._over_widgets(*self._last):
             self._edits = True

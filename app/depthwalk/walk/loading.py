@@ -114,7 +114,7 @@ class LoadingScreen:
             for _ in range(2):  # imgui measures a window in one frame and centres it in the next
                 screen.use()
                 screen.clear(0.05, 0.055, 0.065, 1.0)
-                self._overlay.draw(screen, self._window.size, size, 1 / 60, self._widgets)
+                self._overlay.draw(screen, size, 1 / 60, self._widgets)
         self._window.swap_buffers()
 
     def _widgets(self) -> None:

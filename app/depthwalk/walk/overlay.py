@@ -1,4 +1,8 @@
-"""Draw a frame of widgets over the screen: imgui's context, font and style."""
+"""Draw a frame of widgets over the screen: imgui's context, font and style.
+
+Widgets are laid out in *widget coordinates*, from the window's upper left corner: pixels on a desktop of ordinary
+density, and several pixels each on one that enlarges everything, so that texts are as large as those of other programs.
+"""
 
 from collections.abc import Callable
 
@@ -11,6 +15,7 @@ from depthwalk.walk.native_imgui import imgui
 
 _FONT = "assets/fonts/Roboto/Roboto-Regular.ttf"  # comes with imgui-bundle; has Greek and Cyrillic
 _FONT_PIXELS = 16.0
+_SMALLEST = 640, 480  # (width, height) in widget coordinates, in which help and panel fit
 
 
 class Overlay:
@@ -20,6 +25,8 @@ class Overlay:
     ----------
     device
         The GPU that draws.
+    density
+        Returns by how much the desktop enlarges what it shows, which changes with the monitor that the window is on.
 
     Attributes
     ----------
@@ -29,7 +36,8 @@ class Overlay:
         Draws the widgets' triangles.
     """
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, density: Callable[[], float]) -> None:
+        self._density = density
         self._imgui = imgui.create_context()
         self.io = imgui.get_io()
         self.io.set_ini_filename("")  # write no imgui.ini into the user's folder
@@ -43,7 +51,6 @@ class Overlay:
     def draw(
         self,
         screen: moderngl.Framebuffer,
-        window_size: tuple[int, int],
         buffer_size: tuple[int, int],
         dt: float,
         widgets: Callable[[], None],
@@ -54,8 +61,6 @@ class Overlay:
         ----------
         screen
             The framebuffer that is drawn over.
-        window_size
-            (width, height) of the window in its coordinates, above 0.
         buffer_size
             (width, height) of the window in pixels, above 0.
         dt
@@ -63,9 +68,9 @@ class Overlay:
         widgets
             Calls imgui to describe the widgets.
         """
-        self.io.display_size = imgui.ImVec2(*window_size)
-        scale = (pixels / size for pixels, size in zip(buffer_size, window_size, strict=True))
-        self.io.display_framebuffer_scale = imgui.ImVec2(*scale)
+        unit = pixels_per_unit(buffer_size, self._density())
+        self.io.display_size = imgui.ImVec2(*(pixels / unit for pixels in buffer_size))
+        self.io.display_framebuffer_scale = imgui.ImVec2(unit, unit)
         self.io.delta_time = max(dt, 1e-5)
         imgui.new_frame()
         try:
@@ -80,6 +85,22 @@ class Overlay:
             self.renderer.release()
         finally:
             imgui.destroy_context(self._imgui)
+
+
+def pixels_per_unit(buffer_size: tuple[int, int], density: float) -> float:
+    """Return the number of pixels to a unit of widget coordinates: the desktop's `density` where the window is large.
+
+    A window that has no room for the widgets at that size has smaller ones, but none below a pixel to the unit.
+
+    Parameters
+    ----------
+    buffer_size
+        (width, height) of the window in pixels.
+    density
+        By how much the desktop enlarges what it shows.
+    """
+    room = min(pixels / least for pixels, least in zip(buffer_size, _SMALLEST, strict=True))
+    return max(min(density, room), 1.0)
 
 
 def set_up_look(io: imgui.IO) -> None:
@@ -97,6 +118,7 @@ def set_up_look(io: imgui.IO) -> None:
     style.item_spacing = imgui.ImVec2(8, 5)
     colours = {
         imgui.Col_.window_bg: (0.09, 0.10, 0.12, 0.92),
+        imgui.Col_.popup_bg: (0.09, 0.10, 0.12, 1.0),  # lists of the panel lie over other texts
         imgui.Col_.title_bg: (0.09, 0.10, 0.12, 1.0),
         imgui.Col_.title_bg_active: (0.14, 0.16, 0.20, 1.0),
         imgui.Col_.frame_bg: (0.19, 0.21, 0.25, 1.0),

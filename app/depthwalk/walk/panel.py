@@ -26,14 +26,14 @@ _FOV_RANGE = 10.0, 120.0  # degrees, the ends of the slider; Ctrl+click allows w
 _SUN_MAX = 5.0  # the end of the slider; Ctrl+click allows more
 
 
-Area = tuple[float, float, float, float]  # left, top, right, bottom, window coordinates
+Area = tuple[float, float, float, float]  # left, top, right, bottom, widget coordinates
 
 
 def draw_panel(state: State, left: float) -> Area:
     """Draw the panel of the walk `state` at the window's right edge, and apply the user's changes to the walk.
 
     If it overlaps the HUD, whose right end is `left`, it is opaque, so that texts do not shine through. Returns the
-    rectangle that the panel covers: left, top, right, bottom, window coordinates.
+    rectangle that the panel covers: left, top, right, bottom, widget coordinates.
     """
     display = imgui.get_io().display_size
     width = max(min(_WIDTH, display.x - 2 * _MARGIN), _NARROWEST)
@@ -74,12 +74,12 @@ def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
     aspect
         Width / height of the atlas.
     left
-        The right end of the HUD, window coordinates.
+        The right end of the HUD, widget coordinates.
 
     Returns
     -------
     Area
-        The rectangle that the picture covers: left, top, right, bottom, window coordinates.
+        The rectangle that the picture covers: left, top, right, bottom, widget coordinates.
     """
     display = imgui.get_io().display_size
     width = max(160.0, min(600.0, display.x - left - _WIDTH - 6 * _MARGIN))

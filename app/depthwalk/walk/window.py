@@ -120,6 +120,11 @@ def wait_for_event(seconds: float) -> None:
         glfw.wait_events_timeout(seconds)
 
 
+def desktop_density(window: Window) -> float:
+    """Return by how much the desktop enlarges what it shows: 1 at 96 pixels an inch, 2 on most dense screens."""
+    return max(glfw.get_window_content_scale(window._window))
+
+
 def take_events() -> None:
     """Handle the events that have arrived."""
     glfw.poll_events()

@@ -31,6 +31,7 @@ from depthwalk.types import Mask
 
 BEYOND = 1e6  # metres: the distance that stands for the sky, where nothing was drawn
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
+DAMPING = 0.75  # least length of a step along a ray ahead, over that which is right for a floor; see search.glsl
 CELL = 16  # pixels along the side of a cell; the nearest surface of each cell is known
 _NEAREST = 1.0  # metres: nearer surfaces are ignored when choosing which cells of the screen need the surround
 _Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
