@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from depthwalk.render.reprojection.reprojection import (
@@ -11,7 +10,6 @@ from depthwalk.render.reprojection.reprojection import (
     CELL,
     DAMPING,
     FIXED_POINT_STEPS,
-    GAP,
     HIDDEN,
     LEAST_AHEAD,
     REFLECTED,
@@ -57,7 +55,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     """Return the distance along another camera's axis to the nearest surface of a picture, by cells of that view.
 
     Each cell of the picture is moved to where its nearest surface appears, with a border of half a cell
-    (shaders/reprojection/moved_cell.vert). Where none appears, the nearest surface beside it is taken (gaps.frag).
+    (shaders/reprojection/moved_cell.vert).
 
     Parameters
     ----------
@@ -71,7 +69,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     Returns
     -------
     NDArray[np.float64]
-        (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where no surface appears, nor beside.
+        (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where no surface appears.
     """
     rays, viewer, _ = seen_from(picture, view)
     nearest = nearest_in_cells(distances)
@@ -87,8 +85,7 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     first, last = (edge.clip(0, np.array(found.shape)[::-1]).astype(int) for edge in (low, high + 1))
     for k, (x, y), (right, top) in zip(drawn, first, last, strict=True):
         found[y:top, x:right] = np.minimum(found[y:top, x:right], ahead[k])
-    around = sliding_window_view(np.pad(found, GAP, mode="edge"), (2 * GAP + 1, 2 * GAP + 1)).min((2, 3))
-    return np.where(found < BEYOND, found, around)
+    return found
 
 
 def beside_nearer(distances: Array) -> Mask:

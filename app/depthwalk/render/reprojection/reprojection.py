@@ -39,7 +39,6 @@ _CORNERS = places(1)  # of these cells
 _JUDGED = 16, 12  # columns and rows of rays that estimate how much of a view a picture holds
 REFLECTED = 0.1  # part of the picture's width or height, along each edge, that is mirrored beyond it
 STRIDE = 2  # pixels between those of a cell that are sampled for the nearest surface; narrower things may be missed
-GAP = 1  # cells of the screen, at each side of one where nothing appears, that are searched for a surface
 LEAST_AHEAD = 0.01  # metres: cells that come nearer to the new camera are not drawn
 HIDDEN = 0.95  # a surface nearer than this part of the distance at which a search ends hides what it looks for
 
@@ -71,12 +70,8 @@ class _Picture(NamedTuple):
 
 
 class _Cells(NamedTuple):
-    """Hold, for each cell of the screen, how far ahead of the viewer its nearest surface is.
+    """Hold, for each cell of the screen, how far ahead of the viewer its nearest surface is."""
 
-    moved: where cells of the picture appear; nearest: the same with gaps filled; depth: the depth buffer of `moved`.
-    """
-
-    moved: Image
     nearest: Image
     depth: moderngl.Texture
 
@@ -100,7 +95,6 @@ class Reprojection:
         self._copy = Program(self._gl, vertex, "still_picture/place.frag")
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
-        self._gaps = Program(self._gl, vertex, "reprojection/gaps.frag")
         self._programs = Variants(
             lambda defines: Program(self._gl, VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
         )
@@ -262,10 +256,9 @@ class Reprojection:
         if self._cells is None or self._cells.nearest.texture.size != count:
             self._free_cells()
             texture, depth = self._gl.texture(count, 1, "f4"), self._gl.depth_texture(count)
-            moved = Image(texture, self._gl.framebuffer([texture], depth))
-            self._cells = _Cells(moved, Image.make(self._gl, count, 1, "f4"), depth)
-        moved = self._cells.moved
-        moved.framebuffer.clear(BEYOND, depth=1.0)
+            self._cells = _Cells(Image(texture, self._gl.framebuffer([texture], depth)), depth)
+        nearest = self._cells.nearest
+        nearest.framebuffer.clear(BEYOND, depth=1.0)
         self._shown.nearest.texture.use(0)
         self._moved.set(
             nearest=0,
@@ -275,12 +268,8 @@ class Reprojection:
             screen_from_ray=tuple(np.linalg.inv(rays).T.ravel()),
             screen_cells=(size[0] / CELL, size[1] / CELL),
         )
-        with self._gl.state(into=moved.framebuffer, depth_test=LESS):
+        with self._gl.state(into=nearest.framebuffer, depth_test=LESS):
             self._moved.rectangles(math.prod(self._shown.nearest.texture.size))
-        moved.texture.use(0)
-        self._gaps.set(moved=0)
-        with self._gl.state(into=self._cells.nearest.framebuffer):
-            self._gaps.fill()
 
     def unseen(self, view: View) -> float:
         """Return the part of `view`, 0 to 1, that neither the finished picture nor the surround holds.
@@ -325,8 +314,7 @@ class Reprojection:
 
     def _free_cells(self) -> None:
         if self._cells is not None:
-            moved, nearest, depth = self._cells
-            moved.free(self._gl)
+            nearest, depth = self._cells
             nearest.free(self._gl)
             self._gl.free(depth)
         self._cells = None
