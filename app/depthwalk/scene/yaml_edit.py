@@ -16,7 +16,7 @@ from depthwalk.scene.yaml_pieces import Piece, compose_pieces
 from depthwalk.scene.yaml_text import block_lines, double_quoted, float32_value, flow_text
 
 Place = tuple[str, ...]  # keys from the root
-_BREAK = re.compile(r"(?:\r\n|[\n\r\x85\u2028\u2029])")  # line breaks of YAML 1.1 (§5.4), which libyaml parses
+_BREAK = re.compile(r"(?:\r\n|\r(?!\n)|[\n\x85\u2028\u2029])")  # line breaks of YAML 1.1 (§5.4), which libyaml parses
 _NULL = "~", "null", "Null", "NULL"
 _STEP = 2  # spaces by which a mapping is indented, where the text has none that shows how many
 

@@ -28,7 +28,7 @@ _OPEN = ("shadows", "output")  # groups that a user is likely to look for first;
 _FOV_RANGE = 10.0, 120.0  # degrees, the ends of the slider; Ctrl+click allows what cameras of scene files allow
 _SUN_MAX = 5.0  # the end of the slider; Ctrl+click allows more
 _DIRECTION_DIGITS = 6  # of the sun's, decimal places: 0.002 degrees of azimuth where it is highest
-_SAVE: dict[SavedTo, str] = {"file": "Save", "new file": "Save as new"}
+_SAVE: dict[SavedTo, str] = {"file": "Save", "new file": "Save copy"}
 _KEEPING = {
     Keeping.COPY: "Copy them to the clipboard, as lines for a scene file",
     Keeping.SAVE: "Write them into the scene file (Ctrl+S)",
