@@ -112,6 +112,22 @@ def test_former_names_of_keys_stay(file: Path) -> None:
     assert file.read_text() == "version: 1\nrender: {dof: {largest: 6}}\n"
 
 
+def test_groups_that_hold_nothing_are_filled(file: Path) -> None:
+    """They are valid only beside options, or were emptied after the scene was loaded."""
+    file.write_text("version: 1\nenvironment: {sun: }\nrender:  # none\n")
+    save_values(
+        file, {"environment": {"sun": {"intensity": 2.0}}, "render": {"aa": "fxaa", "fxaa": {"edge_threshold": 0.5}}}
+    )
+    expected = "environment: {sun: {intensity: 2} }\nrender:  # none\n  aa: fxaa\n  fxaa: {edge_threshold: 0.5}\n"
+    assert file.read_text() == "version: 1\n" + expected
+    assert "render: must be a mapping" in refused_after(file, "version: 1\nrender:\n", {"walk": {"speed": 1.0}})
+
+
+def refused_after(file: Path, text: str, values: dict[str, Any]) -> str:
+    file.write_text(text)
+    return refused(file, values)
+
+
 def test_a_preset_stays_what_the_file_does_not_say(file: Path) -> None:
     file.write_text("version: 1\nrender: {preset: paper}\n")
     save_values(file, {"render": {"culling": {"occlusion": True}}})
@@ -126,10 +142,10 @@ def test_a_preset_stays_what_the_file_does_not_say(file: Path) -> None:
         ("version: 1\nrender: {\n", VALUES, "not valid YAML"),
         ("", VALUES, "the file is empty"),
         ("[1]", VALUES, "must be a mapping"),
-        ("version: 1\nenvironment: {}\n", {"environment": {"fog": {"height": 2.0}}}, "has no environment.fog, which an option"),
+        ("version: 1\n", {"environment": {"fog": {"height": 2.0}}}, "has no environment.fog, which an option gave"),
         ("version: 1\n", {"camera": {"fov": 40.0}}, "has no camera, which an option gave"),
         ("version: 1\n", {"render": {"aa": "many"}}, "the file would not be valid any more:"),
-        ("version: 1\nrender: {shadows: &s {enabled: true}}\n", {"render": {"shadows": {"distanc": 4.0}}}, "unknown key"),
+        ("version: 1\nrender: {shadows: &s {lamps: 1}}\n", {"render": {"shadows": {"distanc": 4.0}}}, "unknown key"),
         (
             "version: 1\nenvironment: {sun: {colour: &c [1, 1, 1]}, ambient: {colour: *c}}\n",
             {"environment": {"ambient": {"colour": "#ff0000"}}},

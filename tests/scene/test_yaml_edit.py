@@ -103,7 +103,8 @@ def test_what_cannot_be_changed_by_itself_is_refused(text: str, values: dict[str
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0.30000001192092896, "0.3"), (1e-5, "0.00001"), (1e6, "1000000"), (-0.0, "0"), (-2.0, "-2"), (1 / 3, "0.33333334"),
+        (0.30000001192092896, "0.3"), (1e-5, "0.00001"), (1e6, "1000000"), (-0.0, "0"), (-2.0, "-2"),
+        (1 / 3, "0.33333334"),
     ],
 )  # fmt: skip
 def test_numbers_have_the_digits_that_a_slider_means(value: float, text: str) -> None:

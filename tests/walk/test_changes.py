@@ -154,9 +154,7 @@ def assert_same(one: Params, other: Params) -> None:
         read = getattr(other, name)
         if isinstance(value, Params):
             assert_same(value, read)
-        elif isinstance(value, float):
-            assert read == pytest.approx(value, rel=1e-7, abs=1e-30), name
-        elif isinstance(value, tuple):
+        elif isinstance(value, float | tuple):
             assert read == pytest.approx(value, rel=1e-7, abs=1e-30), name
         else:
             assert read == value, name

@@ -5,10 +5,9 @@ What differs is a nested mapping in the notation of scene files, so that it can 
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from depthwalk.params import Params
+from depthwalk.params import Memo, Params
 from depthwalk.scene.effect_settings import DofParams
 from depthwalk.scene.environment import GroundParams, SkyParams
 from depthwalk.scene.saved_values import leaves
@@ -20,18 +19,29 @@ from depthwalk.walk.fields import Control, controls_of
 _FOV = "camera", "fov"
 
 
-@dataclass(frozen=True)
 class _Group:
     """Hold a group of parameters, where it stands in a scene file, and the values that the file gave."""
 
-    place: Place
-    params: Params
-    given: dict[str, Any]
+    def __init__(self, place: Place, params: Params) -> None:
+        self.place, self.params, self.given = place, params, dict(vars(params))
+        self._memo = self._new_memo()
 
-    @property
-    def is_changed(self) -> bool:
-        """Return whether any of its values is another object or number; groups within it do not count."""
-        return vars(self.params) != self.given
+    def _new_memo(self) -> Memo[Params, dict[str, Any]]:
+        return Memo(lambda params: dict(_differing(params[0], self.given)))
+
+    def differing(self) -> dict[str, Any]:
+        """Return the values that differ from the file's; those of groups within it do not count."""
+        return self._memo.of([self.params]) if vars(self.params) != self.given else {}
+
+    def accept(self, name: str) -> None:
+        """Count a value as the file's from now on."""
+        self.given[name] = getattr(self.params, name)
+        self._memo = self._new_memo()
+
+    def restore(self) -> None:
+        """Give the group the values of the file again."""
+        # Not one after the other through `setattr`: together they are valid, on the way they need not be.
+        vars(self.params).update(self.given)
 
 
 class FileValues:
@@ -50,7 +60,6 @@ class FileValues:
         parts = {"environment": scene.environment, "walk": scene.walk, "render": scene.render}
         self._groups = tuple(group for name, part in parts.items() for group in _groups((name,), part))
         self.fov = None if scene.camera is None else scene.camera.fov
-        self._known: tuple[list[dict[str, Any]], dict[str, Any]] = [], {}  # values, and which of them `changed` found
 
     def changed(self, fov: float | None = None) -> dict[str, Any]:
         """Return the values that differ from the file's.
@@ -66,19 +75,21 @@ class FileValues:
             Nested mappings as in a scene file: angles in degrees, colours as `"#rrggbb"` where that is exact, numbers
             with the fewest digits that float32 distinguishes. Empty where nothing differs.
         """
-        groups = [group for group in self._groups if group.is_changed]
-        if self._known[0] != (values := [vars(group.params) for group in groups]):  # the panel asks in every frame
-            self._known = [dict(each) for each in values], _nested(groups)
-        found = self._known[1]
-        if fov is None or self.fov is None or _degrees(fov) == _degrees(self.fov):
-            return found
-        return {"camera": {"fov": _degrees(fov)}, **found}
+        found: dict[str, Any] = {}
+        if fov is not None and self.fov is not None and _degrees(fov) != _degrees(self.fov):
+            found["camera"] = {"fov": _degrees(fov)}
+        for group in self._groups:
+            if values := group.differing():
+                inner = found
+                for key in group.place:
+                    inner = inner.setdefault(key, {})
+                inner.update(values)
+        return found
 
     def restore(self) -> None:
         """Give the scene the values of its file again, except for the field of view."""
         for group in self._groups:
-            # Not one after the other through `setattr`: together they are valid, on the way they need not be.
-            vars(group.params).update(group.given)
+            group.restore()
 
     def accept(self, values: Mapping[str, Any], fov: float | None = None) -> None:
         """Count changed values as the file's from now on, where they have been saved.
@@ -90,45 +101,30 @@ class FileValues:
         fov
             As for `changed`.
         """
-        self._known = [], {}
         groups = {group.place: group for group in self._groups}
         for place, _ in leaves(values):
             if place == _FOV:
                 self.fov = fov
             else:
-                group = groups[place[:-1]]
-                group.given[place[-1]] = getattr(group.params, place[-1])
+                groups[place[:-1]].accept(place[-1])
 
 
 def _groups(place: Place, params: Params) -> Iterator[_Group]:
     """Yield a group of parameters, and those within it that the panel shows."""
-    yield _Group(place, params, dict(vars(params)))
+    yield _Group(place, params)
     for name, value in params:
         if isinstance(value, Params) and not isinstance(value, GroundParams):
             yield from _groups((*place, name), value)
 
 
-def _nested(groups: Sequence[_Group]) -> dict[str, Any]:
-    """Return the values of groups that differ from the file's, in nested mappings."""
-    found: dict[str, Any] = {}
-    for group in groups:
-        values = dict(_differing(group))
-        inner = found
-        for key in group.place if values else ():
-            inner = inner.setdefault(key, {})
-        inner.update(values)
-    return found
-
-
-def _differing(group: _Group) -> Iterator[tuple[str, Any]]:
+def _differing(params: Params, given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield the names of a group's values that differ from the file's, and the values as a scene file holds them."""
-    params = group.params
     unused = _unused(params)
     for control in controls_of(type(params)):
         if control.kind == "other" or control.name in unused:
             continue
-        value, given = getattr(params, control.name), group.given[control.name]
-        if value != given and (written := _written(control, value)) != _written(control, given):
+        value, before = getattr(params, control.name), given[control.name]
+        if value != before and (written := _written(control, value)) != _written(control, before):
             yield control.name, written
 
 
