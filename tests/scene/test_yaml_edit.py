@@ -150,7 +150,7 @@ class Writer:
         if isinstance(value, dict):
             items = [f"{key}: {self.flow(each, indent + self.step)}" for key, each in value.items()]
         opened, closed = "[]" if isinstance(value, list) else "{}"
-        comma = "," if items and self.draw(st.booleans()) else ""
+        comma = "," if self.draw(st.booleans()) and items else ""
         if self.draw(st.booleans()):
             return opened + self.some("", " ") + ", ".join(items) + self.some("", " ") + comma + closed
         lines = [f"{pad}{item}{',' if k < len(items) - 1 else comma}{self.comment()}" for k, item in enumerate(items)]
@@ -198,7 +198,7 @@ def layouts(draw: st.DrawFn) -> tuple[dict[str, Any], str]:
 @st.composite
 def changes_of(draw: st.DrawFn, value: dict[str, Any]) -> dict[str, Any]:
     """New values for some keys of a mapping, and new keys."""
-    found = {}
+    found: dict[str, Any] = {}
     for key in draw(st.lists(st.sampled_from([*value, "ka", "kf", "kg"]), unique=True, max_size=4)):
         old = value.get(key)
         if isinstance(old, dict):

@@ -77,7 +77,9 @@ def test_keys_that_a_sky_or_lens_has_no_use_for_are_left_out(scene: Scene) -> No
     lens.focus_distance = 9
     assert values.changed()["render"] == {"dof": {"focus_distance": 9.0}}
     lens.autofocus = True
-    assert values.changed()["render"] == {"dof": {"autofocus": True}}
+    assert values.changed()["render"] == {"dof": {"focus_distance": 9.0, "autofocus": True}}
+    lens.mode = "gather"
+    assert values.changed()["render"] == {"dof": {"mode": "gather", "autofocus": True}}
 
 
 def test_the_field_of_view_counts_only_where_the_file_has_a_camera(scene: Scene, tmp_path: Path) -> None:

@@ -189,7 +189,7 @@ def rows_of(io: IO, state: State, width: int) -> dict[str, tuple[float, float, f
 
     io.display_size = imgui.ImVec2(width, 600)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(panel.imgui, "button", noted)
+        patch.setattr("depthwalk.walk.panel.imgui.button", noted)
         for _ in range(2):
             imgui.new_frame()
             imgui.set_next_window_pos((0, 0))

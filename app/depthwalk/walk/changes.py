@@ -132,7 +132,7 @@ def _unused(params: Params) -> frozenset[str]:
     """Return the keys of a group that say nothing now."""
     if isinstance(params, SkyParams):  # and a file must not have those that are for other models
         return frozenset(type(params).model_fields) - params.used_keys
-    if isinstance(params, DofParams) and params.autofocus:  # follows what is in the middle of the picture
+    if isinstance(params, DofParams) and params.autofocus and params.mode != "none":  # it focuses by itself
         return frozenset({"focus_distance"})
     return frozenset()
 
