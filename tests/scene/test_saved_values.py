@@ -142,8 +142,8 @@ def test_a_preset_stays_what_the_file_does_not_say(file: Path) -> None:
         ("version: 1\nrender: {\n", VALUES, "not valid YAML"),
         ("", VALUES, "the file is empty"),
         ("[1]", VALUES, "must be a mapping"),
-        ("version: 1\n", {"environment": {"fog": {"height": 2.0}}}, "has no environment.fog, which an option gave"),
-        ("version: 1\n", {"camera": {"fov": 40.0}}, "has no camera, which an option gave"),
+        ("version: 1\n", {"environment": {"fog": {"height": 2.0}}}, "has no environment.fog: an option gave it"),
+        ("version: 1\n", {"camera": {"fov": 40.0}}, "has no camera: an option gave it"),
         ("version: 1\n", {"render": {"aa": "many"}}, "the file would not be valid any more:"),
         ("version: 1\nrender: {shadows: &s {lamps: 1}}\n", {"render": {"shadows": {"distanc": 4.0}}}, "unknown key"),
         (

@@ -126,7 +126,7 @@ def _check_groups(file: SceneFile, values: Mapping[str, Any], name: str) -> None
         group: Any = file
         for depth, key in enumerate(place[:-1], 1):
             if (group := getattr(group, key)) is None:
-                raise InputError(f"{name}: has no {label(place[:depth])}, which an option gave")
+                raise InputError(f"{name}: has no {label(place[:depth])}: an option gave it, or the file has changed")
 
 
 def _check_values(before: SceneFile, after: SceneFile, values: Mapping[str, Any], name: str) -> None:

@@ -63,7 +63,7 @@ class _Editor:
     def edited(self) -> str:
         """Return the text with all edits; those of one position in the order in which they were made."""
         parts, end = [], 0
-        for start, after, new in sorted(self.edits, key=lambda edit: edit[:2]):
+        for start, after, new in sorted(self.edits, key=lambda edit: edit[0]):
             parts += [self.text[end:start], new]
             end = after
         return "".join([*parts, self.text[end:]])
@@ -157,7 +157,7 @@ class _Editor:
             self.edits.append((brace, brace, ", ".join(pairs) + space))
             return
         key, last = mapping.children[-2:]
-        end = max(last.end if last.end > last.start else last.start, key.end)
+        end = last.end
         before = self.text[self._line_start(key.start) : key.start]
         rest = re.compile(r"(?P<comma>[ \t]*,)?(?P<end>[ \t]*(?:[ \t]#.*)?)(?=[\r\n])").match(self.text, end)
         if before.strip(" \t") or rest is None:
