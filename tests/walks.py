@@ -14,6 +14,7 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.path import CameraPath
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 from depthwalk.walk.controls import Walker
@@ -64,7 +65,11 @@ def state(path: bool = True, **environment: Any) -> State:
         fps=30.0, interpolation="step", times=np.array([0.0, 2.0]), views=views, fovs=np.array([0.5, 0.8])
     )
     scene = SimpleNamespace(
-        environment=Environment(**environment), walk=WalkParams(), path=Path("scene.yaml"), camera=None
+        environment=Environment(**environment),
+        walk=WalkParams(),
+        render=RenderSettings(),
+        path=Path("scene.yaml"),
+        camera=None,
     )
     renderer = cast(Renderer, FakeRenderer())
     return State(cast(Scene, scene), renderer, Walker.at(HOME), HOME, Playback(track) if path else None)

@@ -38,6 +38,8 @@ import json, signal, sys
 from pathlib import Path
 import depthwalk.walk as walk
 import depthwalk.walk.app as app
+import depthwalk.walk.fields as fields
+import depthwalk.walk.panel as panel
 import glfw
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render import kernels
@@ -54,6 +56,21 @@ class WatchedScreen(app.LoadingScreen):
         tell(loading=name)
         super().report(name, stage)
 
+class WatchedWidgets:  # imgui, of which it is noted where buttons and check boxes are
+    def __getattr__(self, name):
+        return getattr(native, name)
+
+    def button(self, label, *values):
+        return noted(label, native.button(label, *values))
+
+    def checkbox(self, label, on):
+        return noted(label, native.checkbox(label, on))
+
+def noted(label, answer):
+    low, high = native.get_item_rect_min(), native.get_item_rect_max()
+    places[label] = low.x + 9, (low.y + high.y) / 2
+    return answer
+
 def tell(**facts):
     print(json.dumps(facts), flush=True)
 
@@ -61,6 +78,7 @@ def watched_step(walk):
     step(walk)
     state, window = walk.state, walk.window
     frames.append(1)
+    is_copied = state._toast.message.startswith("Copied")
     tell(
         frame=len(frames),
         title=window.title,
@@ -69,13 +87,18 @@ def watched_step(walk):
         captured=bool(window.mouse_exclusivity),
         fast=state.fast,
         message=state._toast.message,
+        toast=state.toast,
         position=state.camera.position,
         look=tuple(state.camera.look),
         recorded=state.recorder.seconds if state.recorder else 0,
         focusing=state.pull.target is not None,
         inspected=state.inspected.number,
         focus=state.renderer.settings.dof.focus_distance,
+        changed=state.changed,
+        widgets=dict(places),
+        copied=(glfw.get_clipboard_string(window._window) or b"").decode() if is_copied else "",
     )
+    places.clear()
 
 def drop_by_signal(window, action):
     on_files_dropped(window, action)
@@ -86,7 +109,9 @@ def drop_by_signal(window, action):
 if "compiled" not in sys.argv:
     kernels.load_behind = lambda: None
 
-devices, frames = [], []
+devices, frames, places = [], [], {}
+native = panel.imgui
+panel.imgui = fields.imgui = WatchedWidgets()
 step, app.Walk.step = app.Walk.step, watched_step
 app.Device, app.LoadingScreen = WatchedDevice, WatchedScreen
 on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
@@ -218,6 +243,16 @@ class User:
         window = self.do("search", "--sync", "--onlyvisible", "--name", "depthwalk").split()[0]
         self.do("windowfocus", "--sync", window)
         return window
+
+    def click(self, label: str) -> None:
+        """Click on a button or check box of the panel, once it is shown."""
+        shown = self.program.wait(lambda report: label in report.get("widgets", {}), label)
+        x, y = map(round, shown["widgets"][label])
+        self.do("mousemove", "--window", self.window, x, y)
+        self.program.wait_frames()  # imgui takes a click only where it has seen the mouse
+        self.do("mousedown", 1)
+        self.program.wait_frames()
+        self.do("mouseup", 1)
 
     def drop(self, file: Path) -> None:
         (self.program.folder / "dropped").write_text(str(file))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from depthwalk.walk.file_watch import FileWatch, WatchThread
+from depthwalk.walk.file_watch import FileWatch, OwnChange, WatchThread, state_of
 
 
 def looks(watch: FileWatch, start: float, count: int = 4) -> list[bool]:
@@ -39,6 +39,33 @@ def test_a_file_that_is_saved_is_news_once(files: list[Path], number: int) -> No
     watch = FileWatch(files)
     touch(files[number])
     assert looks(watch, 0) == [False, True, False, False]
+
+
+def test_a_change_of_the_programs_own_is_no_news(files: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    watch = FileWatch(files)
+    before = state_of(files[0])
+    touch(files[0], "own")
+    assert not watch.has_news(-1)  # between the change and its report
+    monkeypatch.chdir(files[0].parent)
+    watch.accept(OwnChange(Path(files[0].name), before, state_of(files[0])))
+    assert not any(looks(watch, 0))
+    touch(files[0], "another's")
+    assert looks(watch, 10) == [False, True, False, False]
+
+
+def test_a_change_of_the_programs_own_hides_none_of_others(files: list[Path]) -> None:
+    watch = FileWatch(files)
+    touch(files[0], "another's")
+    touch(files[1], "another's")
+    before = state_of(files[0])
+    touch(files[0], "own")
+    watch.accept(OwnChange(files[0], before, state_of(files[0])))
+    assert looks(watch, 0) == [False, True, False, False]
+    before = state_of(files[0])
+    touch(files[0], "own")
+    touch(files[1], "another's again")
+    watch.accept(OwnChange(files[0], before, state_of(files[0])))
+    assert looks(watch, 10) == [False, True, False, False]
 
 
 def test_a_file_that_is_still_being_written_is_waited_for(files: list[Path]) -> None:

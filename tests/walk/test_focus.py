@@ -1,4 +1,5 @@
 from itertools import pairwise
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -7,7 +8,8 @@ import pytest
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.effect_settings import DofParams
-from depthwalk.scene.environment import Environment
+from depthwalk.scene.environment import Environment, WalkParams
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.focus import FocusPull
@@ -49,11 +51,12 @@ def test_a_lens_has_ends(distance: float, reached: float) -> None:
 
 
 def walk(distance: float, **dof: Any) -> State:
-    settings = SimpleNamespace(dof=DofParams(**dof))
+    settings = RenderSettings(dof=DofParams(**dof))
     renderer = SimpleNamespace(settings=settings, distance_at=lambda across, down: distance)
-    return State(
-        cast(Scene, SimpleNamespace(environment=Environment())), cast(Renderer, renderer), Walker.at(HOME), HOME
+    scene = SimpleNamespace(
+        environment=Environment(), walk=WalkParams(), render=settings, path=Path("scene.yaml"), camera=None
     )
+    return State(cast(Scene, scene), cast(Renderer, renderer), Walker.at(HOME), HOME)
 
 
 def test_the_key_focuses_once_and_autofocus_always() -> None:

@@ -13,6 +13,7 @@ from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.panel import Area
 
 PLAIN = SimpleNamespace(ctrl=False, shift=False, alt=False)
+WITH_CTRL = SimpleNamespace(ctrl=True, shift=False, alt=False)
 PANEL: Area = (0, 0, 100, 100)
 RIGHT = 2
 
@@ -39,8 +40,8 @@ def window() -> Iterator[Any]:
     io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
     window = SimpleNamespace(keys=KEYS, size=(480, 360), mouse_exclusivity=False)
     state = MagicMock(fast=False)
-    leave = MagicMock()
-    input_ = Input(window, state, {"ESCAPE": leave})  # type: ignore[arg-type]
+    leave, save = MagicMock(), MagicMock()
+    input_ = Input(window, state, {"ESCAPE": leave, "CTRL_S": save})  # type: ignore[arg-type]
 
     def frame() -> None:
         imgui.new_frame()
@@ -53,7 +54,7 @@ def window() -> Iterator[Any]:
         imgui.end()
         imgui.end_frame()
 
-    window.frame, window.input, window.state, window.leave = frame, input_, state, leave
+    window.frame, window.input, window.state, window.leave, window.save = frame, input_, state, leave, save
     frame()
     yield window
     imgui.destroy_context(context)
@@ -69,6 +70,16 @@ def test_a_key_that_is_held_changes_no_widget(window: Any) -> None:
     assert window.input.had_events()
     window.state.held.press.assert_called_once()
     window.state.held.release.assert_called_once()
+
+
+def test_keys_with_ctrl_have_actions_of_their_own(window: Any) -> None:
+    for key, modifiers in (("S", PLAIN), ("ESCAPE", WITH_CTRL), ("S", WITH_CTRL)):
+        window.save.assert_not_called()
+        window.key_event_func(key, KEYS.ACTION_PRESS, modifiers)
+        window.key_event_func(key, KEYS.ACTION_RELEASE, modifiers)
+    window.save.assert_called_once()
+    window.leave.assert_not_called()
+    window.state.held.press.assert_called_once_with(Move.BACK)  # S alone
 
 
 @pytest.mark.parametrize(("arrow", "move"), [("UP", "FORWARD"), ("DOWN", "BACK"), ("LEFT", "LEFT"), ("RIGHT", "RIGHT")])

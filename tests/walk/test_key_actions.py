@@ -16,7 +16,7 @@ def walk(**parts: object) -> Walk:
 
 
 def test_the_help_names_every_key() -> None:
-    told = {word.upper() for keys, _ in HELP for word in re.findall(r"\w+", keys)} | {"ESCAPE"}
+    told = {word.replace("+", "_").upper() for keys, _ in HELP for word in re.findall(r"[\w+]+", keys)} | {"ESCAPE"}
     assert {name.removeprefix("NUMBER_") for name in key_actions(walk())} <= told
 
 

@@ -10,6 +10,7 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.path import load_path
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import Move
 from walks import FakeRenderer, state
@@ -54,7 +55,9 @@ def test_another_scene_ends_the_recording_and_tells_where_it_is(
         walk.advance(0.1)
         walk.record(0.1)
     before, home = walk.camera, Camera((7, 8, 9), (0, 0, 0), 1.0)
-    scene = SimpleNamespace(environment=Environment(), walk=WalkParams(speed=2.0), path=Path(name), camera=home)
+    scene = SimpleNamespace(
+        environment=Environment(), walk=WalkParams(speed=2.0), render=RenderSettings(), path=Path(name), camera=home
+    )
     walk.show(cast(Scene, scene), cast(Renderer, FakeRenderer()), 1.5)
     (file,) = tmp_path.iterdir()
     assert file.name in walk.toast and walk.recorder is None and walk.home == home

@@ -258,6 +258,65 @@ def test_a_watched_scene_is_read_again_when_it_is_saved(start: Start, tmp_path: 
 
 
 @linux
+def test_what_the_panel_changes_is_kept(start: Start, scene_file: Path) -> None:
+    scene_file.write_text(text := SCENE + "# the end\n")
+    user = start()
+    program = user.program
+    program.wait_frames()
+    user.do("key", "Tab")
+    user.click("collide")
+    program.wait_for(changed={"walk": {"collide": False}})
+    user.do("key", "ctrl+s")
+    program.wait(names("Saved 1 value in scene.yaml"), "what was saved")
+    saved = text.replace("walk: {speed: 3}", "walk: {speed: 3, collide: false}")
+    assert scene_file.read_text() == saved
+    program.wait_for(changed={})
+
+    user.click("collide")
+    program.wait_for(changed={"walk": {"collide": True}})
+    user.click("Copy")
+    assert program.wait(names("Copied 1 value"), "a copy")["copied"] == "walk: {collide: true}"
+    user.click("Undo")
+    program.wait_for(changed={})
+    assert scene_file.read_text() == saved
+
+    user.click("collide")
+    program.wait_for(changed={"walk": {"collide": True}})
+    scene_file.write_text(broken := saved + "rendr: {}\n")
+    user.click("Save")
+    program.wait(names("rendr"), "a complaint about what has become of the file")
+    assert scene_file.read_text() == broken
+    scene_file.write_text(saved.replace("yaw: 30", "yaw: 31"))
+    user.click("Save")
+    program.wait(names("Saved 1 value"), "what was saved")
+    assert scene_file.read_text() == saved.replace("yaw: 30", "yaw: 31").replace("collide: false", "collide: true")
+    user.do("key", "Escape")
+    assert not any(program.end().values())
+
+
+@linux
+def test_a_watched_scene_is_not_read_again_when_the_window_saves_it(start: Start, tmp_path: Path) -> None:
+    program = (user := start()).program
+    watched = tmp_path / "watched.yaml"
+    watched.write_text(SCENE)
+    user.drop(watched)
+    program.wait(lambda report: report.get("title", "").startswith("watched.yaml"), "the scene")
+    user.do("key", "Tab")
+    for value in (False, True):
+        user.click("collide")
+        program.wait_for(changed={"walk": {"collide": value}})
+        user.do("key", "ctrl+s")
+        program.wait_for(changed={})
+        program.wait_for(toast="")  # ten looks at the file later
+        assert load_scene(watched).walk.collide == value
+    assert not any(report.get("message", "").startswith("Reloaded") for report in program.told)
+    watched.write_text(watched.read_text().replace("yaw: 30", "yaw: 60"))
+    program.wait(lambda report: report.get("message", "").startswith("Reloaded watched.yaml"), "the scene again")
+    user.do("key", "Escape")
+    assert not any(program.end().values())
+
+
+@linux
 @pytest.mark.parametrize(("samples", "shown"), [(4, "msaa"), (2, "none")])
 def test_multisampling_and_none_where_the_driver_has_too_few(
     start: Start, scene_file: Path, samples: int, shown: str

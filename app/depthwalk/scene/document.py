@@ -124,7 +124,7 @@ def read_document(path: Path) -> Document:
     InputError
         With line and column, if the file cannot be read, is not YAML, or is larger or nested deeper than the limits.
     """
-    return parse_document(_read_text(path), str(path))
+    return parse_document(decoded(read_bytes(path), path), str(path))
 
 
 def parse_document(text: str, name: str) -> Document:
@@ -140,7 +140,8 @@ def parse_document(text: str, name: str) -> Document:
     return Document(name, root, value, tuple(reader.empty))
 
 
-def _read_text(path: Path) -> str:
+def read_bytes(path: Path) -> bytes:
+    """Return the contents of the YAML file `path`. Raises InputError if it cannot be read or is too large."""
     try:
         if not path.is_file():  # reading a named pipe would block
             raise missing_file(path)
@@ -154,6 +155,14 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}: {known[0]}, no scene; {known[1]}")
     if len(data) > MAX_SCENE_BYTES:
         raise located(str(path), 0, 0, f"the file is larger than {MAX_SCENE_BYTES >> 20} MiB")
+    return data
+
+
+def decoded(data: bytes, path: Path) -> str:
+    """Return the text of the YAML file `path`, which holds `data`, without its byte order mark.
+
+    Raises InputError, with line and column, if it is not UTF-8.
+    """
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -66,10 +66,10 @@ class Source:
             if loc[: len(place)] == place:
                 rest = label(loc[len(place) :])
                 return InputError(f"--set {key}: {rest}: {message}" if rest else f"--set {key}: {message}")
-            if place[: len(loc)] == loc and not self.document.holds(self._as_written(loc)):
+            if place[: len(loc)] == loc and not self.document.holds(self.as_written(loc)):
                 beside = "" if "; " in message else self._beside(loc)
                 return InputError(f"--set {key}: {label(loc)}: {message}{beside}")
-        return self.document.error(self._as_written(loc), message, at_key=at_key)
+        return self.document.error(self.as_written(loc), message, at_key=at_key)
 
     def rename_keys(self) -> None:
         """Give the document's keys their present names, with a warning for each former one.
@@ -93,7 +93,7 @@ class Source:
         """
         self.overrides[_override(self.document.value, key, text)] = key
 
-    def _as_written(self, loc: Loc) -> Loc:
+    def as_written(self, loc: Loc) -> Loc:
         """Return the location in the file's text, which may use former names, of the value at `loc`."""
         for present, former in self.renamed.items():
             if loc[: len(present)] == present:

@@ -25,9 +25,10 @@ from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
-from depthwalk.walk.file_watch import WatchThread
+from depthwalk.walk.file_watch import OwnChange, WatchThread
 from depthwalk.walk.framing import home_in
 from depthwalk.walk.input import Input
+from depthwalk.walk.keeping import keep
 from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.overlay import Overlay
@@ -360,6 +361,11 @@ class Walk:
         if point is not None:
             self.frames.redraw()
 
+    def note_own_change(self, change: OwnChange) -> None:
+        """Take a change of a file for the walk's own, after which the scene need not be read again."""
+        if self._watch is not None:
+            self._watch.accept(change)
+
     def _drop(self, files: list[Path]) -> None:
         """Open the first of the files that were dropped on the window."""
         self.next_file = files[0]
@@ -388,6 +394,9 @@ class Walk:
         if self.input.is_editing:
             self.frames.finish()  # widgets may change the settings
         self._overlay.draw(screen, size, dt, self._widgets)
+        if state.asked is not None:
+            asked, state.asked = state.asked, None
+            keep(self, asked)
         if self._screenshot_due:
             self._screenshot_due = False
             self._take_screenshot(camera)

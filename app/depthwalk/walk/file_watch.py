@@ -1,11 +1,24 @@
 """Notice that a file of the scene has been saved, so that the window reloads it (`depthwalk view --watch`)."""
 
+import queue
 import threading
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 _SECONDS = 0.4  # between two looks
+FileState = tuple[int, int] | None
+"""Time of the last change, nanoseconds since 1970, and size of a file, bytes; None for one that cannot be looked at."""
+
+
+@dataclass(frozen=True)
+class OwnChange:
+    """Describe a change that the program itself has made to a file, with the file's states before and after."""
+
+    file: Path
+    before: FileState
+    after: FileState
 
 
 class FileWatch:
@@ -45,9 +58,16 @@ class FileWatch:
         self._known = self._last
         return True
 
-    def _states(self) -> tuple[tuple[int, int] | None, ...]:
-        """Return time and size of each file; None for one that cannot be looked at."""
-        return tuple(map(_state, self._files))
+    def accept(self, change: OwnChange) -> None:
+        """Count a change of the program's own as known, unless the file had been changed by others before it."""
+        own = change.file.resolve()
+        self._known = tuple(
+            change.after if known == change.before and file.resolve() == own else known
+            for file, known in zip(self._files, self._known, strict=True)
+        )
+
+    def _states(self) -> tuple[FileState, ...]:
+        return tuple(map(state_of, self._files))
 
 
 class WatchThread:
@@ -63,6 +83,7 @@ class WatchThread:
 
     def __init__(self, files: Callable[[], Iterable[Path]], since: int | None = None) -> None:
         self._ended, self._news = threading.Event(), threading.Event()
+        self._own: queue.SimpleQueue[OwnChange] = queue.SimpleQueue()
         threading.Thread(target=self._run, args=(files, since), name="watch", daemon=True).start()
 
     def take_news(self) -> bool:
@@ -72,6 +93,10 @@ class WatchThread:
         self._news.clear()
         return True
 
+    def accept(self, change: OwnChange) -> None:
+        """Count a change of the program's own as known; call this as soon as it is made."""
+        self._own.put(change)
+
     def end(self) -> None:
         """Stop watching."""
         self._ended.set()
@@ -79,11 +104,14 @@ class WatchThread:
     def _run(self, files: Callable[[], Iterable[Path]], since: int | None) -> None:
         watch = FileWatch(files(), since)
         while not self._ended.wait(_SECONDS):
+            while not self._own.empty():
+                watch.accept(self._own.get())
             if watch.has_news(time.monotonic()):
                 self._news.set()
 
 
-def _state(file: Path) -> tuple[int, int] | None:
+def state_of(file: Path) -> FileState:
+    """Return the state of a file, by which a change is noticed."""
     try:
         found = file.stat()
     except OSError:

@@ -1,12 +1,18 @@
-"""Save a walk's screenshots and recorded camera paths under new names, without overwriting anything."""
+"""Decide where a walk saves what the user keeps, and save files under new names, without overwriting anything."""
 
 import os
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from itertools import count
 from pathlib import Path
+from typing import Literal
 
 from depthwalk.files import staging_folder
+from depthwalk.ingest.formats import is_model_file
+from depthwalk.resources import scene_root
+from depthwalk.scene.saved_values import is_writable
+
+SavedTo = Literal["file", "new file", "nowhere"]
 
 
 def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Path]) -> Path:
@@ -76,3 +82,27 @@ def _moved(whole: Path, path: Path) -> bool:
         path.unlink()
         raise
     return True
+
+
+def saved_to(path: Path) -> SavedTo:
+    """Return where changed values of a scene are saved.
+
+    Parameters
+    ----------
+    path
+        The file of the scene: a scene file, mesh or depth images.
+
+    Returns
+    -------
+    str
+        "file": into the scene file; "new file": into a copy, since the file ships with the program or is read-only;
+        "nowhere": there is no scene file.
+    """
+    if is_model_file(path):
+        return "nowhere"
+    return "new file" if is_shipped(path) or not is_writable(path) else "file"
+
+
+def is_shipped(path: Path) -> bool:
+    """Return whether a scene file is one of those that ship with the program, which stay as they are."""
+    return path.resolve().is_relative_to(scene_root().resolve())

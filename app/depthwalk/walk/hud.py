@@ -48,7 +48,7 @@ HELP = (
     ("R", "reload the scene file"),
     ("Drop a file", "open a scene, mesh or camera path"),
     ("1 2 3", "draw as the scene says / depth images / mesh"),
-    ("Tab", "settings panel"),
+    ("Tab / Ctrl+S", "settings panel / save what it changed"),
     ("B", "stop baking depth images"),
     ("Z / H", "HUD / this help"),
     ("F11 / F12", "full screen / screenshot"),

@@ -35,6 +35,7 @@ _IMGUI_KEYS = {
     "X": imgui.Key.x,
     "Z": imgui.Key.z,
 }
+_CTRL = "CTRL_"
 _NOWHERE = -3.4028234663852886e38  # −FLT_MAX, which means "no mouse" to imgui
 _LEFT, _RIGHT, _MIDDLE = 1, 2, 3  # moderngl-window's mouse buttons
 _DOUBLE_CLICK = 0.4  # s, most time between the presses of a double click
@@ -51,7 +52,8 @@ class Input:
     state
         The walk that the events change.
     actions
-        Actions of key presses, by moderngl-window's name of the key. Keys that move the viewer need no action.
+        Actions of key presses, by moderngl-window's name of the key, with `CTRL_` before it if Ctrl is held. Keys that
+        move the viewer need no action.
     before_change
         Called before an action, which may change the scene.
     """
@@ -69,7 +71,10 @@ class Input:
         self._window, self._state = window, state
         self._io = imgui.get_io()
         keys = window.keys
-        self._actions = {getattr(keys, name): action for name, action in actions.items()}
+        self._actions = {
+            (getattr(keys, name.removeprefix(_CTRL)), name.startswith(_CTRL)): action
+            for name, action in actions.items()
+        }
         self._moves = {getattr(keys, name): move for name, move in _MOVES.items()}
         self._imgui_keys = {getattr(keys, name): key for name, key in _IMGUI_KEYS.items()}
         self._shifts = {keys.LEFT_SHIFT, keys.RIGHT_SHIFT}
@@ -167,12 +172,12 @@ class Input:
                 self._state.held.release(self._moves[key])
         elif key == self._window.keys.ESCAPE and self._busy:  # imgui closes an unfocused list by no key
             self._dismisses = True
-        elif not (self._io.want_text_input or modifiers.ctrl or modifiers.alt):
-            if key in self._moves:
+        elif not (self._io.want_text_input or modifiers.alt):
+            if key in self._moves and not modifiers.ctrl:
                 self._state.held.press(self._moves[key])
-            elif key in self._actions:
+            elif action_of_key := self._actions.get((key, bool(modifiers.ctrl))):
                 self._before_change()
-                self._actions[key]()
+                action_of_key()
 
     def _on_character(self, character: str) -> None:
         self._had_event = True

@@ -11,10 +11,12 @@ from depthwalk.render.up_axis import ModelTurn
 from depthwalk.scene.arrays import Representation
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.camera_text import camera_yaml
+from depthwalk.walk.file_watch import OwnChange
 from depthwalk.walk.input import Input
+from depthwalk.walk.keeping import keep
 from depthwalk.walk.loading import LoadingScreen
 from depthwalk.walk.orbit import Side
-from depthwalk.walk.state import State
+from depthwalk.walk.state import Keeping, State
 from depthwalk.walk.window import Window, copy_text
 
 
@@ -42,6 +44,10 @@ class Walk(Protocol):
         """Inspect the object that the window shows at a place."""
         ...
 
+    def note_own_change(self, change: OwnChange) -> None:
+        """Take a change of a file for the walk's own."""
+        ...
+
 
 def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
     """Return the actions of the keys in a walk that has started, by moderngl-window's names of the keys."""
@@ -58,6 +64,7 @@ def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
         "F12": walk.want_screenshot,
         "I": lambda: walk.inspect(*walk.input.pointer),
         "V": lambda: _copy_camera(walk),
+        "CTRL_S": lambda: keep(walk, Keeping.SAVE),
         "N": state.toggle_turntable,
         "G": state.toggle_walking,
         "H": toggle("help"),

@@ -9,11 +9,14 @@ from depthwalk.params import Params
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.environment import AmbientParams, SkyParams, SunParams
 from depthwalk.scene.render_settings import PictureParams
+from depthwalk.scene.saved_values import count_text
+from depthwalk.scene.yaml_text import block_lines
 from depthwalk.walk.controls import SPEED_RANGE
-from depthwalk.walk.fields import LABEL_WIDTH, draw_group
+from depthwalk.walk.fields import LABEL_WIDTH, draw_group, draw_tooltip
+from depthwalk.walk.files import SavedTo
 from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.playback import Playback
-from depthwalk.walk.state import State, representation_name
+from depthwalk.walk.state import Keeping, State, representation_name
 from depthwalk.walk.viewer import Mode
 
 _WIDTH = 340.0
@@ -24,7 +27,14 @@ _MODES = tuple(Mode)
 _OPEN = ("shadows", "output")  # groups that a user is likely to look for first; all open would fill several windows
 _FOV_RANGE = 10.0, 120.0  # degrees, the ends of the slider; Ctrl+click allows what cameras of scene files allow
 _SUN_MAX = 5.0  # the end of the slider; Ctrl+click allows more
-
+_DIRECTION_DIGITS = 6  # of the sun's, decimal places: 0.002 degrees of azimuth where it is highest
+_SAVE: dict[SavedTo, str] = {"file": "Save", "new file": "Save copy"}
+_KEEPING = {
+    Keeping.COPY: "Copy them to the clipboard, as lines for a scene file",
+    Keeping.SAVE: "Write them into the scene file (Ctrl+S)",
+    Keeping.UNDO: "Return to the values of the scene file",
+}
+_MOST_LINES = 24  # of changed values that a tooltip shows
 
 Area = tuple[float, float, float, float]  # left, top, right, bottom, widget coordinates
 
@@ -44,6 +54,7 @@ def draw_panel(state: State, left: float) -> Area:
     flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
     imgui.begin("Settings", None, flags)
     imgui.push_item_width(-LABEL_WIDTH)
+    _draw_changes(state, narrow=width < _WIDTH)
     _draw_view(state)
     if state.playback is not None and imgui.collapsing_header("camera path", imgui.TreeNodeFlags_.default_open):
         _draw_path(state, state.playback)
@@ -97,6 +108,35 @@ def _end() -> Area:
     return left_top.x, left_top.y, left_top.x + size.x, left_top.y + size.y
 
 
+def _draw_changes(state: State, narrow: bool) -> None:
+    """Draw how many values differ from the scene file's, with buttons that keep or undo them.
+
+    While there are none the row stays, since whatever is under the mouse would move when the first value changes. In a
+    `narrow` panel the buttons have a row of their own.
+    """
+    changed = state.changed
+    imgui.align_text_to_frame_padding()
+    if not changed:
+        imgui.text_disabled("Nothing changed")
+        if narrow:
+            imgui.dummy((0, imgui.get_frame_height()))
+        return
+    imgui.text(f"{count_text(changed)} changed")
+    if imgui.is_item_hovered():
+        lines = block_lines(changed)
+        draw_tooltip("\n".join([*lines[:_MOST_LINES], *["\u2026"] * (len(lines) > _MOST_LINES)]))
+    for keeping, tooltip in _KEEPING.items():
+        label = _SAVE.get(state.saved_to) if keeping is Keeping.SAVE else keeping.value.capitalize()
+        if label is None:
+            continue
+        if not narrow or keeping is not Keeping.COPY:
+            imgui.same_line()
+        if imgui.button(label):
+            state.asked = keeping
+        if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal):
+            draw_tooltip(tooltip)
+
+
 def _draw_view(state: State) -> None:
     current = _CHOICES.index(state.renderer.world.representation)
     names = [representation_name(choice) for choice in _CHOICES]
@@ -109,7 +149,9 @@ def _draw_view(state: State) -> None:
     if changed:
         state.set_mode(_MODES[index])
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp
-    _, walker.speed = imgui.slider_float("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
+    changed, speed = imgui.slider_float("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
+    if changed:
+        state.set_speed(speed)
     changed, fov = imgui.slider_float("field of view", math.degrees(state.camera.fov), *_FOV_RANGE, "%.0f\u00b0")
     if changed:
         state.set_fov(math.radians(fov))
@@ -144,7 +186,9 @@ def _draw_environment(state: State) -> None:
     turned, azimuth = imgui.slider_float("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
     raised, elevation = imgui.slider_float("sun elevation", elevation, -89, 89, "%.0f\u00b0")
     if turned or raised:
-        sun.direction = components(-glm.euclidean(glm.radians(glm.dvec2(elevation, azimuth))))
+        direction = components(-glm.euclidean(glm.radians(glm.dvec2(elevation, azimuth))))
+        x, y, z = (round(part, _DIRECTION_DIGITS) for part in direction)
+        sun.direction = x, y, z
     _draw_intensity("sun intensity", sun)
     imgui.end_disabled()
     imgui.begin_disabled(sky is not None and sky.light)

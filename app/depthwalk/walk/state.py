@@ -1,11 +1,15 @@
 """Hold what the window shows and what keys and panel change: viewer, recording, lens, visible parts."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Any
 
 from depthwalk.errors import InputError
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
+from depthwalk.walk.changes import FileValues
+from depthwalk.walk.files import SavedTo, saved_to
 from depthwalk.walk.focus import FocusPull
 from depthwalk.walk.framing import home_in
 from depthwalk.walk.inspected import Inspected
@@ -14,6 +18,14 @@ from depthwalk.walk.recorder import Recorder, save_path, tolerance_in
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.times import FrameTimes, PictureTimes
 from depthwalk.walk.viewer import Viewer
+
+
+class Keeping(Enum):
+    """Name what can be done with values that differ from the file's."""
+
+    COPY = "copy"
+    SAVE = "save"
+    UNDO = "undo"
 
 
 @dataclass
@@ -46,6 +58,12 @@ class State(Viewer):
         Whether the window shows the list of keys.
     atlas
         Whether the window shows the atlas of impostors.
+    asked
+        What the user has asked, in the panel, to do with changed values; None once it is done.
+    file_values
+        What the scene's file says of what the panel changes.
+    saved_to
+        Where values that differ from those can be saved.
     """
 
     home_is_framed: bool = False
@@ -60,6 +78,16 @@ class State(Viewer):
     panel: bool = False
     help: bool = False
     atlas: bool = False
+    asked: Keeping | None = None
+    file_values: FileValues = field(init=False)
+    saved_to: SavedTo = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Remember what the scene's file says, before anything is changed."""
+        self._remember_file()
+
+    def _remember_file(self) -> None:
+        self.file_values, self.saved_to = FileValues(self.scene), saved_to(self.scene.path)
 
     def show(self, scene: Scene, renderer: Renderer, aspect: float) -> None:
         """Show another scene, or reload the present one, which keeps camera and camera path.
@@ -77,10 +105,33 @@ class State(Viewer):
         self.tell(f"Reloaded {scene.path.name}" if again else scene.path.name)
         self.end_recording()  # its message is more important
         self.scene, self.renderer, self.shares, self.inspected = scene, renderer, LateShares(), Inspected()
+        self._remember_file()
         self.home, self.home_is_framed = home_in(scene, renderer, aspect), scene.camera is None
         if not again:
             self.playback = None
             self.arrive()
+
+    @property
+    def changed(self) -> dict[str, Any]:
+        """Return the values that differ from those of the scene's file; see `FileValues.changed`."""
+        chosen = self.chosen_fov if self.chosen_fov == self.camera.fov else None  # not while a path sets another
+        return self.file_values.changed(chosen)
+
+    def undo_changes(self) -> None:
+        """Give the scene the values of its file again."""
+        speed, changed = self.scene.walk.speed, self.changed
+        self.file_values.restore()
+        if self.scene.walk.speed != speed:
+            self.reset_speed()
+        if "camera" in changed and self.file_values.fov is not None:
+            self.set_fov(self.file_values.fov)
+
+    def accept_changes(self) -> None:
+        """Count changed values, which have been saved, as those of the scene's file; Home takes over the lens."""
+        changed, fov = self.changed, self.chosen_fov
+        if "camera" in changed and fov is not None and self.home.fov == self.file_values.fov:
+            self.home = replace(self.home, fov=fov)
+        self.file_values.accept(changed, fov)
 
     def fit_home(self, aspect: float) -> None:
         """Fit `home`, if it was chosen to show all objects, to a window of width / height `aspect`."""

@@ -18,6 +18,7 @@ from depthwalk.ingest.formats import is_model_file
 from depthwalk.limits import MAX_FOV, MIN_FOV
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import MAX_SPEED, MIN_SPEED
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.collision.obstacles import Obstacles
 from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, HeldKeys, Move, Walker, natural_speed
@@ -77,6 +78,9 @@ class Viewer:
         after it.
     obstacles
         Stops a walking viewer at surfaces, where the scene asks for it; None: nothing does.
+    chosen_fov
+        The vertical field of view that the user chose last, radians; None if none was. Paths and the first camera have
+        their own.
     """
 
     scene: Scene
@@ -90,6 +94,7 @@ class Viewer:
     fast: bool = False
     jumps: int = 0
     obstacles: Obstacles | None = None
+    chosen_fov: float | None = None
     _first_speed: float = 0.0  # m/s: the one that `arrive` set; 0 once the whole scene is shown
     _toast: Toast = field(default_factory=Toast)
 
@@ -241,10 +246,18 @@ class Viewer:
             self._take_over()
             self.orbit.dolly(notches)
 
+    def set_speed(self, speed: float) -> None:
+        """Change the walking speed, m/s, within what scene files allow, and let the scene ask for it from now on."""
+        self.walker.speed = self.scene.walk.speed = glm.clamp(speed, MIN_SPEED, MAX_SPEED)
+
+    def reset_speed(self) -> None:
+        """Set the speed that the scene asks for, or else the one that suits the objects shown so far."""
+        self.walker.speed = self._natural_speed()
+
     def set_fov(self, fov: float) -> None:
         """Change the vertical field of view to `fov`, radians, within what scene files allow, and stop the path."""
         self._take_over()
-        self.walker.fov = glm.clamp(fov, math.radians(MIN_FOV), math.radians(MAX_FOV))
+        self.walker.fov = self.chosen_fov = glm.clamp(fov, math.radians(MIN_FOV), math.radians(MAX_FOV))
         if self.orbit is not None:
             self.orbit.set_fov(self.walker.fov)
 
