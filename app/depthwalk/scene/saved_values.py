@@ -87,7 +87,6 @@ def bytes_with_values(path: Path, values: Mapping[str, Any]) -> bytes:
     text, name = decoded(data, path), str(path)
     before = parse_document(text, name)
     original = deepcopy(before.value)
-    _drop_empty(before.value, values)
     file, source = check_model(before, SceneFile)  # changes the document: keys get their present names
     _check_groups(file, values, name)
     written = _as_written(values, (), source)
@@ -100,16 +99,6 @@ def bytes_with_values(path: Path, values: Mapping[str, Any]) -> bytes:
         raise InputError(f"{name}: its text cannot be edited without changing something else")
     _check_values(file, _checked(after), values, name)
     return _MARK * data.startswith(_MARK) + new.encode()
-
-
-def _drop_empty(value: Any, values: Mapping[str, Any]) -> None:
-    """Leave out groups of a document that hold nothing, as after `render:` alone, where they will get values."""
-    for key, inner in values.items() if isinstance(value, dict) else ():
-        if isinstance(inner, Mapping) and key in value:
-            if value[key] is None:
-                del value[key]
-            else:
-                _drop_empty(value[key], inner)
 
 
 def _checked(document: Document) -> SceneFile:
