@@ -69,9 +69,9 @@ def renderer(monkeypatch: pytest.MonkeyPatch) -> Any:
     return fake
 
 
-def draw_frame(renderer: Any, chosen: Inspected) -> None:
+def draw_frame(renderer: Any, chosen: Inspected) -> bool:
     renderer.passes[0].has_drawn = renderer.passes[0].requested
-    chosen.update(cast(Renderer, renderer), renderer)
+    return chosen.update(cast(Renderer, renderer), renderer)
 
 
 def test_the_next_frame_that_was_asked_tells_which_object_it_is(renderer: Any) -> None:
@@ -107,8 +107,12 @@ def test_the_same_object_again_the_sky_or_the_ground_end_it(renderer: Any) -> No
         seen.append(chosen.number)
     renderer.shown = None  # the ground
     chosen.seek(renderer, glm.dvec3(1))
-    draw_frame(renderer, chosen)
+    assert not draw_frame(renderer, chosen)  # it ended an inspection
     assert seen == [7, None, 7, None, 8] and chosen.number is None and chosen.report is None
+    chosen.seek(renderer, glm.dvec3(1))
+    assert draw_frame(renderer, chosen) and not draw_frame(
+        renderer, chosen
+    )  # nothing to end; told once
 
 
 def test_the_largest_impostor_is_shown_of_an_object_in_parts() -> None:

@@ -28,6 +28,7 @@ from depthwalk.walk.controls import Walker
 from depthwalk.walk.file_watch import OwnChange, WatchThread
 from depthwalk.walk.framing import home_in
 from depthwalk.walk.input import Input
+from depthwalk.walk.inspected import NOTHING_HERE
 from depthwalk.walk.keeping import keep
 from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.loading import LoadingScreen, StoppedError
@@ -356,10 +357,12 @@ class Walk:
 
     def inspect(self, across: float, down: float) -> None:
         """Inspect the object that the window shows at a place: parts of its width and height, 0 to 1."""
-        point = self.frames.point_at(across, down)
-        self.state.inspected.seek(self.renderer, point)
+        point, inspected = self.frames.point_at(across, down), self.state.inspected
         if point is not None:
             self.frames.redraw()
+        elif inspected.number is None:
+            self.state.tell(NOTHING_HERE)
+        inspected.seek(self.renderer, point)
 
     def note_own_change(self, change: OwnChange) -> None:
         """Take a change of a file for the walk's own, after which the scene need not be read again."""
@@ -387,7 +390,8 @@ class Walk:
             state.scene_scale = self.frames.scale
             if state.hud:
                 state.shares.update(renderer, dt)
-            state.inspected.update(renderer, self._atlas_view)
+            if state.inspected.update(renderer, self._atlas_view):
+                state.tell(NOTHING_HERE)
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything that it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
