@@ -110,9 +110,7 @@ def test_the_same_object_again_the_sky_or_the_ground_end_it(renderer: Any) -> No
     assert not draw_frame(renderer, chosen)  # it ended an inspection
     assert seen == [7, None, 7, None, 8] and chosen.number is None and chosen.report is None
     chosen.seek(renderer, glm.dvec3(1))
-    assert draw_frame(renderer, chosen) and not draw_frame(
-        renderer, chosen
-    )  # nothing to end; told once
+    assert draw_frame(renderer, chosen) and not draw_frame(renderer, chosen)  # nothing to end; told once
 
 
 def test_the_largest_impostor_is_shown_of_an_object_in_parts() -> None:

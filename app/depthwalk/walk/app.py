@@ -27,6 +27,7 @@ from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.file_watch import OwnChange, WatchThread
 from depthwalk.walk.framing import home_in
+from depthwalk.walk.gamepad import Gamepad
 from depthwalk.walk.input import Input
 from depthwalk.walk.inspected import NOTHING_HERE
 from depthwalk.walk.keeping import keep
@@ -48,6 +49,7 @@ from depthwalk.walk.window import (
     on_files_dropped,
     on_refresh,
     opened_again,
+    read_gamepad,
     take_events,
     title_of,
 )
@@ -103,6 +105,7 @@ class Walk:
     frames : decides which picture the window shows.
     state : everything that keys and panel change.
     input : receives the window's events.
+    gamepad : moves the viewer, too.
     loading : shows the progress of loading.
     recovery : restarts after failures of the GPU.
     background : the library of the scene, and its work in the background.
@@ -174,7 +177,9 @@ class Walk:
         self.frames = self.state.shown_surfaces = ShownFrames(self.renderer, self.state.reachable)
         self._on_gpu.callback(lambda: self.frames.release())
         self.state.obstacles = self.background.obstacles(self.renderer)
-        self.input = Input(self.window, self.state, key_actions(self), lambda: self.frames.finish())
+        actions, before_change = key_actions(self), lambda: self.frames.finish()
+        self.input = Input(self.window, self.state, actions, before_change)
+        self.gamepad = Gamepad(lambda: read_gamepad(self.window), actions, before_change)
         on_refresh(self.window, self.input.note_event)
 
     def _open(self, file: Path) -> None:
@@ -283,6 +288,8 @@ class Walk:
             self.frames.finish()
             self._open(self.next_file)
         dt = self._clock.tick()
+        if self.renderer.plan is not None and self.gamepad.advance(self.state, dt):  # not before the first picture
+            self.input.note_event()
         self.state.advance(dt)
         self.state.record(dt)
         self.state.pull_focus(dt)
@@ -291,7 +298,7 @@ class Walk:
             rests = self._shows_all(dt)
             self.state.times.note(dt, shows=not rests)
             if rests:
-                self._clock.wait(_RESTING_SECONDS)
+                self._clock.wait(self.gamepad.patience(_RESTING_SECONDS))
                 return
             self._draw(dt)
         else:  # minimised
