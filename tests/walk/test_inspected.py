@@ -17,7 +17,7 @@ from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Cylinders
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Camera
+from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.walk import inspected
 from depthwalk.walk.inspected import Inspected
 from depthwalk.walk.object_card import cylinder_lines, draw_card, draw_outlines, object_rows, on_screen
@@ -42,7 +42,7 @@ REPORT = ObjectReport(
     images=(21, 512, 512),
     parts=1,
     impostors=(IMPOSTOR,),
-    straight=False,
+    other=None,
     mesh=None,
     clustered=False,
     in_view=True,
@@ -138,7 +138,7 @@ def test_the_card_tells_how_an_object_is_drawn() -> None:
     ("change", "drawn"),
     [
         ({"impostors": (), "mesh": MeshReport(level=0, triangles=99938)}, "mesh"),
-        ({"impostors": (), "straight": True}, "depth images, straight"),
+        ({"impostors": (), "other": Representation.DMESH}, "dmesh"),
         ({"impostors": (), "clustered": True}, "part of a far cluster"),
         ({"impostors": ()}, "nothing: it is hidden"),
         ({"impostors": (), "in_view": False}, "nothing: it is out of sight"),
