@@ -351,7 +351,7 @@ def scene_of(
     return cast(Scene, scene)
 
 
-def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:
+def two_halves(mesh: Mesh, resolution: int = 64) -> BakedModel:
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
