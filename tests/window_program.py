@@ -42,6 +42,7 @@ import glfw
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render import kernels
 from depthwalk.scene.loader import load_scene
+from depthwalk.walk import file_watch
 
 class WatchedDevice(app.Device):
     def __init__(self, *values):
@@ -86,6 +87,7 @@ if "compiled" not in sys.argv:
     kernels.load_behind = lambda: None
 
 devices, frames = [], []
+file_watch._SECONDS = 0.1
 step, app.Walk.step = app.Walk.step, watched_step
 app.Device, app.LoadingScreen = WatchedDevice, WatchedScreen
 on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
