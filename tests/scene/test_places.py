@@ -11,7 +11,7 @@ from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import Scene
-from depthwalk.scene.similarity import from_angles
+from depthwalk.scene.similarity import from_yaw
 from depthwalk.types import Array
 
 RULE = ": the first line must name the columns x, y, z, and may name yaw, scale, pitch, roll, once each"
@@ -28,7 +28,7 @@ def test_text_names_its_columns_in_any_order(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("\ufeffyaw, z,x,y\r\n90,3,1,2\r\n-45,6,4,5e0\r\n\r\n", "utf-8")
     read = read_places(tmp_path / "a.csv")
     np.testing.assert_array_equal(read.position, [[1, 2, 3], [4, 5, 6]])
-    np.testing.assert_allclose(read.rotation, from_angles(np.radians([90, -45])), atol=1e-6)
+    np.testing.assert_allclose(read.rotation, from_yaw(np.radians([90, -45])), atol=1e-6)
     np.testing.assert_array_equal(read.scale, [1, 1])
     assert {array.dtype for array in (read.position, read.rotation, read.scale)} == {np.dtype(np.float32)}
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import matrices
-from depthwalk.scene.similarity import Similarity, compose, from_angles, identities
+from depthwalk.scene.similarity import Similarity, compose, from_angles, from_yaw, identities
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -54,9 +54,9 @@ def test_yaws_compose_as_their_sum() -> None:
     """By sines and cosines of angles, as transforms about +Y alone are composed without quaternions."""
     rng = np.random.default_rng(5)
     outer_yaw, inner_yaw = rng.uniform(-20, 20, (2, 1000))
-    outer = Similarity(rng.normal(size=(1000, 3)), from_angles(outer_yaw), rng.uniform(0.1, 3, 1000))
+    outer = Similarity(rng.normal(size=(1000, 3)), from_yaw(outer_yaw), rng.uniform(0.1, 3, 1000))
     place = rng.normal(size=(1000, 3)).astype(np.float32)
-    inner = Similarity(place, from_angles(inner_yaw).astype(np.float32), np.ones(1000, np.float32))
+    inner = Similarity(place, from_yaw(inner_yaw).astype(np.float32), np.ones(1000, np.float32))
     composed = compose(outer, inner)
     cos, sin, (x, y, z) = np.cos(outer_yaw), np.sin(outer_yaw), place.T
     turned = np.stack([cos * x + sin * z, y, cos * z - sin * x], 1)
@@ -78,8 +78,14 @@ def test_quarter_turns(angles: tuple[int, int, int], image: list[list[int]]) -> 
 
 
 def test_no_angle_is_the_identity() -> None:
-    assert from_angles(np.zeros(1, np.float32)).tolist() == [[0, 0, 0, 1]]
-    assert from_angles(np.zeros(1, np.float32)).dtype == np.float32
+    none = np.zeros(1, np.float32)
+    for rotation in (from_yaw(none), from_angles(none, none, none)):
+        assert rotation.tolist() == [[0, 0, 0, 1]] and rotation.dtype == np.float32
+
+
+def test_a_yaw_alone_is_a_rotation_without_pitch_and_roll() -> None:
+    yaw = np.random.default_rng(6).uniform(-20, 20, 100)
+    np.testing.assert_array_equal(from_yaw(yaw), from_angles(yaw, 0 * yaw, 0 * yaw))
 
 
 def test_rows_are_written_in_place() -> None:

@@ -12,7 +12,7 @@ from depthwalk.errors import InputError, suggest
 from depthwalk.ingest.npy import map_npy
 from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_PLACES_BYTES
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
-from depthwalk.scene.similarity import Similarity, from_angles
+from depthwalk.scene.similarity import Similarity, from_angles, from_yaw
 
 _COLUMNS = "x", "y", "z", "yaw", "scale", "pitch", "roll"  # metres, degrees; the first three are required
 _LIMITS = {"x": (-MAX_COORDINATE, MAX_COORDINATE), "yaw": (-36000, 36000), "scale": (MIN_SCALE, MAX_SCALE)}
@@ -50,9 +50,10 @@ def read_places(path: Path) -> Similarity:
             raise InputError(f"{path}:{row + first}: {name} is {column[row]:g}; it must be {low:g} to {high:g}")
     of = dict(zip(names, values.astype(np.float32).T, strict=True))
     zeros = np.zeros(len(values), np.float32)
+    yaw, pitch, roll = (np.radians(of.get(name, zeros)) for name in ("yaw", "pitch", "roll"))
     return Similarity(
         np.stack([of["x"], of["y"], of["z"]], 1),
-        from_angles(*(np.radians(of.get(name, zeros)) for name in ("yaw", "pitch", "roll"))),
+        from_angles(yaw, pitch, roll) if pitch.any() or roll.any() else from_yaw(yaw),
         of.get("scale", zeros + 1),
     )
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.scene.similarity import Similarity, from_angles, identities
+from depthwalk.scene.similarity import Similarity, from_yaw, identities
 
 _DENSEST = math.pi / math.sqrt(12)  # largest part of the plane that equal discs can cover
 _IDLE_ROUNDS = 40  # rounds of darts without a hit after which the area counts as full
@@ -63,7 +63,7 @@ def scatter_instances(
     places = _spaced_places(random, count, np.asarray(area), spacing)
     instances = identities(len(places), np.float32)
     instances.position[:, [0, 2]] = places
-    instances.rotation[:] = from_angles(random.uniform(0, 2 * math.pi, len(places)))
+    instances.rotation[:] = from_yaw(random.uniform(0, 2 * math.pi, len(places)).astype(np.float32))
     instances.scale[:] = random.uniform(*scale, len(places))
     return instances
 

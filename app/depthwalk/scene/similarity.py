@@ -71,12 +71,19 @@ def compose(outer: Similarity, inner: Similarity) -> Similarity:
     return Similarity(position, rotation, factor * inner.scale)
 
 
-def from_angles(yaw: Array, pitch: Array | float = 0.0, roll: Array | float = 0.0) -> Array:
+def from_yaw(yaw: Array) -> Array:
+    """Return the rotations (n, 4), x y z w, by `yaw` (n,), radians, about +Y, as precise as `yaw`."""
+    rotation = np.zeros((len(yaw), 4), yaw.dtype)
+    rotation[:, 1], rotation[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
+    return rotation
+
+
+def from_angles(yaw: Array, pitch: Array, roll: Array) -> Array:
     """Return the rotations that turn first by `roll` about +Z, then by `pitch` about +X, then by `yaw` about +Y.
 
     Parameters
     ----------
-    yaw, pitch, roll : (n,) radians, counter-clockwise seen from the tip of the axis; pitch and roll may be a number.
+    yaw, pitch, roll : (n,) radians, counter-clockwise seen from the tip of the axis.
 
     Returns
     -------
