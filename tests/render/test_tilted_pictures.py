@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 
 import depthwalk as dw
 import shapes
@@ -100,3 +101,43 @@ def test_a_turned_object_is_a_turned_model(
         assert np.quantile(off, 0.98) < (1e-3 if exact else 0.02), f"depths of {distance:.0f} m"
         difference = np.abs(found.rgba[..., :3].astype(int) - wanted.rgba[..., :3]).max(-1)
         assert (difference > 16).mean() < (0.002 if exact else 0.01)
+
+
+ROLLED = """
+version: 1
+assets:
+  whole: {{mesh: made.ply, dpci: {{resolution: 128, layers: 2}}}}
+  flat: {{depth_image: {{depth: depth.png, size: [2.4, 1.6], range: 0.4}}}}
+objects:
+  - {{asset: {asset}, position: {position}, roll: {roll}, representation: {representation}}}
+render: {{lod: {{magnification: 0}}}}
+"""
+OF_MESHES = ("mesh", "mesh-lod", "mesh-clusters", "dpci", "dmesh", "octahedral", "billboard")
+OF_IMAGES = ("relief", "distance", "parallax", "bump", "displacement", "relief-texture", "bar-texture")
+
+
+@pytest.mark.parametrize(
+    ("asset", "representation"), [*(("whole", name) for name in OF_MESHES), *(("flat", name) for name in OF_IMAGES)]
+)
+def test_what_rolls_about_the_line_of_sight_rolls_in_the_picture(
+    tmp_path: Path, asset: str, representation: RepresentationName
+) -> None:
+    """Whatever draws it, by a quarter turn counter-clockwise."""
+    write_ply(tmp_path / "made.ply", hook())
+    rows, columns = np.mgrid[0:48, 0:72]
+    depth = 127 + 100 * np.sin(columns / 11) * np.cos(rows / 17)
+    Image.fromarray(depth.astype(np.uint8)).save(tmp_path / "depth.png")
+    camera = dw.Camera((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), np.radians(40))
+    images = []
+    for roll, position in ((0, [0.3, -0.7, 0.2]), (90, [0.7, 0.3, 0.2])):
+        text = ROLLED.format(asset=asset, representation=representation, roll=roll, position=position)
+        (tmp_path / "scene.yaml").write_text(text)
+        with dw.Renderer(dw.load_scene(tmp_path / "scene.yaml"), (128, 128)) as renderer:
+            images.append(renderer.render(camera, object_id=True))
+    upright, rolled = images
+    assert upright.object_id is not None and rolled.object_id is not None
+    here, there = rolled.object_id == 0, np.rot90(upright.object_id) == 0
+    assert there.sum() > 900
+    assert (here ^ there).sum() <= 0.02 * there.sum()
+    both = here & there
+    assert np.quantile(np.abs(rolled.depth[both] - np.rot90(upright.depth)[both]), 0.98) < 0.01
