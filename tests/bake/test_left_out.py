@@ -37,7 +37,7 @@ def test_what_lies_past_the_axis_is_held() -> None:
     whole = sphere(1.0, columns=64, rows=48)
     kept = whole.positions[whole.faces][..., 0].mean(1) < 0.3
     mesh = replace(whole, faces=whole.faces[kept], parts=(replace(whole.parts[0], face_count=int(kept.sum())),))
-    model = bake_model(mesh, ModelParams(resolution=64, layers=2), "")
+    model = bake_model(mesh, ModelParams(resolution=96, layers=2), "")
     side = replace(model.parts[0], images=tuple(i for i in model.parts[0].images if i.face.name == "SIDE"))
     assert measure_left_out(mesh, model) < 0.002
     assert measure_left_out(mesh, BakedModel(parts=(side,))) < 0.2
