@@ -143,7 +143,7 @@ def test_a_crowd_that_leans_and_lies_looks_the_same(
     """Cylinders about objects that are turned about all axes hide no more than the objects do."""
     places, rng = crowd(7, 200)
     turns = rng.normal(size=(len(places), 4))
-    occluded = 0
+    occluded = 0.0
     with Both(gl_device, library, places, representation) as both:
         for renderer in both.renderers:
             renderer.scene.objects.rotation[:] = turns / np.linalg.norm(turns, axis=1, keepdims=True)
