@@ -143,7 +143,7 @@ def test_a_crowd_that_leans_and_lies_looks_the_same(
     """Cylinders about objects that are turned about all axes hide no more than the objects do."""
     places, rng = crowd(7, 200)
     turns = rng.normal(size=(len(places), 4))
-    occluded = 0
+    occluded = 0.0
     with Both(gl_device, library, places, representation) as both:
         for renderer in both.renderers:
             renderer.scene.objects.rotation[:] = turns / np.linalg.norm(turns, axis=1, keepdims=True)
@@ -154,7 +154,7 @@ def test_a_crowd_that_leans_and_lies_looks_the_same(
             pictures, plans = both.pictures(Camera(tuple(eye), tuple(aim), rng.uniform(0.5, 1.5)))
             assert_same(pictures, representation)
             occluded += plans[0].counts["occluded"]
-    assert occluded > 100
+    assert occluded > 50
 
 
 def test_what_is_no_height_field_is_drawn_as_depth_images(

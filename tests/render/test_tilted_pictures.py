@@ -10,9 +10,12 @@ from PIL import Image
 
 import depthwalk as dw
 import shapes
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Material, Mesh
+from depthwalk.scene.arrays import Representation
 from depthwalk.scene.schema import RepresentationName
+from depthwalk.scene.similarity import from_angles
 from files import write_ply
+from studio import Studio
 
 pytestmark = [pytest.mark.gl, pytest.mark.usefixtures("gl_device")]
 SIZE = (160, 120)
@@ -141,3 +144,20 @@ def test_what_rolls_about_the_line_of_sight_rolls_in_the_picture(
     assert (here ^ there).sum() <= 0.02 * there.sum()
     both = here & there
     assert np.quantile(np.abs(rolled.depth[both] - np.rot90(upright.depth)[both]), 0.98) < 0.01
+
+
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
+def test_glass_leans_with_its_object(studio: Studio, representation: Representation) -> None:
+    """A pane in front of a wall, which depth images do not show."""
+    mesh, angles = shapes.panes((0.0, Material()), (0.6, Material((0.2, 0.9, 0.3), opacity=0.5))), (25, -35, 50)
+    turn = rotation_matrix(*angles)
+    positions, normals = (array @ turn.T.astype(np.float32) for array in (mesh.positions, mesh.normals))
+    scene = shapes.scene_of((0, (0.1, 0.2, 0.3), 0.0, 1.0), representation=representation)
+    scene.objects.rotation[:] = from_angles(*np.radians(angles)[:, None])
+    made = shapes.scene_of((0, (0.1, 0.2, 0.3), 0.0, 1.0), representation=Representation.MESH)
+    camera = dw.Camera((0.5, 1.5, 6.0), (0.0, 0.8, 0.3), np.radians(45))
+    found = studio.picture(scene, shapes.ShapeLibrary([mesh]), camera)
+    wanted = studio.picture(made, shapes.ShapeLibrary([replace(mesh, positions=positions, normals=normals)]), camera)
+    green = wanted[..., 1] > wanted[..., 0] + 0.1
+    assert green.sum() > 1000
+    assert (np.abs(found - wanted).max(-1) > 0.06).sum() < 0.02 * green.sum()

@@ -92,7 +92,8 @@ def model_points(renderer: Renderer) -> Array:
             objects.asset.tolist(), objects.rotation, objects.position, objects.scale, strict=True
         )
     ]
-    return rotate(conjugate(whole.rotation[0]), np.concatenate(found) - whole.position[0]) / whole.scale[0]
+    points: Array = rotate(conjugate(whole.rotation[0]), np.concatenate(found) - whole.position[0]) / whole.scale[0]
+    return points
 
 
 def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:

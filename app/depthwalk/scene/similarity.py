@@ -9,8 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.types import Array
-
 
 @dataclass(frozen=True)
 class Similarity:
@@ -71,14 +69,16 @@ def compose(outer: Similarity, inner: Similarity) -> Similarity:
     return Similarity(position, rotation, factor * inner.scale)
 
 
-def from_yaw(yaw: Array) -> Array:
+def from_yaw(yaw: NDArray[np.floating]) -> NDArray[np.floating]:
     """Return the rotations (n, 4), x y z w, by `yaw` (n,), radians, about +Y, as precise as `yaw`."""
     rotation = np.zeros((len(yaw), 4), yaw.dtype)
     rotation[:, 1], rotation[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
     return rotation
 
 
-def from_angles(yaw: Array, pitch: Array, roll: Array) -> Array:
+def from_angles(
+    yaw: NDArray[np.floating], pitch: NDArray[np.floating], roll: NDArray[np.floating]
+) -> NDArray[np.floating]:
     """Return the rotations that turn first by `roll` about +Z, then by `pitch` about +X, then by `yaw` about +Y.
 
     Parameters
