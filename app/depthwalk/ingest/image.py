@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # Some of Pillow's other formats start programs (EPS) or open further files.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
 
-PIXEL_BYTES = 24  # most bytes while a picture is decoded: measured for WebP; PNG takes 16, JPEG and GIF 13
+PIXEL_BYTES = 28  # most bytes while a picture is decoded: measured for WebP; PNG takes 16, JPEG and GIF 16, TIFF 19
 _TILE_SIDES = 322, 323  # tags of TIFF files
 _SCAN = b"\xff\xda"  # marker before each scan of a JPEG; coded pixels never contain it
 
