@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from depthwalk.cook.colour_quadrics import best_colours, reduced
 from depthwalk.cook.kernels.collapse_costs import NORMAL, SEAM, SHORT, STIFFNESS
 from depthwalk.cook.quadrics import optimal_points, squared_distances
 from depthwalk.cook.seamed_mesh import DirectedEdges, Places, Vertices, contains, special_places
@@ -62,14 +63,24 @@ def seams_at(vertices: Vertices, edges: DirectedEdges, triangles: Ints) -> tuple
 
 
 def best_collapses(
-    places: Places, edges: DirectedEdges, able: Ints, locked: Mask, seams: tuple[Mask, Mask]
+    places: Places,
+    edges: DirectedEdges,
+    able: Ints,
+    locked: Mask,
+    seams: tuple[Mask, Mask],
+    colours: Array | None = None,
 ) -> Collapses:
-    """Return the collapses of the edges `able` (n,), with their best targets. seams: see `seams_at`."""
+    """Return the collapses of the edges `able` (n,), with their best targets.
+
+    seams: see `seams_at`; colours: (p, 3) of a vertex at each place, 0 to 1, None if colours do not count.
+    """
     start, end = edges.start[able], edges.end[able]
     special = special_places(edges)
     loose, paired = (found[able] for found in seams)
     free = ~locked[end] & (special[start] == special[end]) & paired
-    quadric = np.ascontiguousarray((places.quadric.take(start, 0) + places.quadric.take(end, 0)).T)
+    quadric = places.quadric.take(start, 0) + places.quadric.take(end, 0)
+    tint = None if colours is None else places.tint.take(start, 0) + places.tint.take(end, 0)
+    quadric = np.ascontiguousarray((quadric if tint is None else reduced(quadric, tint)).T)
     from_, to = places.point.take(start, 0), places.point.take(end, 0)
     weight = places.weight.take(start)
     away = np.square(to - from_).sum(1)
@@ -84,6 +95,9 @@ def best_collapses(
     turned = np.square(places.normal.take(end, 0) - places.normal.take(start, 0)).sum(1)
     cost = np.maximum(squared_distances(quadric, target), 0) + weight * (SHORT * away + NORMAL**2 * turned)
     cost += weight * SEAM**2 * loose
+    if colours is not None and tint is not None:  # an end that stays keeps its colour, too
+        off = np.square(colours.take(end, 0) - best_colours(tint, target)).sum(1)
+        cost += np.where(~free & (places.tint[end, -1] > 0), tint[:, -1] * off, 0)
     return Collapses(start, end, target, free, loose, edges.key[able], cost)
 
 

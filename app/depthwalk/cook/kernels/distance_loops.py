@@ -62,12 +62,59 @@ def _from_edge(p: Array, start: Array, end: Array) -> float:
     return apart
 
 
-@compiled("D2 I1 D3 I1")
-def nearest(point: Array, of: Ints, corners: Array, group: Ints) -> tuple[Array, Ints]:
+@compiled()
+def _off_colour(p: Array, corners: Array, colour: Array, colours: Array) -> float:
+    """Return the squared difference of a colour (3,) from that of a triangle (3, 3) at its point nearest to p."""
+    share = _shares(p, corners)
+    off = 0.0
+    for k in range(3):
+        off += (share[0] * colours[0, k] + share[1] * colours[1, k] + share[2] * colours[2, k] - colour[k]) ** 2
+    return off
+
+
+@compiled()
+def _shares(p: Array, corners: Array) -> tuple[float, float, float]:
+    """Return the barycentric coordinates of the point of a triangle (3, 3) that is nearest to p."""
+    ab = ac = bc = along_ab = along_ac = 0.0
+    for axis in range(3):
+        u, v, w = corners[1, axis] - corners[0, axis], corners[2, axis] - corners[0, axis], p[axis] - corners[0, axis]
+        ab += u * u
+        ac += v * v
+        bc += u * v
+        along_ab += u * w
+        along_ac += v * w
+    area = ab * ac - bc * bc
+    if area > 0:
+        v, w = (ac * along_ab - bc * along_ac) / area, (ab * along_ac - bc * along_ab) / area
+        if v >= 0 and w >= 0 and v + w <= 1:
+            return 1 - v - w, v, w
+    best, least, along = 0, np.inf, 0.0
+    for corner in range(3):
+        start, end = corners[corner], corners[(corner + 1) % 3]
+        apart = _from_edge(p, start, end)
+        if apart < least:
+            length = inward = 0.0
+            for axis in range(3):
+                step = end[axis] - start[axis]
+                length += step * step
+                inward += step * (p[axis] - start[axis])
+            best, least, along = corner, apart, min(max(inward / length, 0.0), 1.0) if length > 0 else 0.0
+    if best == 0:
+        return 1 - along, along, 0.0
+    if best == 1:
+        return 0.0, 1 - along, along
+    return along, 0.0, 1 - along
+
+
+@compiled("D2 I1 D3 I1 D2 D3 D1")
+def nearest(
+    point: Array, of: Ints, corners: Array, group: Ints, colour: Array, colours: Array, metres: Array
+) -> tuple[Array, Ints]:
     """Find the nearest triangle of its group to each point; see `cook.cluster_error.group_errors`.
 
-    point: (n, 3); of: (n,) group of each, ascending; corners: (t, 3, 3); group: (t,) of each triangle, ascending.
-    Returns the squared distances (n,), and the triangles (n,).
+    point: (n, 3); of: (n,) group of each, ascending; corners: (t, 3, 3); group: (t,) of each triangle, ascending;
+    colour: (n, 3) and colours: (t, 3, 3), or none of either; metres: (t,) that a difference of 1 between them counts
+    as. Returns the squared distances (n,), and the triangles (n,).
     """
     distance, triangles = np.full(len(point), np.inf), np.full(len(point), -1)
     middle, reach = _spheres(corners)
@@ -76,14 +123,17 @@ def nearest(point: Array, of: Ints, corners: Array, group: Ints) -> tuple[Array,
         if row == 0 or of[row] != of[row - 1]:
             begin = np.searchsorted(group, of[row])
             end = np.searchsorted(group, of[row], side="right")
-        best, p = np.inf, point[row]
+        best, root, p = np.inf, np.inf, point[row]
         for triangle in range(begin, end):
             m = middle[triangle]
             apart = (p[0] - m[0]) ** 2 + (p[1] - m[1]) ** 2 + (p[2] - m[2]) ** 2
-            if apart > best and apart > (np.sqrt(best) + reach[triangle]) ** 2:
+            if apart > best and apart > (root + reach[triangle]) ** 2:
                 continue
             found = _squared_distance(p, corners[triangle])
+            if found < best and len(colour):
+                off = _off_colour(p, corners[triangle], colour[row], colours[triangle])
+                found += metres[triangle] ** 2 * off
             if found < best:
-                best, triangles[row] = found, triangle
+                best, root, triangles[row] = found, np.sqrt(found), triangle
         distance[row] = best
     return distance, triangles
