@@ -25,7 +25,7 @@ _BATCH = 1 << 15  # probes at a time
 _AREAS = 1 << 18  # triangles at a time
 # A triangle with edges of one metre whose colour is off by 1, black instead of white in one channel, looks as wrong as
 # one that is so many metres out of place (docs/experiments.md).
-_OFF_COLOUR = float(__import__("os").environ.get("OFF", "0.5"))
+_OFF_COLOUR = 0.5
 
 
 class Colours(NamedTuple):
@@ -154,15 +154,20 @@ class _Distance(NamedTuple):
     colours: Colours
     metres: Array
 
-    def squared(self, points: Ints, triangles: Ints) -> Array:
-        """Return the squared distances of rows of points from rows of triangles, whose shapes are broadcast."""
-        point, corners = self.point[points], self.corners[triangles]
-        distance = squared_distances(point, corners)
-        if not len(self.colours.point):
-            return distance
-        shown = np.einsum("...k,...kd->...d", nearest_shares(point, corners), self.colours.corner[triangles])
-        off = np.square(shown - self.colours.point[points]).sum(-1)
-        return np.asarray(distance + self.metres[triangles] ** 2 * off)
+    def squared(self, points: Ints, triangles: Ints, bound: Array | float = np.inf) -> Array:
+        """Return the squared distances of rows of points from rows of triangles, whose shapes are broadcast.
+
+        bound: of the squared distances. Where positions alone are farther apart, colours are not compared.
+        """
+        distance = squared_distances(self.point[points], self.corners[triangles])
+        if len(self.colours.point):
+            near = np.nonzero(distance < bound)
+            points, triangles = (np.broadcast_to(rows, distance.shape)[near] for rows in (points, triangles))
+            share = nearest_shares(self.point[points], self.corners[triangles])
+            shown = np.einsum("nk,nkd->nd", share, self.colours.corner[triangles])
+            off = np.square(shown - self.colours.point[points]).sum(1)
+            distance[near] += self.metres[triangles] ** 2 * off
+        return distance
 
 
 def _bounds(point: Array, of: Ints, corners: Array, group: Ints, distance_of: _Distance) -> tuple[Array, Ints]:
@@ -190,7 +195,7 @@ def _greatest_distance(rows: Ints, bound: Array, triangles: Ints, distance: _Dis
         some = rows[batch]
         if bound[some].max(initial=0.0) <= greatest:
             break
-        exact = distance.squared(some[:, None], triangles[None]).min(1)
+        exact = distance.squared(some[:, None], triangles[None], bound[some][:, None]).min(1)
         greatest = max(greatest, float(np.minimum(exact, bound[some]).max(initial=0.0)))
     return greatest
 

@@ -39,29 +39,33 @@ def colour_quadrics(point: Array, corners: Ints, colours: Array, single: Mask) -
     function, weight = _functions(point[corners], colours)
     values = np.concatenate([function.reshape(-1, 12), np.ones((len(function), 1))], 1) * weight[:, None]
     squares = np.einsum("tki,tkj->tij", function, function)[:, *_PAIRS] * weight[:, None]
-    sums = np.stack(
-        [
-            sum(np.bincount(corner, column, len(point)) for corner in corners.T)
-            for column in np.concatenate([squares, values], 1).T
-        ],
-        -1,
-    )
+    sums = np.zeros((len(point), 10 + WIDTH))
+    for sum_, column in zip(sums.T, np.concatenate([squares, values], 1).T, strict=True):
+        for corner in np.ascontiguousarray(corners.T):
+            sum_ += np.bincount(corner, column, len(point))
     sums *= single[:, None]
     return sums[:, :10], sums[:, 10:]
 
 
 def reduced(quadric: Array, tint: Array) -> Array:
-    """Return quadrics (n, 10) in which the colours are those that suit the position best, given tints (n, 13)."""
-    function = tint[:, :12].reshape(-1, 3, 4)
-    scaled = function / np.maximum(tint[:, 12], 1e-300)[:, None, None]
-    return np.asarray(quadric - np.einsum("nki,nkj->nij", scaled, function)[:, *_PAIRS])
+    """Return quadrics in which the colours are those that suit the position best.
+
+    quadric (10, n), tint (13, n): their columns are quadrics with colours, and tints.
+    """
+    scaled = tint[:12] / np.maximum(tint[12], 1e-300)
+    left = quadric.copy()
+    for row, one, other in zip(left, *_PAIRS, strict=True):
+        for first in range(0, 12, 4):
+            row -= scaled[first + one] * tint[first + other]
+    return left
 
 
 def best_colours(tint: Array, point: Array) -> Array:
-    """Return the colours (n, 3), 0 to 1, that suit points (n, 3) best, given tints (n, 13)."""
-    function = tint[:, :12].reshape(-1, 3, 4)
-    value = np.einsum("nki,ni->nk", function[..., :3], point) + function[..., 3]
-    return np.asarray(np.clip(value / np.maximum(tint[:, 12:], 1e-300), 0, 1))
+    """Return the colours (n, 3), 0 to 1, that suit points (n, 3) best. tint: (13, n) whose columns are tints."""
+    x, y, z = point.T
+    weight = np.maximum(tint[12], 1e-300)
+    value = [(tint[k] * x + tint[k + 1] * y + tint[k + 2] * z + tint[k + 3]) / weight for k in range(0, 12, 4)]
+    return np.asarray(np.clip(np.stack(value, -1), 0, 1))
 
 
 def _functions(corners: Array, colours: Array) -> tuple[Array, Array]:

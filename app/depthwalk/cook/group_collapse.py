@@ -5,6 +5,7 @@ one by one in each group. NumPy collapses edges of all groups in rounds over arr
 do not touch, so that tests made before the round hold for all of them together.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -105,8 +106,8 @@ def collapse_groups(
         edges = directed_edges(vertices.place[triangles], len(locked))
         able = able_edges(edges, locked, banned)
         seams = seams_at(vertices, edges, triangles)
-        own = None if colour is None else _own_colours(vertices, triangles, len(locked), colour)
-        chosen = best_collapses(places, edges, able, locked, seams, own)
+        colour_of = None if colour is None else _colour_of(vertices, triangles, len(locked), colour)
+        chosen = best_collapses(places, edges, able, locked, seams, colour_of)
         chosen = cheapest(chosen, vertices.place[triangles], group, missing)
         if not len(chosen.start):
             break
@@ -136,11 +137,12 @@ def _places(point: Array, vertices: Vertices, triangles: Ints, colour: int | Non
     return Places(point=point.copy(), normal=normal, quadric=quadric, weight=surface.weight, tint=tint)
 
 
-def _own_colours(vertices: Vertices, triangles: Ints, count: int, colour: int) -> Array:
-    """Return the colour (count, 3) of a vertex at each place."""
-    colours = np.zeros((count, 3))
-    colours[vertices.place[triangles]] = vertices.look[triangles, colour : colour + 3]
-    return colours
+def _colour_of(vertices: Vertices, triangles: Ints, count: int, colour: int) -> Callable[[Ints], Array]:
+    """Return a function that returns the colours (n, 3) of places (n,), of which there are `count`, with one vertex."""
+    vertex = np.zeros(count, np.int64)
+    vertex[vertices.place[triangles]] = triangles
+    columns = np.arange(colour, colour + 3)
+    return lambda places: np.asarray(vertices.look[vertex[places, None], columns])
 
 
 def _collapse(
@@ -236,13 +238,14 @@ def _move(
     one, other = places.tint[start], places.tint[end]
     if colour is not None:
         best = np.zeros((len(places.point), 3))
-        best[end] = best_colours(one + other, collapses.target)
+        best[end] = best_colours((one + other).T, collapses.target)
         tinted = np.zeros(len(best), bool)
         tinted[end] = free & (one[:, -1] > 0) & (other[:, -1] > 0)
         chosen = into[tinted[vertices.place[into]]]
         vertices.look[chosen, colour : colour + 3] = best[vertices.place[chosen]]
         # Where the end has several colours, the tint ends: from now on, the best ones are in the quadric.
-        places.quadric[end] -= np.where(other[:, -1:] > 0, 0, places.quadric[start] - reduced(places.quadric[start], one))
+        of_start = places.quadric[start]
+        places.quadric[end] -= np.where(other[:, -1:] > 0, 0, of_start - reduced(of_start.T, one.T).T)
         places.tint[end] += np.where(other[:, -1:] > 0, one, 0)
     places.point[end] = collapses.target
     normal = places.normal[end] + share[:, None] * (places.normal[start] - places.normal[end])

@@ -5,6 +5,8 @@ import numpy as np
 from depthwalk.kernels.compilation import compiled
 from depthwalk.types import Array, Ints
 
+_BLOCK = 32  # triangles that are passed over together
+
 
 @compiled()
 def _spheres(corners: Array) -> tuple[Array, Array]:
@@ -19,6 +21,39 @@ def _spheres(corners: Array) -> tuple[Array, Array]:
                 apart += (corners[row, corner, axis] - middle[row, axis]) ** 2
             reach[row] = max(reach[row], np.sqrt(apart))
     return middle, reach
+
+
+@compiled()
+def _blocks(middle: Array, reach: Array) -> tuple[Array, Array]:
+    """Return centres (b, 3) and radii (b,) of spheres around runs of `_BLOCK` triangles, which are near each other."""
+    count = -(-len(middle) // _BLOCK)
+    centre, radius = np.zeros((count, 3)), np.zeros(count)
+    for block in range(count):
+        rows = range(block * _BLOCK, min((block + 1) * _BLOCK, len(middle)))
+        for row in rows:
+            for axis in range(3):
+                centre[block, axis] += middle[row, axis] / len(rows)
+        for row in rows:
+            radius[block] = max(radius[block], np.sqrt(_squared(middle[row], centre[block])) + reach[row])
+        radius[block] *= 1 + 1e-9
+    return centre, radius
+
+
+@compiled()
+def _nearest_block(p: Array, centre: Array, begin: int, end: int) -> int:
+    """Return the block, from `begin` to `end`, whose centre is nearest to a point."""
+    nearest, least = begin, np.inf
+    for block in range(begin, end):
+        apart = _squared(p, centre[block])
+        if apart < least:
+            nearest, least = block, apart
+    return nearest
+
+
+@compiled()
+def _squared(p: Array, q: Array) -> float:
+    """Return the squared distance of two points."""
+    return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
 
 
 @compiled()
@@ -118,22 +153,29 @@ def nearest(
     """
     distance, triangles = np.full(len(point), np.inf), np.full(len(point), -1)
     middle, reach = _spheres(corners)
+    centre, radius = _blocks(middle, reach)
     begin = end = 0
     for row in range(len(point)):
         if row == 0 or of[row] != of[row - 1]:
             begin = np.searchsorted(group, of[row])
             end = np.searchsorted(group, of[row], side="right")
-        best, root, p = np.inf, np.inf, point[row]
-        for triangle in range(begin, end):
-            m = middle[triangle]
-            apart = (p[0] - m[0]) ** 2 + (p[1] - m[1]) ** 2 + (p[2] - m[2]) ** 2
-            if apart > best and apart > (root + reach[triangle]) ** 2:
+        best, root, chosen, p = np.inf, np.inf, -1, point[row]
+        if begin == end:
+            continue
+        first = _nearest_block(p, centre, begin // _BLOCK, (end - 1) // _BLOCK + 1)
+        for step in range(-1, (end - 1) // _BLOCK + 1 - begin // _BLOCK):  # the nearest block first, then all others
+            block = first if step < 0 else begin // _BLOCK + step
+            if step >= 0 and (block == first or _squared(p, centre[block]) > (root + radius[block]) ** 2):
                 continue
-            found = _squared_distance(p, corners[triangle])
-            if found < best and len(colour):
-                off = _off_colour(p, corners[triangle], colour[row], colours[triangle])
-                found += metres[triangle] ** 2 * off
-            if found < best:
-                best, root, triangles[row] = found, np.sqrt(found), triangle
-        distance[row] = best
+            for triangle in range(max(begin, block * _BLOCK), min(end, (block + 1) * _BLOCK)):
+                apart = _squared(p, middle[triangle])
+                if apart > best and apart > (root + reach[triangle]) ** 2:
+                    continue
+                found = _squared_distance(p, corners[triangle])
+                if found <= best and len(colour):
+                    off = _off_colour(p, corners[triangle], colour[row], colours[triangle])
+                    found += metres[triangle] ** 2 * off
+                if found < best or (found == best and triangle < chosen):  # of equally near ones, always the same
+                    best, root, chosen = found, np.sqrt(found), triangle
+        distance[row], triangles[row] = best, chosen
     return distance, triangles
