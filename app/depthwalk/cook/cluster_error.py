@@ -216,26 +216,28 @@ def _spread(areas: Array, count: int, random: np.random.Generator) -> tuple[Arra
 
 def nearest_shares(point: Array, corners: Array) -> Array:
     """Return barycentric coordinates (…, 3) of the points of triangles (…, 3, 3) that are nearest to points (…, 3)."""
-    a, b, c = (corners[..., k, :] for k in range(3))
-    ab, ac, ap = b - a, c - a, point - a
-    d1, d2 = _dot(ab, ap), _dot(ac, ap)
-    bb, cc, bc = _dot(ab, ab), _dot(ac, ac), _dot(ab, ac)
-    area = np.maximum(bb * cc - bc * bc, 0)
-    safe = np.where(area > 0, area, 1)
-    v, w = (cc * d1 - bc * d2) / safe, (bb * d2 - bc * d1) / safe
-    inside: Mask = (v >= 0) & (w >= 0) & (v + w <= 1) & (area > 0)
-    edges = ((a, b), (b, c), (c, a))
+    inside, v, w = _below(point, corners)
+    edges = [(corners[..., k, :], corners[..., (k + 1) % 3, :]) for k in range(3)]
     nearest = np.stack([_from_edge(start, end, point) for start, end in edges]).argmin(0)
     shares = np.stack([1 - v - w, v, w], -1)
     for number, (start, end) in enumerate(edges):
         along = _along(start, end, point)
         on = np.roll(np.stack([1 - along, along, np.zeros_like(along)], -1), number, -1)
         shares = np.where(((nearest == number) & ~inside)[..., None], on, shares)
-    return shares
+    return np.asarray(shares)
 
 
 def squared_distances(point: Array, corners: Array) -> Array:
     """Return the squared distances of points (…, 3) from triangles (…, 3, 3)."""
+    a, b, c = (corners[..., k, :] for k in range(3))
+    inside, v, w = _below(point, corners)
+    plane = np.square(point - a - v[..., None] * (b - a) - w[..., None] * (c - a)).sum(-1)
+    edges = np.minimum(np.minimum(_from_edge(a, b, point), _from_edge(b, c, point)), _from_edge(c, a, point))
+    return np.where(inside, plane, edges)
+
+
+def _below(point: Array, corners: Array) -> tuple[Mask, Array, Array]:
+    """Return whether points (…, 3) are above or below triangles (…, 3, 3), and the last two barycentric coordinates."""
     a, b, c = (corners[..., k, :] for k in range(3))
     ab, ac, ap = b - a, c - a, point - a
     d1, d2 = _dot(ab, ap), _dot(ac, ap)
@@ -243,10 +245,7 @@ def squared_distances(point: Array, corners: Array) -> Array:
     area = np.maximum(bb * cc - bc * bc, 0)
     safe = np.where(area > 0, area, 1)
     v, w = (cc * d1 - bc * d2) / safe, (bb * d2 - bc * d1) / safe
-    inside: Mask = (v >= 0) & (w >= 0) & (v + w <= 1) & (area > 0)
-    plane = np.square(ap - v[..., None] * ab - w[..., None] * ac).sum(-1)
-    edges = np.minimum(np.minimum(_from_edge(a, b, point), _from_edge(b, c, point)), _from_edge(c, a, point))
-    return np.where(inside, plane, edges)
+    return (v >= 0) & (w >= 0) & (v + w <= 1) & (area > 0), v, w
 
 
 def _from_edge(start: Array, end: Array, point: Array) -> Array:

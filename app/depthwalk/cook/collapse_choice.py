@@ -80,8 +80,9 @@ def best_collapses(
     special = special_places(edges)
     loose, paired = (found[able] for found in seams)
     free = ~locked[end] & (special[start] == special[end]) & paired
-    quadric = places.quadric.take(start, 0) + places.quadric.take(end, 0)
-    quadric, tint = np.ascontiguousarray(quadric.T), np.zeros((0, 0))
+    quadric: Array = places.quadric.take(start, 0) + places.quadric.take(end, 0)
+    quadric = np.ascontiguousarray(quadric.T)
+    tint: Array = np.zeros((0, 0))
     if colour_of:
         tint = np.ascontiguousarray((places.tint.take(start, 0) + places.tint.take(end, 0)).T)
         quadric = reduced(quadric, tint)

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from depthwalk.cook import kernels
+from depthwalk.cook.collapse_choice import Collapses, able_edges, best_collapses, cheapest, independent, seams_at
 from depthwalk.cook.colour_quadrics import WIDTH as TINT
 from depthwalk.cook.colour_quadrics import best_colours, colour_quadrics, reduced
-from depthwalk.cook.collapse_choice import Collapses, able_edges, best_collapses, cheapest, independent, seams_at
 from depthwalk.cook.kernels.collapse_costs import TURN
 from depthwalk.cook.quadrics import clustered_surface
 from depthwalk.cook.seamed_mesh import DirectedEdges, Places, Vertices, contains, directed_edges
@@ -127,7 +127,8 @@ def _places(point: Array, vertices: Vertices, triangles: Ints, colour: int | Non
     surface = clustered_surface(point, corners)
     normal = vertex_directions(point, corners)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    quadric, tint = surface.quadric, np.zeros((len(point), TINT))
+    quadric = surface.quadric
+    tint: Array = np.zeros((len(point), TINT))
     if colour is not None:
         used = np.zeros(len(vertices.place), bool)
         used[triangles] = True
@@ -222,9 +223,7 @@ def _match_loosely(vertices: Vertices, becomes: Ints, gone: tuple[Ints, Ints], i
     becomes[one[pair[order]]] = candidate[order]
 
 
-def _move(
-    places: Places, vertices: Vertices, collapses: Collapses, gone: Ints, into: Ints, colour: int | None
-) -> None:
+def _move(places: Places, vertices: Vertices, collapses: Collapses, gone: Ints, into: Ints, colour: int | None) -> None:
     """Merge places and vertices: the pairs `gone` and `into` (m,), which may occur twice, become one."""
     start, end, free = collapses.start, collapses.end, collapses.free
     along = places.point[start] - places.point[end]

@@ -355,8 +355,8 @@ def collapse(
     """Simplify groups of triangles; see `cook.group_collapse.collapse_groups`.
 
     points: (p, 3); of: (v,) place of each vertex; part: (v,); looks: (v, k); triangles: (t, 3) in the order of their
-    groups (t,); wanted: (g,); locked: (p,); colour: column of looks where colours begin, or −1. Returns the remaining triangles, their groups, points, looks, and which
-    places have moved.
+    groups (t,); wanted: (g,); locked: (p,); colour: column of looks where colours begin, or −1. Returns the remaining
+    triangles, their groups, points, looks, and which places have moved.
     """
     s = surface_of(points, of, part, looks, triangles, locked, colour)
     left, left_group = np.empty(triangles.shape, np.int64), np.empty(len(group), np.int64)

@@ -102,7 +102,7 @@ def best_colour(s: Surface, start: int, to: int, k: int) -> float:
     value = one[4 * k + 3] + other[4 * k + 3]
     for axis in range(3):
         value += (one[4 * k + axis] + other[4 * k + axis]) * p[axis]
-    return min(max(value / max(one[12] + other[12], 1e-300), 0.0), 1.0)
+    return float(min(max(value / max(one[12] + other[12], 1e-300), 0.0), 1.0))
 
 
 @compiled()
@@ -116,7 +116,7 @@ def fixed_colour_cost(s: Surface, start: int, to: int) -> float:
     off, vertex = 0.0, s.corners[corner].vertex
     for k in range(3):
         off += (s.look[vertex, s.colour + k] - best_colour(s, start, to, k)) ** 2
-    return (s.tint[start, 12] + s.tint[to, 12]) * off
+    return float((s.tint[start, 12] + s.tint[to, 12]) * off)
 
 
 @compiled()

@@ -53,12 +53,12 @@ def _nearest_block(p: Array, centre: Array, begin: int, end: int) -> int:
 @compiled()
 def _squared(p: Array, q: Array) -> float:
     """Return the squared distance of two points."""
-    return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
+    return float((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
 
 
 @compiled()
-def _squared_distance(p: Array, corners: Array) -> float:
-    """Return the squared distance of a point from a triangle (3, 3)."""
+def _below(p: Array, corners: Array) -> tuple[bool, float, float]:
+    """Return whether a point is above or below a triangle (3, 3), and the last two barycentric coordinates there."""
     ab = ac = bc = along_ab = along_ac = 0.0
     for axis in range(3):
         u, v, w = corners[1, axis] - corners[0, axis], corners[2, axis] - corners[0, axis], p[axis] - corners[0, axis]
@@ -70,12 +70,20 @@ def _squared_distance(p: Array, corners: Array) -> float:
     area = ab * ac - bc * bc
     if area > 0:
         v, w = (ac * along_ab - bc * along_ac) / area, (ab * along_ac - bc * along_ab) / area
-        if v >= 0 and w >= 0 and v + w <= 1:
-            plane = 0.0
-            for axis in range(3):
-                a = corners[0, axis]
-                plane += (p[axis] - a - v * (corners[1, axis] - a) - w * (corners[2, axis] - a)) ** 2
-            return plane
+        return v >= 0 and w >= 0 and v + w <= 1, v, w
+    return False, 0.0, 0.0
+
+
+@compiled()
+def _squared_distance(p: Array, corners: Array) -> float:
+    """Return the squared distance of a point from a triangle (3, 3)."""
+    above, v, w = _below(p, corners)
+    if above:
+        plane = 0.0
+        for axis in range(3):
+            a = corners[0, axis]
+            plane += (p[axis] - a - v * (corners[1, axis] - a) - w * (corners[2, axis] - a)) ** 2
+        return plane
     least = np.inf
     for corner in range(3):
         least = min(least, _from_edge(p, corners[corner], corners[(corner + 1) % 3]))
@@ -110,19 +118,9 @@ def _off_colour(p: Array, corners: Array, colour: Array, colours: Array) -> floa
 @compiled()
 def _shares(p: Array, corners: Array) -> tuple[float, float, float]:
     """Return the barycentric coordinates of the point of a triangle (3, 3) that is nearest to p."""
-    ab = ac = bc = along_ab = along_ac = 0.0
-    for axis in range(3):
-        u, v, w = corners[1, axis] - corners[0, axis], corners[2, axis] - corners[0, axis], p[axis] - corners[0, axis]
-        ab += u * u
-        ac += v * v
-        bc += u * v
-        along_ab += u * w
-        along_ac += v * w
-    area = ab * ac - bc * bc
-    if area > 0:
-        v, w = (ac * along_ab - bc * along_ac) / area, (ab * along_ac - bc * along_ab) / area
-        if v >= 0 and w >= 0 and v + w <= 1:
-            return 1 - v - w, v, w
+    above, v, w = _below(p, corners)
+    if above:
+        return 1 - v - w, v, w
     best, least, along = 0, np.inf, 0.0
     for corner in range(3):
         start, end = corners[corner], corners[(corner + 1) % 3]

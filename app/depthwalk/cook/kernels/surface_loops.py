@@ -67,7 +67,9 @@ class Surface(NamedTuple):
 
 
 @compiled()
-def surface_of(points: Array, of: Ints, part: Ints, looks: Array, triangles: Ints, locked: Mask, colour: int) -> Surface:
+def surface_of(
+    points: Array, of: Ints, part: Ints, looks: Array, triangles: Ints, locked: Mask, colour: int
+) -> Surface:
     """Return the records of all groups, of which `begin_group` completes one; see `collapse_loops.collapse`."""
     places, corners = np.zeros(len(points), PLACE), np.zeros(3 * len(triangles), CORNER)
     vertices, look = np.zeros(len(of), VERTEX), np.empty(looks.shape)
