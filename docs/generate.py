@@ -70,7 +70,7 @@ An object's `representation` says how it is drawn:
   vertices (`displacement`), warped by the CPU and drawn as a texture (`relief-texture`), or a bar to each texel
   (`bar-texture`).
 - Rivals of a whole object, drawn from pictures of its mesh from many directions: the three nearest, blended
-  (`octahedral`), or the nearest of a horizontal ring, on an upright rectangle (`billboard`).
+  (`octahedral`), or the nearest of a ring around it, on a rectangle that turns about its y axis (`billboard`).
 
 Any value can be overridden on the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
 

@@ -32,6 +32,7 @@ from depthwalk.resources import asset_root, scene_root
 IMAGES = Path(__file__).with_name("images")
 _GAP = 8  # pixels between two pictures
 _DEPTHWALK = (sys.executable, "-m", "depthwalk")
+_BUST = 629, 281  # a place in the window that shows it
 _SECONDS_TO_LOAD = 120
 _TOUR = 100  # pictures
 _STUDIO = """camera: {position: [0, 2.6, 9], target: [0, 0.45, 0], fov: 10}
@@ -183,7 +184,7 @@ def depth_image_picture(image: DepthImage) -> np.ndarray:
 
 
 def hud() -> None:
-    """Photograph the window on the room, with figures and panel, by its own F12."""
+    """Photograph the window on the room, with figures, panel and an inspected bust, by its own F12."""
     with tempfile.TemporaryDirectory() as name, virtual_display() as display:
         environment = os.environ | {"DISPLAY": display}
         environment.pop("WAYLAND_DISPLAY", None)
@@ -197,7 +198,7 @@ def hud() -> None:
 
 
 def take_screenshot(folder: Path, environment: dict[str, str], walk: subprocess.Popen[bytes]) -> Path:
-    """Open the panel of the window and press F12 until a picture lies in `folder`; return its path."""
+    """Open the panel, inspect the bust, and press F12 until a picture lies in `folder`; return its path."""
     end = time.monotonic() + _SECONDS_TO_LOAD
     opened = False
     while time.monotonic() < end and walk.poll() is None:
@@ -215,7 +216,8 @@ def take_screenshot(folder: Path, environment: dict[str, str], walk: subprocess.
             return pictures[-1]
         if pictures:  # the scene is loaded: the keys are heard
             opened = True
-            subprocess.run(["xdotool", "key", "Tab"], env=environment, check=True)
+            bust = [str(coordinate) for coordinate in _BUST]
+            subprocess.run(["xdotool", "key", "Tab", "mousemove", *bust, "key", "i"], env=environment, check=True)
             time.sleep(12)  # until the message about the first picture is gone
             for picture in pictures:
                 picture.unlink()

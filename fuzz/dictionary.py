@@ -32,7 +32,7 @@ YAML = _words(
     b"&a |*a|!!int |!!float |!!binary |<<: |---\n|...\n|%YAML 1.1\n|%TAG ! x\n|0x|0b|0o8|.inf|.nan|1e999|? |> ",
     b'2001-01-01|"\\ud800"|"\\x00"|\xef\xbb\xbf|\xc2\x85|\xe2\x80\xa8|[|]|{|}|#|!|\'',
 )
-PLACES = _words(b"x|y|z|yaw|scale|\"|'|,|\r|\x0b|\x1c|\x85|\n")
+PLACES = _words(b"x|y|z|yaw|scale|pitch|roll|\"|'|,|\r|\x0b|\x1c|\x85|\n")
 OBJ = _words(
     b"v |vt |vn |f |usemtl |mtllib |newmtl |map_Kd |norm |map_Bump |-bm |Kd |Ns |Ks |#|\\\n|//|/|mesh.mtl|skin.png",
     b"../|\xff|\r\n|-1",

@@ -134,7 +134,8 @@ def check_places(places: Similarity) -> None:
     holds(len(places) <= limits.MAX_INSTANCES, "places are not too many")
     _shaped(places.position, (len(places), 3), np.float32, "positions")
     holds(np.abs(places.position) <= limits.MAX_COORDINATE, "positions lie within their limits")
-    holds(np.isfinite(places.yaw) & (places.scale > 0) & np.isfinite(places.scale), "turns and scales are finite")
+    holds(np.abs(np.linalg.norm(places.rotation, axis=1) - 1) < 1e-5, "rotations are unit quaternions")
+    holds((places.scale > 0) & np.isfinite(places.scale), "scales are finite")
 
 
 def check_model(model: BakedModel) -> None:

@@ -37,7 +37,7 @@ assets:
   round: {depth_image: {depth: box.obj, panorama: {horizon: 4}, method: paper}}
   kept: {baked: box.dpci.exr}
 objects:
-- {asset: box, position: [0, 1, 0], yaw: 30, scale: 2, name: one}
+- {asset: box, position: [0, 1, 0], yaw: 30, pitch: -90, roll: 15.5, scale: 2, name: one}
 - {grid: {asset: box, count: [2, 3], spacing: [1, 2]}}
 - group:
     name: g
@@ -105,6 +105,7 @@ def places() -> list[Files]:
     rows = np.array([[0, 1, 2, 90, 1.5], [3, 4, 5, -90, 0.5]])
     return [
         {"places.csv": b"x,y,z,yaw,scale\n0,1,2,90,1.5\n3,4,5,-90,0.5\n"},
+        {"places.csv": b"x,y,z,roll,pitch\n0,1,2,90,-30\n3,4,5,-90,180\n"},
         {"places.csv": b"\xef\xbb\xbfz,x,y\r\n0, 1,2\r\n"},
         {"places.npy": npy(rows)},
         {"places.npy": npy(rows[:, :3].astype("<i4"))},

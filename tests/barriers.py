@@ -27,10 +27,17 @@ def sheet(*points: Sequence[float]) -> Collider:
 
 
 def place(
-    surface: Collider, position: Sequence[float] = (0, 0, 0), yaw: float = 0.0, scale: float = 1.0, row: int = 0
+    surface: Collider,
+    position: Sequence[float] = (0, 0, 0),
+    yaw: float = 0.0,
+    scale: float = 1.0,
+    row: int = 0,
+    roll: float = 0.0,
 ) -> PlacedCollider:
-    """A surface at a place, turned about the upright axis by `yaw`, radians."""
-    turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
+    """A surface at a place, turned about z by `roll` and then about the upright axis by `yaw`, radians."""
+    (cos, sin), (cos_roll, sin_roll) = ((np.cos(angle), np.sin(angle)) for angle in (yaw, roll))
+    about_y = np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]])
+    turn = about_y @ [[cos_roll, -sin_roll, 0], [sin_roll, cos_roll, 0], [0, 0, 1]]
     return PlacedCollider(row=row, collider=surface, position=np.array(position, float), rotation=turn, scale=scale)
 
 

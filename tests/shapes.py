@@ -180,7 +180,7 @@ def _shared(function: Callable[..., T], call: bytes) -> T:
     return cast(T, pickle.loads(file.read_bytes()))
 
 
-def bake(mesh: Mesh, resolution: int = 128, layers: int | Literal["auto"] = 2) -> BakedObject:
+def bake(mesh: Mesh, resolution: int = 64, layers: int | Literal["auto"] = 2) -> BakedObject:
     """The depth images of a mesh; of an equal one as before, those."""
     return _baked(pickle.dumps((mesh, BakeParams(resolution=resolution, layers=layers), "test")))
 
@@ -236,7 +236,7 @@ class ShapeLibrary:
         meshes: Sequence[Mesh | None],
         baked: Sequence[BakedObject | BakedModel | None] | None = None,
         kept: bool = True,
-        resolution: int = 128,
+        resolution: int = 64,
         layers: int | Literal["auto"] = 2,
         cooked_as: str = "",
     ) -> None:
@@ -351,7 +351,7 @@ def scene_of(
     return cast(Scene, scene)
 
 
-def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:
+def two_halves(mesh: Mesh, resolution: int = 64) -> BakedModel:
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]

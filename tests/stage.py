@@ -178,7 +178,7 @@ class SlowLibrary(ShapeLibrary):
         meshes: Sequence[Mesh | None],
         baked: Sequence[BakedObject | BakedModel | None] | None = None,
         kept: bool = True,
-        resolution: int = 128,
+        resolution: int = 64,
         layers: int | Literal["auto"] = 2,
     ) -> None:
         super().__init__(meshes, baked, kept, resolution, layers)

@@ -44,6 +44,7 @@ import glfw
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render import kernels
 from depthwalk.scene.loader import load_scene
+from depthwalk.walk import file_watch
 
 class WatchedDevice(app.Device):
     def __init__(self, *values):
@@ -110,6 +111,7 @@ if "compiled" not in sys.argv:
     kernels.load_behind = lambda: None
 
 devices, frames, places = [], [], {}
+file_watch._SECONDS = 0.1
 native = panel.imgui
 panel.imgui = fields.imgui = WatchedWidgets()
 step, app.Walk.step = app.Walk.step, watched_step

@@ -32,6 +32,23 @@ def test_what_is_not_given_stays(scene: Scene) -> None:
     assert scene.loaded.objects.scale[1:4].tolist() == [2, 2, 2]
 
 
+def test_each_angle_stays_unless_it_is_given(scene: Scene) -> None:
+    angles: dict[str, Any] = {"yaw": 0.4, "pitch": -1.2, "roll": 2.5}
+    scene.move("row", **angles)
+    wanted = scene.loaded.objects.rotation[1].copy()
+    scene.move("row", yaw=1.0, pitch=1.0, roll=1.0)
+    for name, angle in angles.items():
+        assert np.abs(scene.loaded.objects.rotation[1] - wanted).max() > 0.01
+        scene.move("row", **{name: angle})
+    np.testing.assert_allclose(scene.loaded.objects.rotation[1:4], np.tile(wanted, (3, 1)), atol=1e-7)
+
+
+def test_a_row_is_stood_on_its_end(scene: Scene) -> None:
+    scene.move("row", position=(1, 2, 3), roll=math.pi / 2)
+    ends = scene.loaded.objects.position[[1, 3]]  # of a row of 4 m, turned from x to y
+    assert ends == pytest.approx(np.array([(1, 0, 3), (1, 4, 3)]), abs=1e-5)
+
+
 def test_only_what_hangs_on_the_node_moves(scene: Scene) -> None:
     before = scene.loaded.objects.position.copy()
     told = []
@@ -59,6 +76,7 @@ def test_only_what_hangs_on_the_node_moves(scene: Scene) -> None:
         (-1, {}, "no node -1: the scene has 3"),
         ("ball", {"position": (0, 1)}, "node 'ball': position (0, 1) must be three numbers"),
         ("ball", {"scale": 0.0}, "node 'ball': a node's transform must be finite, its scale positive"),
+        ("ball", {"pitch": math.nan}, "node 'ball': a node's transform must be finite, its scale positive"),
         ("ball", {"position": (0, math.inf, 0)}, "node 'ball': a node's transform must be finite, its scale positive"),
     ],
 )

@@ -40,8 +40,9 @@ def test_bake_and_info_tell_of_it_once(run: Callable[..., Any], tmp_path: Path) 
 def test_a_model_without_a_scene_is_told_of(height: float | None) -> None:
     """Unless its height is given, however large that is."""
     points = shapes.box(500.0, 2000.0, 500.0).positions
-    objects = SimpleNamespace(asset=np.zeros(1, int), rotation=np.array([[0, 0, 0, 1.0]]), position=np.zeros((1, 3)))
-    world = SimpleNamespace(objects=lambda: objects, points=lambda asset: points)
+    rotation = np.array([[0, 0, 0, 1.0]])
+    objects = SimpleNamespace(asset=np.zeros(1, int), rotation=rotation, position=np.zeros((1, 3)), scale=np.ones(1))
+    world = SimpleNamespace(objects=lambda: objects, scene_objects=objects, points=lambda asset: points)
     assets = [SimpleNamespace(up="y", up_is_given=True, height=height)]
     scene = SimpleNamespace(path=Path("a.obj"), objects=[None], assets=assets)
     renderer: Any = SimpleNamespace(world=world)

@@ -37,7 +37,7 @@ def library() -> ShapeLibrary:
         box(0.8, 0.05, 0.8, (0, 0.025 + 0.05 * k, 0), colour=(230, 230, 230) if k % 2 else (30, 30, 30))
         for k in range(16)
     ]
-    return ShapeLibrary([sphere(0.7, 128, 64), box(0.8, 0.8, 0.8, (0, 0.4, 0)), joined(*stripes)], resolution=128)
+    return ShapeLibrary([sphere(0.7, 128, 64), box(0.8, 0.8, 0.8, (0, 0.4, 0)), joined(*stripes)], resolution=64)
 
 
 def picture(scene: Scene, library: ShapeLibrary, mode: str, camera: Camera = CAMERA, **settings: Any) -> Picture:
@@ -104,7 +104,7 @@ def test_a_ball_is_lit_as_its_twin_says() -> None:
     scene = scene_of((0, (0, 0, 0), 0.7, 1.0))
     set_all(scene.render, {"light.mode": "warp", "lod.error": 0.0, **PAPER})
     camera, centre = Camera((1.0, 1.8, 3.6), (0, 1, 0), 0.6), np.array([0, 1.0, 0])
-    with HeadlessRenderer(scene, ShapeLibrary([sphere()], resolution=128), SIZE) as headless:
+    with HeadlessRenderer(scene, ShapeLibrary([sphere()], resolution=64), SIZE) as headless:
         view = View(camera, SIZE)
         headless.draw(view, linear=True)
         shown = headless.linear_image()

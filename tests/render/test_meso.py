@@ -127,7 +127,7 @@ def beside(mesh: Mesh, metres: float) -> Mesh:
 @pytest.fixture(scope="module")
 def pillars() -> ShapeLibrary:
     """Depth images of a smooth pillar with meso-structure, and the mesh that they stand for."""
-    baked = bake(pillar(), 256, 1)
+    baked = bake(pillar(), 128, 1)
     meso = waves()
     mesh = pillar(meso=meso, cylinder=baked.cylinder.radius)
     # Meshes stand on their base; so do depth images, by their own frame.
@@ -164,7 +164,7 @@ def test_pictures_are_those_of_a_displaced_mesh(
 def test_what_faces_round_the_axis_keeps_its_surface(studio: Studio) -> None:
     """A post that stands beside the axis, like an arm: most of what is seen of it from in front faces along θ."""
     mesh = joined(pillar(0.2), beside(pillar(0.1), 0.6))
-    baked = bake(mesh, 160, 2)
+    baked = bake(mesh, 96, 2)
     library = ShapeLibrary([mesh, mesh], [replace(baked, meso=waves(height=0.03)), baked])
     for position in ((0.3, 1.2, 2.6), (0.3, 1.2, -2.6), (1.5, 1.8, 2.0)):
         camera = Camera(position, (0.3, 1, 0), 0.55)
@@ -180,7 +180,7 @@ def test_what_lies_below_an_edge_has_its_own_colour(studio: Studio) -> None:
     base = box(1, 0.3, 1, (0, 0.15, 0), colour=(255, 20, 20))
     mesh = joined(base, box(0.5, 0.06, 0.5, (0, 0.33, 0), colour=(20, 20, 255)))
     level = np.zeros((8, 8, 3), np.float32) + np.array([0.06, 0, 0], np.float32)
-    library = ShapeLibrary([mesh], [replace(bake(mesh, 128, 3), meso=Meso(relief=level, tile=(0.5, 0.5), height=0.06))])
+    library = ShapeLibrary([mesh], [replace(bake(mesh, 64, 3), meso=Meso(relief=level, tile=(0.5, 0.5), height=0.06))])
     camera = Camera((0.7, 1.6, 0.9), (0, 0.2, 0), 0.7)
     colour, metres = picture(studio, library, 0, Representation.DPCI, camera)
     height, width = metres.shape

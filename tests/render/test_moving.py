@@ -33,7 +33,7 @@ def test_a_moved_node_moves_in_the_picture(gl_device: Device, tiny_scene: Path, 
         return np.flatnonzero(read_pixels(screen)[..., 3].any(0)).mean()
 
     before = middle()
-    changed = set_node_transform(scene, 1, (0.5, 0.0, 0.0), 0.0, 1.0)
+    changed = set_node_transform(scene, 1, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
     renderer.world.moved(changed if told else None)
     after = middle()
     objects, bounds = renderer.world.objects(), renderer.world.bounds()

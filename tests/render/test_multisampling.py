@@ -28,7 +28,7 @@ SIZE = (160, 120)
 
 @pytest.fixture(scope="module")
 def library() -> ShapeLibrary:
-    return ShapeLibrary([box(1.4, 1.4, 1.4, (0, 0.7, 0))], resolution=128)
+    return ShapeLibrary([box(1.4, 1.4, 1.4, (0, 0.7, 0))], resolution=64)
 
 
 def crate(representation: Representation, **environment: dict[str, float]) -> Scene:

@@ -30,7 +30,7 @@ def shown(representation: Representation) -> Scene:
 def seen(studio: Studio, mesh: Mesh, representation: Representation, camera: Camera) -> tuple[Array, Array]:
     """Points and normals of the G-buffer, (n, 3) each."""
     baked = None if representation is Representation.DPCI else [None]
-    library = ShapeLibrary([mesh], baked, resolution=256)
+    library = ShapeLibrary([mesh], baked, resolution=128)
     with Stage(studio, shown(representation), library, sun=False) as stage:
         stage.draw(View(camera, SIZE))
         points = stage.points()

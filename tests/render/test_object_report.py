@@ -65,7 +65,7 @@ def test_an_impostor_is_described(stage: Stage) -> None:
     assert (report.number, report.asset, report.node) == (0, "asset 0", "yard")
     assert report.images is not None and report.images[1:] == (64, 64) and report.images[0] >= 3
     (impostor,) = report.impostors
-    assert report.parts == 1 and report.mesh is None and not report.straight and not report.clustered
+    assert report.parts == 1 and report.mesh is None and report.other is None and not report.clustered
     assert report.distance == pytest.approx(np.hypot(5 - np.hypot(0.5, 0.5), 1), abs=0.05)  # of the cylinder's rim
     assert impostor.case == Case.SIDE_AND_TOP and impostor.step >= 1
     table, plan = stage.renderer.world.table(), stage.renderer.plan
@@ -122,16 +122,17 @@ def test_what_is_hidden_is_not_drawn_nor_what_is_out_of_sight(gl_device: Device,
         reports = [stage.report(number) for number in range(1, len(crowd) + 1)]
         hidden = [report for report in reports if not report.impostors]
         assert len(hidden) > 50 and all(report.in_view for report in hidden)
-        assert not any(report.mesh or report.straight or report.clustered for report in hidden)
+        assert not any(report.mesh or report.other or report.clustered for report in hidden)
         stage.draw(view_of((0.0, 1.0, 15.0), (0.0, 1.0, 20.0)))
         assert not stage.report(0).in_view and not stage.report(0).impostors
 
 
-def test_depth_images_that_are_drawn_straight_are_described(gl_device: Device, library: ShapeLibrary) -> None:
-    with Stage(gl_device, library, (CRATE, AHEAD, 0.0, 1.0), representation=Representation.DMESH) as stage:
-        stage.draw(view_of())
+@pytest.mark.parametrize("kind", [Representation.DMESH, Representation.OCTAHEDRAL, Representation.BILLBOARD])
+def test_other_representations_are_told(gl_device: Device, library: ShapeLibrary, kind: Representation) -> None:
+    with Stage(gl_device, library, (CRATE, AHEAD, 0.0, 1.0), representation=kind) as stage:
+        stage.draw(view_of((0.0, 1.0, 9.0)))
         report = stage.report(0)
-        assert report.straight and not report.impostors and report.mesh is None
+        assert report.other is kind and not report.impostors and report.mesh is None and not report.clustered
 
 
 def test_each_part_has_an_impostor(gl_device: Device) -> None:

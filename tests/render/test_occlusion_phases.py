@@ -136,6 +136,27 @@ def test_a_crowd_looks_the_same(
     assert occluded > 300
 
 
+@pytest.mark.parametrize("representation", [None, Representation.DPCI, Representation.MESH, Representation.OCTAHEDRAL])
+def test_a_crowd_that_leans_and_lies_looks_the_same(
+    gl_device: Device, library: ShapeLibrary, small_phases: None, representation: Representation | None
+) -> None:
+    """Cylinders about objects that are turned about all axes hide no more than the objects do."""
+    places, rng = crowd(7, 200)
+    turns = rng.normal(size=(len(places), 4))
+    occluded = 0.0
+    with Both(gl_device, library, places, representation) as both:
+        for renderer in both.renderers:
+            renderer.scene.objects.rotation[:] = turns / np.linalg.norm(turns, axis=1, keepdims=True)
+            renderer.world.moved()
+            renderer.settings.octahedral.views, renderer.settings.octahedral.resolution = 4, 32
+        for _ in range(8):
+            eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
+            pictures, plans = both.pictures(Camera(tuple(eye), tuple(aim), rng.uniform(0.5, 1.5)))
+            assert_same(pictures, representation)
+            occluded += plans[0].counts["occluded"]
+    assert occluded > 50
+
+
 def test_what_is_no_height_field_is_drawn_as_depth_images(
     gl_device: Device, library: ShapeLibrary, small_phases: None
 ) -> None:

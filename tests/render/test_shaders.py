@@ -165,7 +165,7 @@ def test_depth_images_and_polygons_meet_in_one_depth_buffer(studio: Studio) -> N
 def test_a_step_is_cut_not_bridged(studio: Studio) -> None:
     """A small box before a large one: seen aslant, the gap between them must stay open."""
     library = ShapeLibrary(
-        [joined(box(0.6, 0.6, 0.1, (0, 0.5, 0.8)), box(1.6, 1.0, 0.1, (0, 0.5, -0.8)))], resolution=128
+        [joined(box(0.6, 0.6, 0.1, (0, 0.5, 0.8)), box(1.6, 1.0, 0.1, (0, 0.5, -0.8)))], resolution=64
     )
     camera = Camera((3.2, 0.6, 0.25), (0, 0.5, 0.0), 0.6)
     pictures = []
@@ -186,7 +186,7 @@ def test_near_and_inside_there_are_no_holes(studio: Studio, position: tuple[floa
     walls = joined(
         *[box(0.05, 2.0, 2.0, (x, 1.0, 0.0)) for x in (-1, 1)], *[box(2.0, 2.0, 0.05, (0.0, 1.0, z)) for z in (-1, 1)]
     )
-    library = ShapeLibrary([walls], resolution=128, layers=3)
+    library = ShapeLibrary([walls], resolution=64, layers=3)
     camera = Camera(position, (position[0] + 0.1, position[1] - 0.02, position[2] - 1), 1.0)
     masks = []
     for representation in (Representation.DPCI, Representation.MESH):

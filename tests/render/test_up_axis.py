@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import shapes
+from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.render.up_axis import ModelTurn, guess_up, turn_model
 from depthwalk.resources import asset_root
+from depthwalk.scene.similarity import Similarity, from_angles, identities
 from depthwalk.types import Array
 
 STANDING = ["teapot", "table", "man_of_the_paper", "venus_of_the_paper"]
@@ -55,8 +57,12 @@ def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) ->
     points = z_upward(load_mesh(asset_root() / "man_of_the_paper.ply").positions)
     one = {"rotation": np.array([[0, 0, 0, 1.0]]), "position": np.zeros((1, 3)), "scale": np.ones(1)}
     objects = Named(asset=np.zeros(1, int), **one)
-    world = SimpleNamespace(objects=lambda: objects, points=lambda asset: points, moved=lambda: None)
-    scene = SimpleNamespace(path=Path(file), objects=objects, assets=[SimpleNamespace(up="y", up_is_given=False)])
+    world = SimpleNamespace(
+        objects=lambda: objects, scene_objects=objects, points=lambda asset: points, moved=lambda: None
+    )
+    nodes = SimpleNamespace(world=identities(1))
+    assets = [SimpleNamespace(up="y", up_is_given=False)]
+    scene = SimpleNamespace(path=Path(file), objects=objects, nodes=nodes, assets=assets)
     turn = ModelTurn(scene, SimpleNamespace(world=world))  # type: ignore[arg-type]
     assert bool(turn.guess) == turns
     up = "y" if turns else "z"
@@ -73,7 +79,9 @@ class Named(SimpleNamespace):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("up", ["y", "z"])
-def test_a_turned_model_stands_on_the_ground(up: Literal["y", "z"]) -> None:
+@pytest.mark.parametrize("roll", [0.0, 0.5])
+def test_a_turned_model_stands_on_its_place(up: Literal["y", "z"], roll: float) -> None:
+    """And leans there, if its node says so."""
     points: Array = load_mesh(Path(asset_root() / "man_of_the_paper.ply")).positions + np.array([1.0, 2.0, 3.0])
     if up == "z":
         points = z_upward(points)
@@ -82,10 +90,11 @@ def test_a_turned_model_stands_on_the_ground(up: Literal["y", "z"]) -> None:
         rotation=np.zeros((1, 4), np.float32), position=np.ones((1, 3), np.float32), scale=np.array([2.0], np.float32)
     )
     renderer = SimpleNamespace(world=SimpleNamespace(moved=lambda: moved.append(True)))
-    turn_model(SimpleNamespace(objects=objects), renderer, points, up)  # type: ignore[arg-type]
-    from depthwalk.geometry.quaternions import rotate
-
+    lean = from_angles(np.zeros(1), np.zeros(1), np.array([roll]))
+    nodes = SimpleNamespace(world=Similarity(np.array([[5.0, 0.5, -2.0]]), lean, np.array([2.0])))
+    turn_model(SimpleNamespace(objects=objects, nodes=nodes), renderer, points, up)  # type: ignore[arg-type]
     placed = 2.0 * rotate(objects.rotation[0], points) + objects.position[0]
+    placed = rotate(conjugate(lean[0]), placed - [5.0, 0.5, -2.0])
     low, high = placed.min(0), placed.max(0)
     np.testing.assert_allclose([low[1], *(low + high)[[0, 2]]], 0, atol=1e-5)
     assert (high - low).argmax() == 1 and moved == [True]  # a head is tallest upright

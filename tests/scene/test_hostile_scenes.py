@@ -17,6 +17,11 @@ MESSAGES = {
     "alias-loop": [
         "3:12: objects[0].group.objects[0].group.....objects[0].group.objects[0].group: nested too deeply",
     ],
+    "angles": [
+        "6:25: objects[0].pitch: must be a number, not a list",
+        "7:24: objects[1].roll: must be at most 36000, not 1e+06",
+        "8:18: objects[2].rotation: unknown key; did you mean 'yaw' or 'pitch' or 'roll'?",
+    ],
     "bad-lamp": [
         "7:7: environment.lights[0]: missing key 'position'",
         "7:34: environment.lights[0].range: must be greater than 0, not 0",
@@ -150,7 +155,7 @@ MESSAGES = {
     "several": [
         "6:25: objects[0].scale: must be at least 0.0001, not -1",
         "7:18: objects[1].colour: unknown key; known here: "
-        "'name', 'position', 'yaw', 'asset', 'scale', 'representation'",
+        "'name', 'position', 'yaw', 'pitch', 'roll', 'asset', 'scale', 'representation'",
         "8:9: camera: missing key 'position'",
     ],
     "shadow-no-cone": [

@@ -11,8 +11,10 @@ from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import Scene
+from depthwalk.scene.similarity import from_yaw
 from depthwalk.types import Array
 
+RULE = ": the first line must name the columns x, y, z, and may name yaw, scale, pitch, roll, once each"
 SCENE = "version: 1\nassets: {baked: {mesh: box.obj, dpci: {}}}\nobjects:\n  - "
 
 
@@ -26,20 +28,21 @@ def test_text_names_its_columns_in_any_order(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("\ufeffyaw, z,x,y\r\n90,3,1,2\r\n-45,6,4,5e0\r\n\r\n", "utf-8")
     read = read_places(tmp_path / "a.csv")
     np.testing.assert_array_equal(read.position, [[1, 2, 3], [4, 5, 6]])
-    np.testing.assert_allclose(read.yaw, np.radians([90, -45]), rtol=1e-6)
+    np.testing.assert_allclose(read.rotation, from_yaw(np.radians([90, -45])), atol=1e-6)
     np.testing.assert_array_equal(read.scale, [1, 1])
-    assert {array.dtype for array in (read.position, read.yaw, read.scale)} == {np.dtype(np.float32)}
+    assert {array.dtype for array in (read.position, read.rotation, read.scale)} == {np.dtype(np.float32)}
 
 
-@pytest.mark.parametrize("columns", [3, 4, 5])
+@pytest.mark.parametrize("columns", [3, 4, 5, 6, 7])
 def test_arrays_are_read_as_text_is(tmp_path: Path, columns: int) -> None:
-    names = ["x", "y", "z", "yaw", "scale"][:columns]
+    names = ["x", "y", "z", "yaw", "scale", "pitch", "roll"][:columns]
     values = np.random.default_rng(columns).uniform(0.5, 9, (7, columns))
     np.save(tmp_path / "a.npy", values)
     rows = [",".join(names), *(",".join(f"{value:.17g}" for value in row) for row in values)]
     (tmp_path / "a.csv").write_text("\n".join(rows))
     read, same = read_places(tmp_path / "a.npy"), read_places(tmp_path / "a.csv")
-    for name in ("position", "yaw", "scale"):
+    assert read.rotation[:, 0].any() == (columns > 5)
+    for name in ("position", "rotation", "scale"):
         np.testing.assert_array_equal(getattr(read, name), getattr(same, name))
 
 
@@ -48,6 +51,13 @@ def test_a_node_moves_turns_and_scales_its_places(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, "places: {asset: baked, file: a.csv, position: [10, 0, 0], yaw: 90, scale: 3}")
     np.testing.assert_allclose(scene.objects.position, [[10, 0, -1], [10, 1, 0]], atol=1e-6)
     np.testing.assert_allclose(scene.objects.scale, [6, 3])
+
+
+def test_places_turn_as_objects_do(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("x,y,z,roll,yaw,pitch\n0,0,0,30,-70,200\n")
+    listed = scene_of(tmp_path, "places: {asset: baked, file: a.csv}")
+    written = scene_of(tmp_path, "{asset: baked, yaw: -70, pitch: 200, roll: 30}")
+    np.testing.assert_allclose(listed.objects.rotation, written.objects.rotation, atol=1e-6)
 
 
 def test_a_file_may_hold_no_places(tmp_path: Path) -> None:
@@ -67,13 +77,16 @@ def test_a_hundred_thousand_places_load_in_seconds(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("", ":1: the first line must name the columns x, y, z, and may name yaw, scale, once each"),
+        ("", f":1{RULE}"),
         (
             "1,2,3\n",
-            ":1: unknown column '1': the first line must name the columns x, y, z, and may name yaw, scale, once each",
+            f":1: unknown column '1'{RULE}",
         ),
         ("x,y,z,yaws\n", ":1: unknown column 'yaws'; did you mean 'yaw'?"),
-        ("x,y,x,z\n", ":1: the first line must name the columns x, y, z, and may name yaw, scale, once each"),
+        (
+            "x,y,x,z\n",
+            f":1{RULE}",
+        ),
         ("x,y,z\n1,2,3\n\n4,5,6\n", ":3: has 0 columns, the first line 3"),
         ("x,y,z\n1,2,3\n4,5\n", ":3: has 2 columns, the first line 3"),
         ("x,y,z\n1,2,3,4\n", ":2: has 4 columns, the first line 3"),
@@ -94,9 +107,9 @@ def test_wrong_text_is_told_by_its_line(tmp_path: Path, text: str, complaint: st
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [
-        (np.zeros((4, 2)), ": must be numbers of shape (n, 3 to 5), not float64 of (4, 2)"),
-        (np.zeros(3), ": must be numbers of shape (n, 3 to 5), not float64 of (3,)"),
-        (np.full((2, 3), "a"), ": must be numbers of shape (n, 3 to 5), not <U1 of (2, 3)"),
+        (np.zeros((4, 2)), ": must be numbers of shape (n, 3 to 7), not float64 of (4, 2)"),
+        (np.zeros(3), ": must be numbers of shape (n, 3 to 7), not float64 of (3,)"),
+        (np.full((2, 3), "a"), ": must be numbers of shape (n, 3 to 7), not <U1 of (2, 3)"),
         (np.array([[0.0, 0, 0], [0, 0, np.inf]]), ":1: z is inf; it must be -1e+06 to 1e+06"),
     ],
 )

@@ -14,12 +14,16 @@ from numpy.typing import NDArray
 
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene, set_node_transform
+from depthwalk.walk.controls import direction
 
 PLACEMENT = {
     "position": st.lists(st.floats(-20, 20), min_size=3, max_size=3),
     "yaw": st.floats(-720, 720),
+    "pitch": st.floats(-720, 720),
+    "roll": st.floats(-720, 720),
     "scale": st.floats(0.25, 4),
 }
+ANGLES = "yaw", "pitch", "roll"
 OBJECT = st.fixed_dictionaries({"asset": st.just("box")}, optional=PLACEMENT)
 GRID = st.fixed_dictionaries(
     {
@@ -27,8 +31,10 @@ GRID = st.fixed_dictionaries(
         "count": st.lists(st.integers(1, 3), min_size=2, max_size=2),
         "spacing": st.lists(st.floats(0.5, 5), min_size=2, max_size=2),
     },
-    optional={"position": PLACEMENT["position"], "yaw": PLACEMENT["yaw"]},
+    optional={key: value for key, value in PLACEMENT.items() if key != "scale"},
 ).map(lambda grid: {"grid": grid})
+
+UPRIGHT = (0.0, 0.0, 0.0)
 
 
 def group(members: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
@@ -50,10 +56,14 @@ def scene_of(items: list[Any]) -> Scene:
 
 def matrix(node: dict[str, Any], scaled: bool = True) -> NDArray[np.float64]:
     """World from node, written out."""
-    yaw, scale = math.radians(node.get("yaw", 0)), node.get("scale", 1) if scaled else 1
-    turn = np.array([[math.cos(yaw), 0, math.sin(yaw)], [0, 1, 0], [-math.sin(yaw), 0, math.cos(yaw)]])
+    (cy, sy), (cx, sx), (cz, sz) = (
+        (math.cos(angle), math.sin(angle)) for angle in (math.radians(node.get(key, 0)) for key in ANGLES)
+    )
+    yaw = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    pitch = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    roll = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
     result = np.eye(4)
-    result[:3, :3] = turn * scale
+    result[:3, :3] = yaw @ pitch @ roll * (node.get("scale", 1) if scaled else 1)
     result[:3, 3] = node.get("position", (0, 0, 0))
     return result
 
@@ -108,9 +118,8 @@ def test_moving_a_node_is_loading_it_there(items: list[Any], placement: dict[str
     scene = scene_of(items)
     node = int(np.flatnonzero(scene.nodes.depth == 0)[which])
     before = scene.objects.position.copy()
-    changed = set_node_transform(
-        scene, node, tuple(placement["position"]), math.radians(placement["yaw"]), placement["scale"]
-    )
+    yaw, pitch, roll = (math.radians(placement[key]) for key in ANGLES)
+    changed = set_node_transform(scene, node, tuple(placement["position"]), (yaw, pitch, roll), placement["scale"])
     item = items[which]
     moved = [*items]
     moved[which] = {"group": {**placement, "objects": [strip(item)]}}
@@ -133,22 +142,50 @@ def test_yaw_is_counter_clockwise_seen_from_above() -> None:
     np.testing.assert_allclose(scene.objects.position, [[0, 0, -1]], atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("angles", "top", "front"),
+    [
+        ({"pitch": 90}, (0, 0, 1), (0, -1, 0)),
+        ({"roll": 90}, (-1, 0, 0), (0, 0, 1)),
+        ({"roll": 180}, (0, -1, 0), (0, 0, 1)),
+        ({"pitch": 90, "yaw": 90}, (1, 0, 0), (0, -1, 0)),
+        ({"roll": 90, "pitch": 90}, (-1, 0, 0), (0, -1, 0)),
+    ],
+)
+def test_roll_comes_first_then_pitch_then_yaw(
+    angles: dict[str, float], top: tuple[float, ...], front: tuple[float, ...]
+) -> None:
+    """Where what was above and what was in front of an object's origin goes; positions stay."""
+    inner = [{"asset": "box", "position": place} for place in ([0, 1, 0], [0, 0, 1], [0, 0, 0])]
+    scene = scene_of([{"group": {"position": [3, 2, 1], "objects": inner, **angles}}])
+    np.testing.assert_allclose(scene.objects.position - [3, 2, 1], [top, front, (0, 0, 0)], atol=1e-6)
+    np.testing.assert_allclose(matrices_of(scene)[:, :3, 1], np.tile(top, (3, 1)), atol=1e-6)
+
+
+def test_objects_turn_as_cameras_do() -> None:
+    scene = scene_of([{"asset": "box", "yaw": 35, "pitch": -50}])
+    backward = -np.array(direction(math.radians(35), math.radians(-50)))
+    np.testing.assert_allclose(matrices_of(scene)[0, :3, 2], backward, atol=1e-6)
+
+
 def test_moving_a_nested_node_keeps_its_parents() -> None:
     inner = {"group": {"objects": [{"asset": "box"}]}}
     scene = scene_of([{"asset": "box"}, {"group": {"position": [5, 0, 0], "scale": 2, "objects": [inner]}}])
-    assert set_node_transform(scene, 2, (1, 0, 0), 0.0, 3.0) == slice(1, 2)
+    assert set_node_transform(scene, 2, (1, 0, 0), UPRIGHT, 3.0) == slice(1, 2)
     assert scene.objects.position.tolist() == [[0, 0, 0], [7, 0, 0]]
     assert scene.objects.scale.tolist() == [1, 6]
-    set_node_transform(scene, 1, (0, 0, 0), 0.0, 1.0)
+    set_node_transform(scene, 1, (0, 0, 0), UPRIGHT, 1.0)
     assert scene.objects.position.tolist() == [[0, 0, 0], [1, 0, 0]]
 
 
 def test_bad_transforms_are_refused() -> None:
     scene = scene_of([{"asset": "box"}])
     with pytest.raises(ValueError, match="positive"):
-        set_node_transform(scene, 0, (0, 0, 0), 0.0, 0.0)
+        set_node_transform(scene, 0, (0, 0, 0), UPRIGHT, 0.0)
     with pytest.raises(ValueError, match="finite"):
-        set_node_transform(scene, 0, (math.nan, 0, 0), 0.0, 1.0)
+        set_node_transform(scene, 0, (math.nan, 0, 0), UPRIGHT, 1.0)
+    with pytest.raises(ValueError, match="finite"):
+        set_node_transform(scene, 0, (0, 0, 0), (0.0, math.inf, 0.0), 1.0)
     with pytest.raises(IndexError):
-        set_node_transform(scene, 1, (0, 0, 0), 0.0, 1.0)
+        set_node_transform(scene, 1, (0, 0, 0), UPRIGHT, 1.0)
     assert scene.objects.position.tolist() == [[0, 0, 0]]

@@ -63,14 +63,22 @@ def test_messages_are_in_plain_words(text: str, message: str) -> None:
 
 class Node(Params):
     yaw: float = param(0.0, "Yaw")
+    roll: float = param(0.0, "Roll")
     representation: str = param("", "Representation")
 
 
 @pytest.mark.parametrize(
-    ("key", "meant"), [("rotation", "yaw"), ("Rotate", "yaw"), ("represent", "representation"), ("path", None)]
+    ("key", "meant"),
+    [
+        ("rotation", "'yaw' or 'roll'"),
+        ("Euler", "'yaw' or 'roll'"),
+        ("tilt", "'roll'"),
+        ("represent", "'representation'"),
+        ("path", None),
+    ],
 )
 def test_words_of_other_programs_are_understood(key: str, meant: str | None) -> None:
-    hint = f"; did you mean {meant!r}?" if meant else "; known here: 'yaw', 'representation'"
+    hint = f"; did you mean {meant}?" if meant else "; known here: 'yaw', 'roll', 'representation'"
     assert told(f"{key}: 1", model=Node) == [f"file:1:1: {key}: unknown key{hint}"]
 
 
@@ -157,9 +165,9 @@ def test_null_is_as_if_left_out_where_it_is_written_out_or_needs_no_keys() -> No
 def test_keys_known_of_one_kind_of_node_are_those_of_no_other(tmp_path: Path) -> None:
     """Those of all kinds together would be too many to name."""
     scene = tmp_path / "scene.yaml"
-    scene.write_text("version: 1\nobjects: [{asset: a, pitch: 3}]")
-    known = "'name', 'position', 'yaw', 'asset', 'scale', 'representation'"
-    with pytest.raises(InputError, match=rf"objects\[0\]\.pitch: unknown key; known here: {known}$"):
+    scene.write_text("version: 1\nobjects: [{asset: a, seed: 3}]")
+    known = "'name', 'position', 'yaw', 'pitch', 'roll', 'asset', 'scale', 'representation'"
+    with pytest.raises(InputError, match=rf"objects\[0\]\.seed: unknown key; known here: {known}$"):
         load_scene(scene)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from depthwalk.walk import file_watch
 from depthwalk.walk.file_watch import FileWatch, OwnChange, WatchThread, state_of
 
 
@@ -101,7 +102,8 @@ def test_files_are_not_looked_at_in_every_frame(files: list[Path]) -> None:
     assert not any(watch.has_news(number / 100) for number in range(30))
 
 
-def test_a_thread_watches_until_it_is_ended(files: list[Path]) -> None:
+def test_a_thread_watches_until_it_is_ended(files: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file_watch, "_SECONDS", 0.1)
     watch = WatchThread(lambda: files)
     assert not watch.take_news()
     time.sleep(0.6)
@@ -112,5 +114,5 @@ def test_a_thread_watches_until_it_is_ended(files: list[Path]) -> None:
     assert found and not watch.take_news()
     watch.end()
     touch(files[0], "again")
-    time.sleep(1.2)
+    time.sleep(0.4)
     assert not watch.take_news()

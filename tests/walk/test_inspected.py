@@ -17,7 +17,7 @@ from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Cylinders
 from depthwalk.render.view.view import View
-from depthwalk.scene.arrays import Camera
+from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.walk import inspected
 from depthwalk.walk.inspected import Inspected
 from depthwalk.walk.object_card import cylinder_lines, draw_card, draw_outlines, object_rows, on_screen
@@ -42,7 +42,7 @@ REPORT = ObjectReport(
     images=(21, 512, 512),
     parts=1,
     impostors=(IMPOSTOR,),
-    straight=False,
+    other=None,
     mesh=None,
     clustered=False,
     in_view=True,
@@ -69,9 +69,9 @@ def renderer(monkeypatch: pytest.MonkeyPatch) -> Any:
     return fake
 
 
-def draw_frame(renderer: Any, chosen: Inspected) -> None:
+def draw_frame(renderer: Any, chosen: Inspected) -> bool:
     renderer.passes[0].has_drawn = renderer.passes[0].requested
-    chosen.update(cast(Renderer, renderer), renderer)
+    return chosen.update(cast(Renderer, renderer), renderer)
 
 
 def test_the_next_frame_that_was_asked_tells_which_object_it_is(renderer: Any) -> None:
@@ -107,8 +107,10 @@ def test_the_same_object_again_the_sky_or_the_ground_end_it(renderer: Any) -> No
         seen.append(chosen.number)
     renderer.shown = None  # the ground
     chosen.seek(renderer, glm.dvec3(1))
-    draw_frame(renderer, chosen)
+    assert not draw_frame(renderer, chosen)  # it ended an inspection
     assert seen == [7, None, 7, None, 8] and chosen.number is None and chosen.report is None
+    chosen.seek(renderer, glm.dvec3(1))
+    assert draw_frame(renderer, chosen) and not draw_frame(renderer, chosen)  # nothing to end; told once
 
 
 def test_the_largest_impostor_is_shown_of_an_object_in_parts() -> None:
@@ -136,7 +138,7 @@ def test_the_card_tells_how_an_object_is_drawn() -> None:
     ("change", "drawn"),
     [
         ({"impostors": (), "mesh": MeshReport(level=0, triangles=99938)}, "mesh"),
-        ({"impostors": (), "straight": True}, "depth images, straight"),
+        ({"impostors": (), "other": Representation.DMESH}, "dmesh"),
         ({"impostors": (), "clustered": True}, "part of a far cluster"),
         ({"impostors": ()}, "nothing: it is hidden"),
         ({"impostors": (), "in_view": False}, "nothing: it is out of sight"),

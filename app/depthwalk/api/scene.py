@@ -140,6 +140,8 @@ class Scene:
         *,
         position: tuple[float, float, float] | None = None,
         yaw: float | None = None,
+        pitch: float | None = None,
+        roll: float | None = None,
         scale: float | None = None,
     ) -> None:
         """Move, turn or scale a node within its parent, together with everything below it.
@@ -155,6 +157,10 @@ class Scene:
             (3,) metres, in the parent's frame.
         yaw
             Radians about +Y, counter-clockwise seen from above.
+        pitch
+            Radians about +X, applied before `yaw`; a quarter turn lays what stands forward, its top towards +Z.
+        roll
+            Radians about +Z, applied before `pitch`; half a turn is upside down.
         scale
             Scale relative to the parent, above 0.
 
@@ -171,14 +177,15 @@ class Scene:
         Traceback (most recent call last):
         depthwalk.errors.InputError: no node 'bell'; did you mean 'ball'?
         """
-        number, local = self._number(node), self._loaded.nodes.local
+        number, nodes = self._number(node), self._loaded.nodes
         place = self.position_of(number) if position is None else position
         if len(place) != 3:
             raise InputError(f"node {node!r}: position {place} must be three numbers")
-        angle = float(local.yaw[number]) if yaw is None else yaw
-        factor = float(local.scale[number]) if scale is None else scale
+        kept = nodes.angles[number].tolist()
+        turn, tip, lean = (old if new is None else new for old, new in zip(kept, (yaw, pitch, roll), strict=True))
+        factor = float(nodes.local.scale[number]) if scale is None else scale
         try:
-            changed = set_node_transform(self._loaded, number, place, angle, factor)
+            changed = set_node_transform(self._loaded, number, place, (turn, tip, lean), factor)
         except ValueError as error:
             raise InputError(f"node {node!r}: {error}") from None
         for watcher in self._watchers:

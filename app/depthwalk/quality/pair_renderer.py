@@ -233,6 +233,7 @@ def one_asset_scene(settings: RenderSettings, environment: Environment, *others:
             end=none,
             first_object=none,
             object_count=none,
+            angles=np.zeros((0, 3)),
             local=identities(0),
             world=identities(0),
         ),  # nothing moves

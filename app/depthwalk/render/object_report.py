@@ -68,7 +68,7 @@ class ObjectReport:
     images : how many depth images it has, and width and height of each; None where it is not drawn by them.
     parts : how many parts its depth images have.
     impostors : those that it was drawn by, one for each part in sight.
-    straight : whether its depth images were drawn straight into the picture (`dmesh`).
+    other : another representation that it was drawn by, such as DMESH, its depth images straight; None: by no other.
     mesh : the mesh that it was drawn by; None where it was not.
     clustered : whether it was drawn as a member of a far cluster.
     in_view : whether its bounding spheres reach into the picture, also where others hide it.
@@ -83,7 +83,7 @@ class ObjectReport:
     images: tuple[int, int, int] | None
     parts: int
     impostors: tuple[ImpostorReport, ...]
-    straight: bool
+    other: Representation | None
     mesh: MeshReport | None
     clustered: bool
     in_view: bool
@@ -118,12 +118,20 @@ def report_object(renderer: Renderer, number: int) -> ObjectReport | None:
         images=_images(renderer, objects),
         parts=len(rows),
         impostors=impostors,
-        straight=bool((drawn_as == Representation.DMESH).any()),
+        other=_other(plan, rows, drawn_as),
         mesh=_mesh(renderer, plan, view, number),
         clustered=bool((drawn_as == Representation.DPCI).any()) and not impostors,
         in_view=len(renderer.world.bounds().take(rows).seen(view)[0]) > 0,
         cylinders=cylinders(objects, renderer.world.bounds().centre[rows], table.half_height, table.cylinder_radius),
     )
+
+
+def _other(plan: FrameDrawLists, rows: Rows, drawn_as: NDArray[np.uint8]) -> Representation | None:
+    """Return `ObjectReport.other` of the objects `rows` (k,), of which those with impostors are `drawn_as` DPCI."""
+    if len(others := drawn_as[drawn_as != Representation.DPCI]):
+        return Representation(int(others[0]))
+    captured = (kind for kind, shown in plan.captured.items() if np.isin(shown.records["row"], rows).any())
+    return next(captured, None)
 
 
 def _node_name(renderer: Renderer, number: int) -> str:

@@ -6,11 +6,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.geometry.quaternions import rotate
+from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.ingest.formats import GLTF_SUFFIXES, is_baked_file, is_model_file
 from depthwalk.ingest.units import unit_hint
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.scene import Scene
+from depthwalk.scene.similarity import Similarity, compose
 from depthwalk.types import Array
 
 Up = Literal["y", "z"]
@@ -84,16 +85,21 @@ def model_points(renderer: Renderer) -> Array:
 
     They are the vertices of its mesh or, where it is drawn by depth images, of their geometry.
     """
-    objects = renderer.world.objects()
+    objects, whole = renderer.world.objects(), renderer.world.scene_objects
     found = [
-        rotate(rotation, renderer.world.points(asset)) + position
-        for asset, rotation, position in zip(objects.asset.tolist(), objects.rotation, objects.position, strict=True)
+        scale * rotate(rotation, renderer.world.points(asset)) + position
+        for asset, rotation, position, scale in zip(
+            objects.asset.tolist(), objects.rotation, objects.position, objects.scale, strict=True
+        )
     ]
-    return np.concatenate(found)
+    points: Array = rotate(conjugate(whole.rotation[0]), np.concatenate(found) - whole.position[0]) / whole.scale[0]
+    return points
 
 
 def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:
-    """Turn the only object of a scene so that the axis `up` of its file points upward, and stand it on the ground.
+    """Turn the only object of a scene so that the axis `up` of its file points upward, and stand it on its origin.
+
+    What its node says of its place is heeded: a model that is to lean leans after it was turned upright.
 
     Parameters
     ----------
@@ -109,8 +115,9 @@ def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:
     turned = rotate(_TURNS[up], points)
     low, high = turned.min(0), turned.max(0)
     base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
-    scene.objects.rotation[:] = _TURNS[up]
-    scene.objects.position[:] = -base * scene.objects.scale[:, None]
+    upright = Similarity(-base[None], _TURNS[up][None].astype(np.float64), np.ones(1))
+    placed = compose(scene.nodes.world, upright)
+    scene.objects.rotation[:], scene.objects.position[:] = placed.rotation, placed.position
     renderer.world.moved()
 
 

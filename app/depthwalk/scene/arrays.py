@@ -27,7 +27,7 @@ class Representation(IntEnum):
     RELIEF_TEXTURE = 10  # relief texture mapping: pre-warped on the CPU, then drawn as a texture
     BAR_TEXTURE = 11  # bar texture mapping: a straight bar to each texel, from its surface down to its neighbours'
     OCTAHEDRAL = 12  # octahedral impostors: the three nearest of many captured views, blended
-    BILLBOARD = 13  # one captured view on an upright rectangle that faces the viewer
+    BILLBOARD = 13  # one captured view on a rectangle that turns to the viewer about the y axis of the object
     AUTO = 14  # MESH or DPCI, whichever is quicker; replaced by one of these before drawing
 
     @property

@@ -29,7 +29,7 @@ from depthwalk.scene.schema import (
     ScatterItemParams,
     ScatterParams,
 )
-from depthwalk.scene.similarity import Similarity, identities
+from depthwalk.scene.similarity import Similarity, from_angles, identities
 from depthwalk.scene.validate import Source
 
 MAX_WORLD_COORDINATE = 1e7  # metres
@@ -280,9 +280,10 @@ def _nodes(rows: list[ListedItem], own: list[int]) -> Nodes:
         if (parent := rows[i].parent) >= 0:
             end[parent] = max(end[parent], end[i])
     starts = np.concatenate([[0], np.cumsum(own, dtype=np.int64)]).astype(np.int32)
+    angles = np.radians([(row.spec.yaw, row.spec.pitch, row.spec.roll) for row in rows]).reshape(-1, 3)
     local = Similarity(
         np.array([row.spec.position for row in rows], float).reshape(-1, 3),
-        np.radians(np.array([row.spec.yaw for row in rows], float)),
+        from_angles(*angles.T),
         # The scale of a grid, a scatter or places applies to their objects only: spacing stays in metres.
         np.array([row.spec.scale if isinstance(row.spec, ObjectParams | GroupParams) else 1 for row in rows], float),
     )
@@ -293,6 +294,7 @@ def _nodes(rows: list[ListedItem], own: list[int]) -> Nodes:
         end=np.array(end, np.int32),
         first_object=starts[:-1],
         object_count=starts[np.array(end, int)] - starts[:-1],
+        angles=angles,
         local=local,
         world=identities(count),
     )

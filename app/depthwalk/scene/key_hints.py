@@ -14,20 +14,30 @@ from depthwalk.scene.document import Loc
 from depthwalk.scene.fields import KIND
 
 MAX_KEYS_NAMED = 8  # most keys listed in the error about an unknown one
-_OTHER_PROGRAMS = {  # Words that other programs use for a key of scene or path files.
-    "eye": "position",
-    "file": "mesh",
-    "location": "position",
-    "look_at": "target",
-    "lookat": "target",
-    "model": "mesh",
-    "path": "mesh",
-    "rotate": "yaw",
-    "rotation": "yaw",
-    "src": "mesh",
-    "translate": "position",
-    "translation": "position",
-    "url": "mesh",
+_ANGLES = "yaw", "pitch", "roll"
+_OTHER_PROGRAMS = {  # Words that other programs use for one or several keys of scene or path files.
+    "bank": ("roll",),
+    "euler": _ANGLES,
+    "eye": ("position",),
+    "file": ("mesh",),
+    "heading": ("yaw",),
+    "lean": ("pitch", "roll"),
+    "location": ("position",),
+    "look_at": ("target",),
+    "lookat": ("target",),
+    "model": ("mesh",),
+    "orientation": _ANGLES,
+    "path": ("mesh",),
+    "quaternion": _ANGLES,
+    "rotate": _ANGLES,
+    "rotation": _ANGLES,
+    "rotation_euler": _ANGLES,
+    "src": ("mesh",),
+    "tilt": ("pitch", "roll"),
+    "translate": ("position",),
+    "translation": ("position",),
+    "turn": _ANGLES,
+    "url": ("mesh",),
 }
 
 
@@ -67,14 +77,14 @@ def _places(node: dict[str, Any], schema: dict[str, Any], place: tuple[str, ...]
 
 
 def spelling_hint(key: str, known: list[str]) -> str:
-    """Return `; did you mean 'x'?` with the key of `known` that other programs call `key`, or that looks like it.
+    """Return `; did you mean 'x'?` with the keys of `known` that other programs call `key`, or one that looks like it.
 
     If `key` is one of them and its value, as in `{mesh:spot.obj}`, the hint asks for the space between them.
     """
     if space := space_hint(key, known):
         return space
-    here = _OTHER_PROGRAMS.get(str(key).lower())
-    return f"; did you mean {here!r}?" if here in known else suggest(key, known)
+    here = [repr(meant) for meant in _OTHER_PROGRAMS.get(str(key).lower(), ()) if meant in known]
+    return f"; did you mean {' or '.join(here)}?" if here else suggest(key, known)
 
 
 def space_hint(text: object, known: list[str]) -> str:

@@ -202,7 +202,9 @@ class OctahedralParams(Params):
     )
     parallax_steps: int = param(1, "Times that each picture is shifted by its depth along the view ray", ge=0, le=8)
     hemisphere: bool = param(
-        False, "Capture from above the horizon only; a viewer below it then sees the views from the horizon"
+        False,
+        "Capture from above the object's horizon only; a viewer below it, as in front of one that is upside down, then "
+        "sees the views from the horizon",
     )
 
 

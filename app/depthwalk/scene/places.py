@@ -12,11 +12,11 @@ from depthwalk.errors import InputError, suggest
 from depthwalk.ingest.npy import map_npy
 from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_PLACES_BYTES
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
-from depthwalk.scene.similarity import Similarity
+from depthwalk.scene.similarity import Similarity, from_angles, from_yaw
 
-_COLUMNS = "x", "y", "z", "yaw", "scale"  # metres, degrees; the first three are required
+_COLUMNS = "x", "y", "z", "yaw", "scale", "pitch", "roll"  # metres, degrees; the first three are required
 _LIMITS = {"x": (-MAX_COORDINATE, MAX_COORDINATE), "yaw": (-36000, 36000), "scale": (MIN_SCALE, MAX_SCALE)}
-_LIMITS |= {"y": _LIMITS["x"], "z": _LIMITS["x"]}
+_LIMITS |= {"y": _LIMITS["x"], "z": _LIMITS["x"], "pitch": _LIMITS["yaw"], "roll": _LIMITS["yaw"]}
 
 
 def read_places(path: Path) -> Similarity:
@@ -25,13 +25,13 @@ def read_places(path: Path) -> Similarity:
     Parameters
     ----------
     path
-        The file: `.npy`, an array (n, 3 to 5) of x, y, z, yaw and scale; or CSV text whose first line names those
-        columns in any order. Yaw and scale are optional. Lengths are metres, angles degrees.
+        The file: `.npy`, an array (n, 3 to 7) of x, y, z, yaw, scale, pitch and roll; or CSV text whose first line
+        names those columns in any order. All after z are optional. Lengths are metres, angles degrees.
 
     Returns
     -------
     Similarity
-        n transforms, float32, metres and radians.
+        n transforms, float32, metres.
 
     Raises
     ------
@@ -49,11 +49,12 @@ def read_places(path: Path) -> Similarity:
             row = int(np.argmin(fits))
             raise InputError(f"{path}:{row + first}: {name} is {column[row]:g}; it must be {low:g} to {high:g}")
     of = dict(zip(names, values.astype(np.float32).T, strict=True))
-    count = len(values)
+    zeros = np.zeros(len(values), np.float32)
+    yaw, pitch, roll = (np.radians(of.get(name, zeros)) for name in ("yaw", "pitch", "roll"))
     return Similarity(
         np.stack([of["x"], of["y"], of["z"]], 1),
-        np.radians(of.get("yaw", np.zeros(count, np.float32))),
-        of.get("scale", np.ones(count, np.float32)),
+        from_angles(yaw, pitch, roll) if pitch.any() or roll.any() else from_yaw(yaw),
+        of.get("scale", zeros + 1),
     )
 
 
@@ -61,7 +62,9 @@ def _read_npy(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
     """Return the columns' names, the values (n, columns), and the number that messages give the first row."""
     values = map_npy(path)
     if values.ndim != 2 or not 3 <= values.shape[1] <= len(_COLUMNS) or values.dtype.kind not in "fiu":
-        raise InputError(f"{path}: must be numbers of shape (n, 3 to 5), not {values.dtype} of {values.shape}")
+        raise InputError(
+            f"{path}: must be numbers of shape (n, 3 to {len(_COLUMNS)}), not {values.dtype} of {values.shape}"
+        )
     _check_count(path, len(values))
     return _COLUMNS[: values.shape[1]], np.array(values, np.float64), 0
 
@@ -73,7 +76,7 @@ def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
     except (OSError, ValueError):
         raise InputError(f"{path}: cannot be read as UTF-8 text") from None
     names = tuple(name.strip() for name in next(csv.reader([head]), []))
-    rule = ": the first line must name the columns x, y, z, and may name yaw, scale, once each"
+    rule = f": the first line must name the columns x, y, z, and may name {', '.join(_COLUMNS[3:])}, once each"
     for name in names:
         if name not in _COLUMNS:
             raise InputError(f"{path}:1: unknown column {name[:40]!r}{suggest(name, list(_COLUMNS)) or rule}")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.scene.similarity import Similarity, identities
+from depthwalk.scene.similarity import Similarity, from_yaw, identities
 
 _DENSEST = math.pi / math.sqrt(12)  # largest part of the plane that equal discs can cover
 _IDLE_ROUNDS = 40  # rounds of darts without a hit after which the area counts as full
@@ -26,7 +26,7 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
     Returns
     -------
     Similarity
-        count[0] · count[1] transforms, float32, metres and radians, the position along x changing fastest.
+        count[0] · count[1] transforms, float32, metres, the position along x changing fastest.
     """
     instances = identities(count[0] * count[1], np.float32)
     x, z = ((np.arange(n) - (n - 1) / 2) * step for n, step in zip(count, spacing, strict=True))
@@ -57,13 +57,13 @@ def scatter_instances(
     Returns
     -------
     Similarity
-        Transforms, float32, metres and radians; fewer than `count` if there is no room for more.
+        Transforms, float32, metres; fewer than `count` if there is no room for more.
     """
     random = np.random.default_rng(seed)
     places = _spaced_places(random, count, np.asarray(area), spacing)
     instances = identities(len(places), np.float32)
     instances.position[:, [0, 2]] = places
-    instances.yaw[:] = random.uniform(0, 2 * math.pi, len(places))
+    instances.rotation[:] = from_yaw(random.uniform(0, 2 * math.pi, len(places)).astype(np.float32))
     instances.scale[:] = random.uniform(*scale, len(places))
     return instances
 

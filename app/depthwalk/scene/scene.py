@@ -15,10 +15,12 @@ from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.schema import DpciParams, IntrinsicsParams, PanoramaParams
-from depthwalk.scene.similarity import Similarity, compose, quaternions
+from depthwalk.scene.similarity import Similarity, compose, from_angles
 
 if TYPE_CHECKING:
     from depthwalk.scene.advice import Advice
+
+_BLOCK = 8192  # objects placed at a time: their transforms stay in the processor's cache
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,6 +130,8 @@ class Nodes:
         One past the last node of the subtree.
     first_object, object_count : (m,) int32
         The run of objects in the subtree.
+    angles : (m, 3) float64
+        Yaw, pitch and roll by which the node is turned in its group, radians; see `similarity.from_angles`.
     local : m transforms, float64
         Parent from node: the placement of the node in its group.
     world : m transforms, float64
@@ -140,6 +144,7 @@ class Nodes:
     end: NDArray[np.int32]
     first_object: NDArray[np.int32]
     object_count: NDArray[np.int32]
+    angles: NDArray[np.float64]
     local: Similarity
     world: Similarity
 
@@ -200,7 +205,11 @@ class Scene:
 
 
 def set_node_transform(
-    scene: Scene, node: int, position: tuple[float, float, float], yaw: float, scale: float
+    scene: Scene,
+    node: int,
+    position: tuple[float, float, float],
+    angles: tuple[float, float, float],
+    scale: float,
 ) -> slice:
     """Move a node within its parent, and recompute the nodes and objects below it, in place.
 
@@ -212,8 +221,8 @@ def set_node_transform(
         Index of the node in `scene.nodes`.
     position
         (3,) metres, in the parent's frame.
-    yaw
-        Radians about +Y, counter-clockwise seen from above.
+    angles
+        (3,) yaw about +Y, pitch about +X and roll about +Z, radians; roll is applied first, yaw last.
     scale
         Scale relative to the parent, > 0.
 
@@ -231,10 +240,11 @@ def set_node_transform(
     """
     if not 0 <= node < len(scene.nodes):
         raise IndexError(f"no node {node}: the scene has {len(scene.nodes)}")
-    if not (np.isfinite([*position, yaw, scale]).all() and scale > 0):
+    if not (np.isfinite([*position, *angles, scale]).all() and scale > 0):
         raise ValueError("a node's transform must be finite, its scale positive")
     local = scene.nodes.local
-    local.position[node], local.yaw[node], local.scale[node] = position, yaw, scale
+    local.position[node], scene.nodes.angles[node], local.scale[node] = position, angles, scale
+    local.rotation[node] = from_angles(*np.array(angles, float)[:, None])[0]
     place_nodes(scene.nodes, node, int(scene.nodes.end[node]))
     first = int(scene.nodes.first_object[node])
     changed = slice(first, first + int(scene.nodes.object_count[node]))
@@ -279,7 +289,11 @@ def place_objects(
     which
         The run of objects.
     """
-    world = compose(nodes.world[owner[which]], instances[which])
-    objects.position[which] = world.position
-    objects.rotation[which] = quaternions(world.yaw)
-    objects.scale[which] = world.scale
+    for first in range(which.start, which.stop, _BLOCK):
+        rows = slice(first, min(first + _BLOCK, which.stop))
+        world = compose(nodes.world[owner[rows]], instances[rows])
+        objects.position[rows], objects.rotation[rows], objects.scale[rows] = (
+            world.position,
+            world.rotation,
+            world.scale,
+        )

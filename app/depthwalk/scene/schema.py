@@ -255,8 +255,27 @@ class PlacedParams(FileParams):
     """Hold the keys that every node of the scene graph has."""
 
     name: str | None = param(None, "Name, for programs that move the node")
-    position: Vector = param((0.0, 0.0, 0.0), "Position in the parent; an object's base is centred on it", unit="m")
+    position: Vector = param(
+        (0.0, 0.0, 0.0),
+        "Position in the parent: where the centre of an object's base goes, about which it turns",
+        unit="m",
+    )
     yaw: float = param(0.0, "Rotation about +Y, counter-clockwise seen from above", unit="degrees", ge=-36000, le=36000)
+    pitch: float = param(
+        0.0,
+        "Rotation about +X, counter-clockwise seen from its tip, before that by `yaw`; 90: the top points towards +Z",
+        unit="degrees",
+        ge=-36000,
+        le=36000,
+    )
+    roll: float = param(
+        0.0,
+        "Rotation about +Z, counter-clockwise seen from its tip, before that by `pitch`; 90: the top points towards "
+        "−X, 180: upside down",
+        unit="degrees",
+        ge=-36000,
+        le=36000,
+    )
 
 
 class ObjectParams(PlacedParams):
@@ -268,7 +287,7 @@ class ObjectParams(PlacedParams):
 
 
 class GridParams(PlacedParams):
-    """Place objects of one asset in rows along x and z, centred on `position`; `yaw` turns the whole grid."""
+    """Place objects of one asset in rows along x and z, centred on `position`; its angles turn the whole grid."""
 
     asset: str = param(..., "Name of the asset")
     count: GridCount = param(..., "Objects along x and z")
@@ -296,7 +315,9 @@ class PlacesParams(PlacedParams):
 
     asset: str = param(..., "Name of the asset")
     file: FilePath = param(
-        ..., "CSV with the columns x, y, z and optionally yaw, scale; or NPY of shape (n, 3 to 5) in that order"
+        ...,
+        "CSV with the columns x, y, z and optionally yaw, scale, pitch, roll; or NPY of shape (n, 3 to 7) in that "
+        "order",
     )
     scale: Scale = param(1.0, "Multiplies the sizes in the file")
     representation: RepresentationName | None = param(None, f"How they are drawn; {_LEFT_OUT}")

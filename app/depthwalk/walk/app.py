@@ -27,7 +27,9 @@ from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.file_watch import OwnChange, WatchThread
 from depthwalk.walk.framing import home_in
+from depthwalk.walk.gamepad import Gamepad
 from depthwalk.walk.input import Input
+from depthwalk.walk.inspected import NOTHING_HERE
 from depthwalk.walk.keeping import keep
 from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.loading import LoadingScreen, StoppedError
@@ -47,6 +49,7 @@ from depthwalk.walk.window import (
     on_files_dropped,
     on_refresh,
     opened_again,
+    read_gamepad,
     take_events,
     title_of,
 )
@@ -102,6 +105,7 @@ class Walk:
     frames : decides which picture the window shows.
     state : everything that keys and panel change.
     input : receives the window's events.
+    gamepad : moves the viewer, too.
     loading : shows the progress of loading.
     recovery : restarts after failures of the GPU.
     background : the library of the scene, and its work in the background.
@@ -173,7 +177,9 @@ class Walk:
         self.frames = self.state.shown_surfaces = ShownFrames(self.renderer, self.state.reachable)
         self._on_gpu.callback(lambda: self.frames.release())
         self.state.obstacles = self.background.obstacles(self.renderer)
-        self.input = Input(self.window, self.state, key_actions(self), lambda: self.frames.finish())
+        actions, before_change = key_actions(self), lambda: self.frames.finish()
+        self.input = Input(self.window, self.state, actions, before_change)
+        self.gamepad = Gamepad(lambda: read_gamepad(self.window), actions, before_change)
         on_refresh(self.window, self.input.note_event)
 
     def _open(self, file: Path) -> None:
@@ -282,6 +288,8 @@ class Walk:
             self.frames.finish()
             self._open(self.next_file)
         dt = self._clock.tick()
+        if self.renderer.plan is not None and self.gamepad.advance(self.state, dt):  # not before the first picture
+            self.input.note_event()
         self.state.advance(dt)
         self.state.record(dt)
         self.state.pull_focus(dt)
@@ -290,7 +298,7 @@ class Walk:
             rests = self._shows_all(dt)
             self.state.times.note(dt, shows=not rests)
             if rests:
-                self._clock.wait(_RESTING_SECONDS)
+                self._clock.wait(self.gamepad.patience(_RESTING_SECONDS))
                 return
             self._draw(dt)
         else:  # minimised
@@ -356,10 +364,12 @@ class Walk:
 
     def inspect(self, across: float, down: float) -> None:
         """Inspect the object that the window shows at a place: parts of its width and height, 0 to 1."""
-        point = self.frames.point_at(across, down)
-        self.state.inspected.seek(self.renderer, point)
+        point, inspected = self.frames.point_at(across, down), self.state.inspected
         if point is not None:
             self.frames.redraw()
+        elif inspected.number is None:
+            self.state.tell(NOTHING_HERE)
+        inspected.seek(self.renderer, point)
 
     def note_own_change(self, change: OwnChange) -> None:
         """Take a change of a file for the walk's own, after which the scene need not be read again."""
@@ -387,7 +397,8 @@ class Walk:
             state.scene_scale = self.frames.scale
             if state.hud:
                 state.shares.update(renderer, dt)
-            state.inspected.update(renderer, self._atlas_view)
+            if state.inspected.update(renderer, self._atlas_view):
+                state.tell(NOTHING_HERE)
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything that it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)

@@ -40,6 +40,11 @@ class Move(IntEnum):
     FORWARD = 4
     BACK = 5
 
+    @property
+    def opposite(self) -> "Move":
+        """Return the opposite direction."""
+        return Move(self ^ 1)
+
 
 class HeldKeys:
     """Measure for how long each direction was requested within a frame."""
@@ -48,6 +53,11 @@ class HeldKeys:
         self._down: set[Move] = set()
         self._tapped: set[Move] = set()
         self._fresh: set[Move] = set()
+        self._leaning: dict[Move, float] = {}
+
+    def lean(self, move: Move, share: float) -> None:
+        """Record for the frame that ends next that a stick asks for `move`, as if held for a part of it, 0 to 1."""
+        self._leaning[move] = share
 
     def press(self, move: Move) -> None:
         """Record that a key for `move` was pressed."""
@@ -68,7 +78,9 @@ class HeldKeys:
 
         Moves that were not requested are missing.
         """
-        held = {move: min(dt, TAP) for move in self._tapped} | dict.fromkeys(self._down, dt)
+        held = {move: share * dt for move, share in self._leaning.items()}
+        held |= {move: min(dt, TAP) for move in self._tapped} | dict.fromkeys(self._down, dt)
+        self._leaning.clear()
         self._tapped.clear()
         self._fresh.clear()
         return held

@@ -46,6 +46,7 @@ HELP = (
     ("P / K", "play / record a camera path; again: stop, save"),
     ("L", "focus on the window's centre (depth of field)"),
     ("R", "reload the scene file"),
+    ("Gamepad", "sticks move and look, triggers up / down"),
     ("Drop a file", "open a scene, mesh or camera path"),
     ("1 2 3", "draw as the scene says / depth images / mesh"),
     ("Tab / Ctrl+S", "settings panel / save what it changed"),

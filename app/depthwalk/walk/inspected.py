@@ -10,6 +10,8 @@ from depthwalk.render.passes.object_id import ObjectIdPass
 from depthwalk.render.renderer import Renderer
 from depthwalk.walk.atlas_view import AtlasView
 
+NOTHING_HERE = "No object under the mouse to inspect"
+
 
 @dataclass
 class Inspected:
@@ -44,7 +46,7 @@ class Inspected:
         else:
             _ids_of(renderer).requested = True
 
-    def update(self, renderer: Renderer, atlas_view: AtlasView) -> None:
+    def update(self, renderer: Renderer, atlas_view: AtlasView) -> bool:
         """Take up what a frame says about the object, or about `point`.
 
         Parameters
@@ -53,14 +55,22 @@ class Inspected:
             The renderer, which has just finished the frame.
         atlas_view
             Where the tile of the object's largest impostor is painted.
+
+        Returns
+        -------
+        bool
+            Whether there was nothing to inspect, neither before nor at `point`.
         """
+        misses = False
         if self.point is not None and (ids := _ids_of(renderer)).has_drawn:
             found = object_at(renderer, ids, self.point)
+            misses = found is None and self.number is None
             self.number, self.point, ids.requested = None if found == self.number else found, None, False
         self.report = None if self.number is None else report_object(renderer, self.number)
         # Without reuse, later phases of the frame may have drawn over the tile.
         if self.impostor is not None and renderer.targets is not None and renderer.settings.warp.reuse_error:
             atlas_view.draw_tile(renderer.targets, self.impostor.tile)
+        return misses
 
 
 def _ids_of(renderer: Renderer) -> ObjectIdPass:

@@ -60,10 +60,11 @@ def _representation(report: ObjectReport) -> str:
     """Return in a few words how an object was drawn."""
     drawn = {
         "impostor": bool(report.impostors),
-        "depth images, straight": report.straight,
         "mesh": report.mesh is not None,
         "part of a far cluster": report.clustered,
     }
+    if report.other is not None:
+        drawn[report.other.label] = True
     not_drawn = "nothing: it is hidden" if report.in_view else "nothing: it is out of sight"
     return " + ".join(name for name, is_so in drawn.items() if is_so) or not_drawn
 

@@ -6,7 +6,7 @@ window loses the focus. moderngl-window's pyglet window fails in full screen wit
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from depthwalk.walk import bundle as _bundle  # noqa: F401 - first, since it sets the libraries for those below
 
@@ -17,6 +17,26 @@ import moderngl_window.context.glfw.window as glfw_window
 from depthwalk.gpu.shader_cache import guard_shader_cache
 
 Window = glfw_window.Window
+
+
+class PadState(NamedTuple):
+    """Hold what a gamepad's sticks and buttons do, in the order of GLFW's numbers; see `gamepad.Axis` and `Button`.
+
+    Attributes
+    ----------
+    axes : 6 float
+        −1 to 1.
+    buttons : 15 bool
+        Whether each is held down.
+    """
+
+    axes: tuple[float, ...]
+    buttons: tuple[bool, ...]
+
+    @classmethod
+    def resting(cls) -> "PadState":
+        """Return the state of a gamepad that nobody touches."""
+        return cls((0.0, 0.0, 0.0, 0.0, -1.0, -1.0), (False,) * 15)
 
 
 class NoDisplayError(Exception):
@@ -112,6 +132,15 @@ def on_refresh(window: Window, action: Callable[[], None]) -> None:
 def copy_text(window: Window, text: str) -> None:
     """Put `text` into the clipboard of the desktop, on which `window` is."""
     glfw.set_clipboard_string(window._window, text)
+
+
+def read_gamepad(window: Window) -> PadState | None:
+    """Return the state of the first gamepad; None if there is none. While `window` has no focus, it rests."""
+    for number in range(glfw.JOYSTICK_LAST + 1):
+        if glfw.joystick_is_gamepad(number) and (state := glfw.get_gamepad_state(number)) is not None:
+            is_focused = glfw.get_window_attrib(window._window, glfw.FOCUSED)
+            return PadState(tuple(state.axes), tuple(map(bool, state.buttons))) if is_focused else PadState.resting()
+    return None
 
 
 def wait_for_event(seconds: float) -> None:

@@ -92,7 +92,7 @@ def test_pixels_as_texels_show_what_resampling_shows(
     gl_device: Device, monkeypatch: pytest.MonkeyPatch, position: tuple[float, float, float]
 ) -> None:
     """The same tiles by either variant of pass 2: where texels are pixels there is nothing to resample."""
-    library = ShapeLibrary([sphere(0.5, 48, 24), box(0.8, 0.8, 0.8)], resolution=128)
+    library = ShapeLibrary([sphere(0.5, 48, 24), box(0.8, 0.8, 0.8)], resolution=64)
     scene = scene_of((0, (-0.6, 0, 0), 0.3, 1.0), (1, (0.6, 0, -0.5), 0.5, 1.0), sky={})
     scope = gl_device.scope("test")
     screen = scope.framebuffer([scope.texture(SIZE, 4)])
@@ -140,7 +140,7 @@ def test_an_asset_alone_looks_as_it_does_among_others(
     scene.render.composite.show_tiles = show_tiles
     scope = gl_device.scope("test")
     screen = scope.framebuffer([scope.texture(SIZE, 4)])
-    renderer = Renderer(gl_device, scene, ShapeLibrary([box(0.8, 0.8, 0.8)], resolution=128))
+    renderer = Renderer(gl_device, scene, ShapeLibrary([box(0.8, 0.8, 0.8)], resolution=64))
     pictures, levels = [], []
     for _ in range(2):
         renderer.render(View(Camera((0.3, 1.2, 4.2), (0, 0.4, 0), 0.9), SIZE), screen)

@@ -215,7 +215,7 @@ SIZE = (240, 180)
 def test_a_random_walk_shows_what_fresh_images_would(gl_device: Device, steps: int, aa: AaName) -> None:
     """No pixel has a colour that the fresh picture lacks within the bound and a texel of it."""
     shape = joined(box(0.9, 0.4, 0.9, (0, 0.2, 0)), sphere(0.4, 48, 24))
-    library = ShapeLibrary([shape, sphere(0.5, 48, 24)], resolution=128)
+    library = ShapeLibrary([shape, sphere(0.5, 48, 24)], resolution=64)
     places = [(k % 2, (1.4 * k - 2.8, 0, -0.5 * k), 0.3 * k, 1.0) for k in range(5)]
     kept, fresh = (scene_of(*places) for _ in range(2))
     kept.render.warp.reuse_error = 1.0

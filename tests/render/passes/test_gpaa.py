@@ -73,7 +73,7 @@ def disc(camera: Camera, centre: tuple[float, float, float], radius: float, samp
 )
 def test_a_ball_covers_pixels_in_part(studio: Studio, representation: Representation, most: float) -> None:
     """Root mean square of the error in alpha, of pixels on the outline. Without it is that of a coin, 0.29."""
-    library = ShapeLibrary([sphere(1.0, 128, 64)], resolution=128)
+    library = ShapeLibrary([sphere(1.0, 128, 64)], resolution=64)
     truth = disc(CAMERA, (0, 1, 0), 1.0)
     outline = (truth > 0) & (truth < 1)
     error = {
@@ -90,7 +90,7 @@ def test_a_ball_covers_pixels_in_part(studio: Studio, representation: Representa
 
 def test_a_far_ball_keeps_its_area(studio: Studio) -> None:
     """Of fifteen pixels' width, whatever part of a pixel it stands at."""
-    library = ShapeLibrary([sphere(1.0, 64, 32)], resolution=128)
+    library = ShapeLibrary([sphere(1.0, 64, 32)], resolution=64)
     for aside in (0.0, 0.11, 0.23):
         camera = Camera((aside, 1, 23), (aside, 1, 0), 0.7)
         truth = disc(camera, (0, 1, 0), 1.0)
@@ -123,7 +123,7 @@ def test_polygons_cover_exactly_what_their_edges_say(studio: Studio) -> None:
 def test_nothing_but_outlines_is_touched(studio: Studio) -> None:
     """A ball before a step pyramid: away from where distances jump, and where faces fold, every pixel stays."""
     steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
-    library = ShapeLibrary([sphere(0.5, 64, 32), steps], resolution=128)
+    library = ShapeLibrary([sphere(0.5, 64, 32), steps], resolution=64)
     placed = (0, (0.3, 0, 1.2), 0.0, 1.0), (1, (0, 0, 0), 0.4, 1.3)
     for representation in Representation.DPCI, Representation.MESH:
         scene = scene_of(*placed, representation=representation)
@@ -198,7 +198,7 @@ def test_the_horizon_is_smooth(studio: Studio, samples: int) -> None:
 def test_what_is_too_bright_is_white_before_it_is_blended(studio: Studio, aa: AaName) -> None:
     """A ball eight times as bright as white, on black, is as bright at its outline as it covers pixels."""
     shown_as = Representation.DPCI if aa == "coverage" else Representation.MESH
-    library, truth = ShapeLibrary([sphere(1.0, 128, 64)], resolution=128), disc(CAMERA, (0, 1, 0), 1.0)
+    library, truth = ShapeLibrary([sphere(1.0, 128, 64)], resolution=64), disc(CAMERA, (0, 1, 0), 1.0)
     scene = scene_of(
         (0, (0, 0, 0), 0.0, 1.0),
         representation=shown_as,

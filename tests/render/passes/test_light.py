@@ -185,7 +185,7 @@ def test_white_ground_under_an_even_sky_shows_the_sky() -> None:
 @pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
 def test_forward_and_deferred_agree(representation: Representation) -> None:
     """The paper's place for lighting: within the rounding of the G-buffer; what is in front of it is lit too."""
-    library = ShapeLibrary([sphere(0.7, 64, 32), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=128)
+    library = ShapeLibrary([sphere(0.7, 64, 32), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=64)
     places = (0, (-0.6, -0.2, 0), 0.5, 1.3), (1, (0.6, 0, -0.5), 0.4, 0.8), (0, (0.2, -0.9, 1.0), 1.0, 1.0)
     scene = scene_of(*places, representation=representation, sky={"light": True}, ground={})
     scene.objects.representation[2] = Representation.MESH
@@ -201,7 +201,7 @@ def test_forward_and_deferred_agree(representation: Representation) -> None:
 @pytest.mark.parametrize("aa", ["none", "msaa"])
 def test_forward_and_deferred_agree_in_shadow(aa: AaName) -> None:
     """Two boxes partly in the shadow of a ball of polygons: within rounding, but for pixels at its edge."""
-    library = ShapeLibrary([sphere(0.7, 64, 32), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=128)
+    library = ShapeLibrary([sphere(0.7, 64, 32), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=64)
     places = (1, (-0.5, 0, 0), 0.0, 1.0), (1, (0.7, 0, 0), 0.0, 1.2), (0, (0.5, 0.3, 1.3), 0.0, 0.5)
     scene = scene_of(*places, representation=Representation.DPCI, ground={}, sun={"direction": (-0.4, -0.25, -0.8)})
     scene.objects.representation[2] = Representation.MESH

@@ -131,7 +131,7 @@ FAR = (0, (0, 0, 400.0), 0.0, 1.0)  # so that shadows go on beyond all maps
 
 @pytest.fixture(scope="module")
 def library() -> ShapeLibrary:
-    return ShapeLibrary([sphere(0.7, 128, 64), box(1, 1.6, 0.6, (0, 0.8, 0))], resolution=128)
+    return ShapeLibrary([sphere(0.7, 128, 64), box(1, 1.6, 0.6, (0, 0.8, 0))], resolution=64)
 
 
 @pytest.mark.parametrize("filter_width", [2, 3, 6])

@@ -83,7 +83,7 @@ def test_pictures_are_the_same_with_fewer_casters(
 
 def test_a_first_picture_that_somebody_waits_for_has_coarser_casters(gl_device: Device) -> None:
     """By and by they become what they should be, and then stay, though he moves on."""
-    library = ShapeLibrary([sphere(1.5, 192, 96), sphere(0.6, 192, 96)], resolution=128)
+    library = ShapeLibrary([sphere(1.5, 192, 96), sphere(0.6, 192, 96)], resolution=64)
     with OnScreen(gl_device, colonnade(), library, SIZE) as stage:
         stage.renderer.remembers = True
         stage.renderer.warp_limit, stage.renderer.upload_seconds = 1_000_000, 1.0

@@ -35,7 +35,7 @@ BALL, BOX = 0, 1
 
 @pytest.fixture(scope="module")
 def library() -> ShapeLibrary:
-    return ShapeLibrary([sphere(0.7, 128, 64), box(1, 1.6, 0.6, (0, 0.8, 0))], resolution=128)
+    return ShapeLibrary([sphere(0.7, 128, 64), box(1, 1.6, 0.6, (0, 0.8, 0))], resolution=64)
 
 
 def spot_scene(

@@ -23,7 +23,7 @@ from studio import Studio
 def halves() -> tuple[Mesh, BakedModel, BakedModel]:
     """Two halves of a ball, and the ball."""
     mesh = sphere(0.5, columns=96, rows=48)
-    return mesh, shared(bake_model, mesh, ModelParams(resolution=128, layers=1), "whole"), two_halves(mesh)
+    return mesh, shared(bake_model, mesh, ModelParams(resolution=64, layers=1), "whole"), two_halves(mesh)
 
 
 @pytest.mark.parametrize("axis", ["x", (1.0, 2.0, -0.5)])
@@ -34,7 +34,7 @@ def test_a_turned_cylinder_shows_the_same_picture(
     mesh = joined(box(1.0, 0.4, 0.4, (0.6, 0.2, 0)), box(0.3, 1.0, 0.3, (1.0, 0.7, 0.2), colour=(60, 90, 200)))
     scene, camera = scene_of((0, (0.5, 0.1, 0), 0.7, 1.5)), Camera((1, 2, 4.5), (1.2, 0.9, -1), 0.6)
     scene.render.lod.error = 0.0  # where triangles are left out differs
-    params = ModelParams(resolution=96, layers=2)
+    params = ModelParams(resolution=64, layers=2)
     pictures = [
         studio.picture(scene, ShapeLibrary([mesh], [shared(bake_model, mesh, each, "")]), camera, transparent=True)
         for each in (params, replace(params, axis=axis))

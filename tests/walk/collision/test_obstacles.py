@@ -197,6 +197,38 @@ def test_turned_and_scaled_objects_stop_where_they_are() -> None:
     assert who.position.z == pytest.approx(-5 + math.sqrt(2) + RADIUS, abs=2e-3)
 
 
+@pytest.mark.parametrize(("half", "is_stepped_on"), [(0.15, True), (0.4, False)])
+def test_a_fallen_column_is_stepped_on_or_stops(half: float, is_stepped_on: bool) -> None:
+    """Only there where it lies, not where it stood."""
+    column = box([-half, 0, -half], [half, 4, half])
+    fallen = place(column, (2, half, -3), roll=math.radians(90))  # lies towards −x
+    who, aside = walker(), walker(x=3.0)
+    way = go(among(fallen), who, 4.0)
+    go(among(fallen), aside, 4.0)
+    assert aside.position.z < -5.5 and aside.position.y == pytest.approx(1.7, abs=1e-3)
+    if is_stepped_on:
+        assert who.position.z < -5.5 and who.position.y == pytest.approx(1.7, abs=1e-3)
+        assert max(place.y for place in way) == pytest.approx(1.7 + 2 * half, abs=0.06)
+    else:
+        assert who.position.z == pytest.approx(-3 + half + RADIUS, abs=2e-3)
+
+
+def test_a_leaning_ladder_is_passed_under_where_it_is_high() -> None:
+    """Its foot is at x = 0; at x = 3 it is 3 m above the ground."""
+    ladder = place(box([-0.05, 0, -0.3], [0.05, 8, 0.3]), (0, 0, -3), roll=math.radians(-45))
+    under, at = walker(x=3.0), walker(x=0.8)
+    go(among(ladder), under, 4.0)
+    go(among(ladder), at, 4.0)
+    assert under.position.z < -5.5
+    assert at.position.z == pytest.approx(-3 + 0.3 + RADIUS, abs=2e-3)
+
+
+def test_who_is_in_a_leaning_object_is_told() -> None:
+    tower = place(box([-1, 0, -1], [1, 8, 1]), (0, 0, 0), roll=math.radians(45))
+    heights = np.array([1.0, 1.5, 2.0])
+    assert tower.holds(np.array([-1.5, 0, 0]), heights) and not tower.holds(np.array([1.5, 0, 0]), heights)
+
+
 def test_standing_still_asks_for_nothing() -> None:
     barriers = Barriers(WALL)
     obstacles, who = Obstacles(barriers, 0.0), walker()

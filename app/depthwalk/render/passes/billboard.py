@@ -1,7 +1,8 @@
-"""Draw billboards: the nearest of the views captured all around, on an upright rectangle that faces the viewer.
+"""Draw billboards: the nearest of the views captured all around, on a rectangle that turns about the object's y axis.
 
-Rohlf and Helman 1994, "IRIS Performer": axial billboards, the cheapest method, without a view from above. Pixels have
-the depth of the view (Schaufler 1997, "Nailboards"), though they are looked up on a plane.
+Rohlf and Helman 1994, "IRIS Performer": axial billboards, the cheapest method, without a view along the axis. It stands
+upright as the object does, and leans with it. Pixels have the depth of the view (Schaufler 1997, "Nailboards"), though
+they are looked up on a plane.
 """
 
 from depthwalk.bake.captured_views import CaptureParams

@@ -12,7 +12,7 @@ from depthwalk.geometry.vectors import components
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.camera import view_from_world
-from depthwalk.scene.similarity import quaternions
+from depthwalk.scene.similarity import from_yaw
 from depthwalk.types import Array
 
 IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
@@ -64,7 +64,7 @@ def camera_on(
     # In view coordinates, z towards the viewer: a point is visible where ±x ≤ across · (z of the camera − z).
     sides = np.stack([right + across * back, across * back - right, up + down * back, down * back - up, back, -back])
     angles = np.linspace(0, 2 * np.pi, _TURNS, endpoint=False) if turns else np.zeros(1)
-    turned = rotate(quaternions(angles).astype(np.float64)[:, None], sides).reshape(-1, 3)
+    turned = rotate(from_yaw(angles)[:, None], sides).reshape(-1, 3)
     reach = _reach(objects, bounds, extremes, turned, middle).reshape(-1, len(sides)).max(0)
     if turns:  # no side reaches farther than the opposite one, for the target to be on the axis
         reach = np.repeat(reach.reshape(-1, 2).max(1), 2)

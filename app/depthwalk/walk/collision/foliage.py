@@ -124,7 +124,10 @@ def _occupied(corners: Array, low: Array, voxel: float, size: Rows) -> NDArray[n
 
 
 def _near_core(occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which voxels are near a volume that cannot be reached from outside, other than from below."""
+    """Return which voxels are near a volume that cannot be reached from outside, other than from below.
+
+    That is the asset's own below, where no leaves are because it stands there, even if an object was turned over since.
+    """
     from scipy import ndimage  # here, since no first picture needs it
 
     open_around = np.pad(~occupied, ((1, 1), (0, 1), (1, 1)), constant_values=True)
