@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from depthwalk.cook.cluster_error import nearest_shares, squared_distances
 from depthwalk.cook.mesh_clusters import MeshClusters
-from depthwalk.geometry.triangles import row_ids
+from depthwalk.geometry.triangles import row_ids, sample_triangles
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.lod.cluster_selection import select_clusters
-from depthwalk.types import Rows
+from depthwalk.types import Array, Rows
 from shapes import sphere
 
 Point = tuple[float, float, float]
@@ -49,3 +50,34 @@ def is_watertight(clusters: MeshClusters, triangles: Rows) -> bool:
     there, count = np.unique(edges, axis=0, return_counts=True)
     back = np.unique(edges[:, ::-1], axis=0)
     return bool((count == 1).all() and np.array_equal(there, back))
+
+
+WHITE, BLUE = (255, 255, 255), (20, 40, 150)
+
+
+def bordered(ball: Mesh) -> Mesh:
+    """A ball of radius 1 about (0, 1, 0), white above a wavy line, blue below it."""
+    x, y, z = (ball.positions - [0, 1, 0]).T
+    above = y > 0.3 * np.sin(4 * np.arctan2(z, x))
+    return replace(ball, colours=np.where(above[:, None], WHITE, BLUE).astype(np.uint8))
+
+
+def border_width(ball: Mesh, clusters: MeshClusters, chosen: Rows) -> float:
+    """How wide the strip along the border is, on the mean, that a cut shows in the other colour, metres.
+
+    A strip twice as wide in a colour half-way between both counts the same.
+    """
+    points = sample_triangles(ball.positions[ball.faces].astype(float), 1500)[0]
+    drawn = _colours_at(points, clusters.positions, clusters.colours, triangles_of(clusters, chosen))
+    off = np.abs(drawn - _colours_at(points, ball.positions, ball.colours, ball.faces)).sum(1)
+    length = 2 * np.pi  # that of the line is larger
+    return float(4 * np.pi * (off / np.abs(np.subtract(WHITE, BLUE)).sum()).mean() / length)
+
+
+def _colours_at(points: Array, positions: Array, colours: Rows, faces: Rows) -> Array:
+    """The colours (n, 3) of a surface where it is nearest to points (n, 3)."""
+    corners = positions[faces].astype(float)
+    some = np.array_split(points, 8)
+    nearest = np.concatenate([squared_distances(here[:, None], corners[None]).argmin(1) for here in some])
+    shares = nearest_shares(points, corners[nearest])
+    return np.asarray(np.einsum("nk,nkd->nd", shares, colours[faces[nearest]].astype(float)))

@@ -47,6 +47,17 @@ def test_what_fits_is_left_as_it_is() -> None:
     assert np.einsum("ij,ij->i", fitted.normals, mesh.normals).min() > 0.999
 
 
+def test_a_pattern_that_is_lost_is_told() -> None:
+    """Stripes finer than a coarse sphere's triangles: what is left of them is grey, 0.5 from black and white."""
+    fine, coarse = sphere(columns=128, rows=64), sphere(columns=12, rows=6)
+    colours = np.where(np.arange(len(fine.positions))[:, None] // 2 % 2, 255, 0).repeat(3, 1).astype(np.uint8)
+    samples = sample_looks(replace(fine, colours=colours), one_chart(fine), APART)
+    _, left = fitted_looks(coarse, samples, one_chart(coarse), APART)
+    mean = samples.colour.mean(0)
+    wavers = np.sqrt(np.mean(np.sum((samples.colour - mean) ** 2, 1))) / 255
+    assert left == pytest.approx(wavers, rel=0.1) and left > 0.5
+
+
 def test_charts_and_sides_that_lie_upon_each_other_keep_their_own_looks() -> None:
     """Two spheres at one place, of two colours, the inner side of one shown: neither takes part in the other's fit."""
     red, blue = sphere(columns=32, rows=16, colour=(255, 0, 0)), sphere(columns=32, rows=16, colour=(0, 0, 255))

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cluster_cuts import bumpy, cut, is_watertight, triangles_of
+from cluster_cuts import border_width, bordered, bumpy, cut, is_watertight, seamless, triangles_of
 from depthwalk.cook import kernels
 from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cluster_division import divided
-from depthwalk.cook.cluster_error import group_errors, squared_distances
+from depthwalk.cook.cluster_error import _OFF_COLOUR, Colours, group_errors, nearest_shares, squared_distances
 from depthwalk.cook.group_collapse import collapse_groups
 from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.cook.seamed_mesh import Vertices
-from depthwalk.geometry.triangles import row_ids
+from depthwalk.geometry.triangles import face_normals, row_ids
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.kernels import compiled_code
 from depthwalk.types import Ints
@@ -78,6 +78,31 @@ def test_distances_are_those_of_numpy() -> None:
     np.testing.assert_allclose(error, np.sqrt([distance.min(1)[:30].max(), 0, distance.min(1)[30:].max()]))
     kernels.unload()
     np.testing.assert_allclose(group_errors(point, of, corners, group, 3)[0], error, rtol=1e-9)
+
+
+def test_colours_are_compared_as_numpy_does() -> None:
+    random = np.random.default_rng(1)
+    corners, group = random.random((150, 3, 3)), np.repeat([0, 1, 2], 50)
+    point, of = random.random((60, 3)), np.repeat([0, 2], 30)
+    colours = Colours(random.random((60, 3)), random.random((150, 3, 3)))
+    error, triangle = group_errors(point, of, corners, group, 3, colours)
+    shown = np.einsum("ntk,tkd->ntd", nearest_shares(point[:, None], corners[None]), colours.corner)
+    off = np.square(shown - colours.point[:, None]).sum(-1)
+    distance = squared_distances(point[:, None], corners[None]) + _OFF_COLOUR**2 * 2 * face_normals(corners)[1] * off
+    distance[of[:, None] != group] = np.inf
+    np.testing.assert_array_equal(triangle, distance.argmin(1))
+    np.testing.assert_allclose(error, np.sqrt([distance.min(1)[:30].max(), 0, distance.min(1)[30:].max()]))
+    kernels.unload()
+    reference = group_errors(point, of, corners, group, 3, colours)[0]
+    assert (reference >= error - 1e-12).all() and (reference <= 1.3 * error).all()  # upper bounds, see there
+
+
+def test_colours_are_kept_as_well_as_by_numpy() -> None:
+    ball = bordered(seamless(sphere(1.0, 64, 32)))
+    for clusters in both(ball):
+        chosen = cut(clusters, (0, 1, 11), 0.01)
+        assert len(triangles_of(clusters, chosen)) < 0.3 * len(ball.faces)
+        assert border_width(ball, clusters, chosen) < 0.05
 
 
 def test_surfaces_are_as_near_with_as_few_triangles(ball: Mesh, compiled: MeshClusters) -> None:

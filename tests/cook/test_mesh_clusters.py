@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cluster_cuts import bumpy, cut, is_watertight, triangles_of
+from cluster_cuts import border_width, bordered, bumpy, cut, is_watertight, seamless, triangles_of
 from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cluster_error import squared_distances
 from depthwalk.cook.mesh_clusters import SIZE, MeshClusters
 from depthwalk.geometry.triangles import face_normals, sample_triangles
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.lod.cluster_selection import select_clusters
-from shapes import box, joined, leaves, mesh_of
+from shapes import box, joined, leaves, mesh_of, sphere
 
 Point = tuple[float, float, float]
 
@@ -136,6 +136,42 @@ def test_looks_stay_those_of_the_surface() -> None:
     assert (np.einsum("tij,tij->ti", clusters.normals[chosen], outward) > 0.5).all()
     np.testing.assert_allclose(np.linalg.norm(clusters.normals, axis=1), 1, atol=1e-5)
     assert len(chosen) < len(both.faces) / 2
+
+
+def test_a_sharp_border_between_colours_stays_within_the_error() -> None:
+    """The ball is smooth, so that its shape alone would leave few of its triangles."""
+    ball = bordered(seamless(sphere(1.0, 64, 32)))
+    clusters = build_clusters(ball)
+    thinned = 0
+    for allowed in (0.005, 0.01, 0.02, 0.05, 0.1):
+        chosen = cut(clusters, (0, 1, 11), allowed / 10)
+        errors = clusters.error[clusters.made_by[chosen]][clusters.made_by[chosen] >= 0]
+        thinned += len(errors) > 0
+        assert border_width(ball, clusters, chosen) <= errors.max(initial=1e-9) <= 1.2 * allowed
+        assert is_watertight(clusters, triangles_of(clusters, chosen))
+    assert thinned >= 3
+
+
+def test_one_colour_is_simplified_like_any_other() -> None:
+    ball = bumpy(40, 20)
+    one, other = (build_clusters(replace(ball, colours=np.full_like(ball.colours, value))) for value in (7, 255))
+    assert (one.colours == 7).all() and (other.colours == 255).all()
+    for name in ("positions", "normals", "faces", "error", "group"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_colours_that_change_evenly_do_not_hold_up_simplification() -> None:
+    """A flat square with colours from left to right: two triangles would show it."""
+    x, y = (side.ravel() for side in np.meshgrid(np.arange(17), np.arange(17)))
+    corner = np.flatnonzero((x < 16) & (y < 16))
+    square = np.stack([corner, corner + 1, corner + 18, corner, corner + 18, corner + 17], 1)
+    flat = mesh_of(np.stack([x, y, 0 * x], 1) / 16, square.reshape(-1, 3), np.tile([0.0, 0, 1], (289, 1)))
+    flat = replace(flat, colours=np.stack([15 * x, 255 - 15 * x, 0 * x + 90], 1).astype(np.uint8))
+    clusters = build_clusters(flat)
+    chosen = triangles_of(clusters, cut(clusters, (0.5, 0.5, 10), 1e-3))
+    assert len(chosen) < 0.2 * len(flat.faces)
+    shown, wanted = clusters.colours[chosen][..., 0], 240 * clusters.positions[chosen][..., 0]
+    assert np.abs(shown - wanted).max() < 4
 
 
 @pytest.mark.slow

@@ -95,7 +95,8 @@ def fitted_looks(level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float
     Returns
     -------
     tuple
-        The mesh, and the root mean square difference of its unit normals from those of the samples.
+        The mesh, and the root mean square difference of its unit normals from those of the samples, or of its colours,
+        0 to 1, whichever is larger. A smooth pot with a pattern has coarse levels with good normals and no pattern.
     """
     from scipy.sparse import coo_array, diags_array
     from scipy.sparse.linalg import splu
@@ -113,8 +114,9 @@ def fitted_looks(level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float
     normals = np.where(length > _SHORT, fitted[:, :3] / np.maximum(length, _SHORT), level.normals)
     colours = np.clip(np.round(fitted[:, 3:]), 0, 255).astype(np.uint8)
     shown = _unit(_interpolated(weights, normals[vertices]))
-    left = np.sqrt(np.mean(np.sum((shown - samples.normal[used]) ** 2, 1))) if count else 2.0
-    return replace(level, normals=normals.astype(np.float32), colours=colours), float(left)
+    off = (_interpolated(weights, colours[vertices]) - samples.colour[used]) / 255
+    left = max(_root_mean_square(shown - samples.normal[used]), _root_mean_square(off)) if count else 2.0
+    return replace(level, normals=normals.astype(np.float32), colours=colours), left
 
 
 def _nearest_points(
@@ -152,6 +154,11 @@ def barycentric(points: Array, corners: Array) -> NDArray[np.float64]:
     along = np.stack([vv * uw - uv * vw, uu * vw - uv * uw], -1)
     along = np.divide(along, doubled[:, None], out=np.zeros_like(along), where=doubled[:, None] > 0)
     return np.column_stack([1 - along.sum(1), along])
+
+
+def _root_mean_square(vectors: Array) -> float:
+    """Return the root mean square length of vectors (n, 3)."""
+    return float(np.sqrt(np.mean(np.sum(vectors**2, 1))))
 
 
 def _unit(vectors: Array) -> Array:

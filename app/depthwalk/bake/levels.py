@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 _HASTE = (3, 5, 7)
 _WORTH = 0.9  # of the finer level's triangles: a mesh with more than that is not worth a level
 _PROBES, _DISCS = 20_000, 200_000  # points on the mesh, and on a level, for measuring the distance between them
-# A level with edges of one metre whose normals are off by 1 looks as wrong as one whose surface is off by this many
-# metres: within a pixel of either, pictures of five models are as good as their depth images (docs/measurements.md).
-_TURNED = 8.0
+# A level with edges of one metre whose normals or colours are off by 1 looks as wrong as one whose surface is off by
+# this many metres: within a pixel of either, pictures of five models are as good as their depth images
+# (docs/measurements.md).
+_LOOKS_WRONG = 8.0
 _INWARD = 0.1  # of the way from a corner to its face's centre, which is on the corner's own side of a seam
 
 
@@ -60,10 +61,10 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
                 points, faces = fast_simplification.simplify(points, faces, target_count=wanted, agg=haste)
         if not 0 < len(faces) < _WORTH * len(levels[-1].mesh.faces):
             break
-        level, turned = appearance.transferred_to(points, faces)
+        level, off = appearance.transferred_to(points, faces)
         area = face_normals(points[faces])[1].sum()
-        shading = _TURNED * turned * float(np.sqrt(2 * area / len(faces)))
-        levels.append(MeshLevel(level, max(_distance(probes, points[faces]), shading, levels[-1].error)))
+        looks = _LOOKS_WRONG * off * float(np.sqrt(2 * area / len(faces)))
+        levels.append(MeshLevel(level, max(_distance(probes, points[faces]), looks, levels[-1].error)))
     return tuple(levels)
 
 
@@ -107,7 +108,7 @@ class _SurfaceAppearance:
         self._material = np.repeat([part.material for part in mesh.parts], [part.face_count for part in mesh.parts])
 
     def transferred_to(self, points: Array, faces: NDArray[np.integer]) -> tuple[Mesh, float]:
-        """Return points (v, 3) and faces (f, 3) as a mesh, and the residual of its normals, see `fitted_looks`.
+        """Return points (v, 3) and faces (f, 3) as a mesh, and the residual of its looks, see `fitted_looks`.
 
         All corners of a face take their appearance from one chart.
         """

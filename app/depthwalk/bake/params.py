@@ -22,7 +22,7 @@ Axis = Literal["auto", "x", "y", "z"] | Direction
 # For the simplified levels of meshes.
 RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over those of a level
 FEWEST = 50  # triangles of a level, roughly
-LOOKS = 2  # version of how levels get their normals and colours, and of what their errors mean
+LOOKS = 3  # version of how levels get their normals and colours, and of what their errors mean
 
 NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

@@ -1,4 +1,13 @@
-"""Measure how far simplified groups of triangles are from the mesh that they were made from."""
+"""Measure how far simplified groups of triangles are from the mesh that they were made from, in place and in colour.
+
+A triangle whose colour is off looks as wrong as one that is out of place. By how much depends on its size: as a surface
+is averaged over a pixel, triangles smaller than that may differ a lot. So a difference in colour counts as a distance
+in proportion to the edges of the triangle that shows it. Points are compared with the triangle that is nearest in both,
+as in the space of positions and colours of Garland and Heckbert 1998, "Simplifying Surfaces with Color and Texture
+using Quadric Error Metrics": a colour that has only moved counts by how far it has moved.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,6 +23,24 @@ _NEAREST = 4  # points on the simplified triangles; the nearest of their triangl
 _EXACT = 16  # probes at a time whose distance is measured exactly
 _BATCH = 1 << 15  # probes at a time
 _AREAS = 1 << 18  # triangles at a time
+# A triangle with edges of one metre whose colour is off by 1, black instead of white in one channel, looks as wrong as
+# one that is so many metres out of place (docs/experiments.md).
+_OFF_COLOUR = 0.5
+
+
+class Colours(NamedTuple):
+    """Hold the colours, 0 to 1, of points (n, 3) on a mesh, and those at the corners of simplified triangles (t, 3, 3).
+
+    Both are empty if the mesh has one colour everywhere.
+    """
+
+    point: Array
+    corner: Array
+
+    @classmethod
+    def none(cls) -> "Colours":
+        """Return no colours."""
+        return cls(np.zeros((0, 3)), np.zeros((0, 3, 3)))
 
 
 class Probes:
@@ -24,10 +51,11 @@ class Probes:
     Attributes
     ----------
     point : (n, 3) the points; the mesh has a size of about 1.
+    colour : (n, 3) their colours, 0 to 1; (0, 3) for a mesh with one colour everywhere.
     cluster : (n,) the cluster that each belongs to, as the caller numbers them.
     """
 
-    def __init__(self, point: Array, triangles: Rows, cluster: Rows, groups: int) -> None:
+    def __init__(self, point: Array, triangles: Rows, colours: Array, cluster: Rows, groups: int) -> None:
         """Choose the points.
 
         Parameters
@@ -36,6 +64,8 @@ class Probes:
             (p, 3) positions of vertices.
         triangles
             (t, 3) rows of `point`.
+        colours
+            (t, 3, 3) the colours at the triangles' corners, 0 to 1; (0, 3, 3) for a mesh with one colour everywhere.
         cluster
             (t,) the cluster of each triangle.
         groups
@@ -46,13 +76,19 @@ class Probes:
         areas = [
             face_normals(point[triangles[batch]].astype(np.float64))[1] for batch in batches(len(triangles), _AREAS)
         ]
-        inside, row = _spread(point, triangles, np.concatenate(areas), count, self._random)
+        share, row = _spread(np.concatenate(areas), count, self._random)
+        inside = np.einsum("nk,nkd->nd", share, point[triangles[row]])
         any_triangle = np.full(len(point), -1, np.int32)
         any_triangle[triangles] = np.arange(len(triangles), dtype=np.int32)[:, None]
         used = np.flatnonzero(any_triangle >= 0)
         chosen = used if len(used) <= count else np.sort(self._random.choice(used, count, replace=False))
         self.point = np.concatenate([inside, point[chosen]]).astype(np.float64)
-        self.cluster = cluster[np.concatenate([row, any_triangle[chosen]])].astype(np.int64)
+        row = np.concatenate([row, any_triangle[chosen]])
+        self.cluster = cluster[row].astype(np.int64)
+        self.colour = np.zeros((0, 3))
+        if len(colours):
+            share = np.concatenate([share, triangles[any_triangle[chosen]] == chosen[:, None]])
+            self.colour = np.einsum("nk,nkd->nd", share, colours[row])
 
     def thin_out(self, groups: int) -> None:
         """Drop some of the points if there are more than so many groups need."""
@@ -60,9 +96,13 @@ class Probes:
         if len(self.point) > count:
             kept = np.sort(self._random.choice(len(self.point), count, replace=False))
             self.point, self.cluster = self.point[kept], self.cluster[kept]
+            if len(self.colour):
+                self.colour = self.colour[kept]
 
 
-def group_errors(point: Array, of: Ints, corners: Array, group: Ints, groups: int) -> tuple[Array, Ints]:
+def group_errors(
+    point: Array, of: Ints, corners: Array, group: Ints, groups: int, colours: Colours | None = None
+) -> tuple[Array, Ints]:
     """Find the largest distance of points from the simplified triangles of their groups.
 
     Without compiled loops, distances to the triangles of the nearest of many points on them serve as upper bounds.
@@ -76,6 +116,8 @@ def group_errors(point: Array, of: Ints, corners: Array, group: Ints, groups: in
         (t, 3, 3) the simplified triangles, and the group (t,) of each, ascending; every group of a point has some.
     groups
         Number of groups.
+    colours
+        The colours of the points and the triangles; None to measure positions alone.
 
     Returns
     -------
@@ -85,20 +127,50 @@ def group_errors(point: Array, of: Ints, corners: Array, group: Ints, groups: in
     error = np.zeros(groups)
     if not (len(point) and len(corners)):
         return error, np.zeros(len(point), np.int64)
+    colours = colours or Colours.none()
+    metres = _OFF_COLOUR * np.sqrt(2 * face_normals(corners)[1]) if len(colours.point) else np.zeros(0)
     if loops := kernels.loaded():
-        squared, nearest = loops.nearest(point, of, corners, group)
+        squared, nearest = loops.nearest(point, of, corners, group, colours.point, colours.corner, metres)
         np.maximum.at(error, of, squared)
         return np.sqrt(error), nearest
-    bound, nearest = _bounds(point, of, corners, group)
+    distance = _Distance(point, corners, colours, metres)
+    bound, nearest = _bounds(point, of, corners, group, distance)
     begins, ends = (np.searchsorted(group, np.arange(groups), side) for side in ("left", "right"))
     firsts = np.searchsorted(of, np.arange(groups + 1))
     for number in range(groups):
-        run = slice(firsts[number], firsts[number + 1])
-        error[number] = _greatest_distance(point[run], bound[run], corners[begins[number] : ends[number]])
+        rows, triangles = np.arange(*firsts[number : number + 2]), np.arange(begins[number], ends[number])
+        error[number] = _greatest_distance(rows, bound, triangles, distance)
     return np.sqrt(error), nearest
 
 
-def _bounds(point: Array, of: Ints, corners: Array, group: Ints) -> tuple[Array, Ints]:
+class _Distance(NamedTuple):
+    """Compute squared distances between points (n, 3) and triangles (t, 3, 3) in place and colour, by their rows.
+
+    metres: (t,) that a difference of 1 between colours counts as.
+    """
+
+    point: Array
+    corners: Array
+    colours: Colours
+    metres: Array
+
+    def squared(self, points: Ints, triangles: Ints, bound: Array | float = np.inf) -> Array:
+        """Return the squared distances of rows of points from rows of triangles, whose shapes are broadcast.
+
+        bound: of the squared distances. Where positions alone are farther apart, colours are not compared.
+        """
+        distance = squared_distances(self.point[points], self.corners[triangles])
+        if len(self.colours.point):
+            near = np.nonzero(distance < bound)
+            points, triangles = (np.broadcast_to(rows, distance.shape)[near] for rows in (points, triangles))
+            share = nearest_shares(self.point[points], self.corners[triangles])
+            shown = np.einsum("nk,nkd->nd", share, self.colours.corner[triangles])
+            off = np.square(shown - self.colours.point[points]).sum(1)
+            distance[near] += self.metres[triangles] ** 2 * off
+        return distance
+
+
+def _bounds(point: Array, of: Ints, corners: Array, group: Ints, distance_of: _Distance) -> tuple[Array, Ints]:
     """Return upper bounds (n,) of the squared distances of points, and the triangles (n,) at these distances."""
     apart = 10.0  # distance between groups along a fourth axis: many times the mesh's size
     spread, triangle = spread_points(corners, 2 * len(point), np.random.default_rng(0))
@@ -108,7 +180,7 @@ def _bounds(point: Array, of: Ints, corners: Array, group: Ints) -> tuple[Array,
     for batch in batches(len(point), _BATCH):
         here = point[batch]
         found = triangle[tree.query(np.column_stack([here, apart * of[batch]]), _NEAREST)[1] % len(triangle)]
-        distance = squared_distances(here[:, None], corners[found])
+        distance = distance_of.squared(np.arange(len(point))[batch, None], found)
         distance[group[found] != of[batch][:, None]] = np.inf
         best = distance.argmin(1)
         bound[batch] = distance[np.arange(len(best)), best]
@@ -116,35 +188,56 @@ def _bounds(point: Array, of: Ints, corners: Array, group: Ints) -> tuple[Array,
     return bound, nearest
 
 
-def _greatest_distance(point: Array, bound: Array, corners: Array) -> float:
-    """Return the largest squared distance of points (n, 3), bounded by `bound` (n,), from triangles (t, 3, 3)."""
-    order, greatest = np.argsort(-bound), 0.0
-    for batch in batches(len(order), _EXACT):
-        rows = order[batch]
-        if bound[rows].max(initial=0.0) <= greatest:
+def _greatest_distance(rows: Ints, bound: Array, triangles: Ints, distance: _Distance) -> float:
+    """Return the largest squared distance of points, rows (n,), from triangles, rows (t,), at most `bound` of each."""
+    rows, greatest = rows[np.argsort(-bound[rows])], 0.0
+    for batch in batches(len(rows), _EXACT):
+        some = rows[batch]
+        if bound[some].max(initial=0.0) <= greatest:
             break
-        exact = squared_distances(point[rows][:, None], corners[None]).min(1)
-        greatest = max(greatest, float(np.minimum(exact, bound[rows]).max(initial=0.0)))
+        exact = distance.squared(some[:, None], triangles[None], bound[some][:, None]).min(1)
+        greatest = max(greatest, float(np.minimum(exact, bound[some]).max(initial=0.0)))
     return greatest
 
 
 def spread_points(corners: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:
     """Return points (count, 3) spread evenly over triangles (t, 3, 3), and the triangle (count,) of each."""
-    rows = np.arange(3 * len(corners)).reshape(-1, 3)
-    return _spread(corners.reshape(-1, 3), rows, face_normals(corners)[1], count, random)
+    share, row = _spread(face_normals(corners)[1], count, random)
+    return np.einsum("nk,nkd->nd", share, corners[row]), row
 
 
-def _spread(point: Array, triangles: Rows, areas: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:
-    """Do the same for triangles (t, 3), rows of `point`, of known areas (t,)."""
+def _spread(areas: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:
+    """Return barycentric coordinates (count, 3) of points spread over triangles of known areas (t,), and the rows."""
     area = np.cumsum(areas, dtype=np.float64)
     row = np.searchsorted(area[:-1], (np.arange(count) + random.random(count)) / count * area[-1])
     share = np.sort(random.random((count, 2)), axis=1)
-    weights = np.stack([share[:, 0], share[:, 1] - share[:, 0], 1 - share[:, 1]], -1)
-    return np.einsum("nk,nkd->nd", weights, point[triangles[row]]), row
+    return np.stack([share[:, 0], share[:, 1] - share[:, 0], 1 - share[:, 1]], -1), row
+
+
+def nearest_shares(point: Array, corners: Array) -> Array:
+    """Return barycentric coordinates (…, 3) of the points of triangles (…, 3, 3) that are nearest to points (…, 3)."""
+    inside, v, w = _below(point, corners)
+    edges = [(corners[..., k, :], corners[..., (k + 1) % 3, :]) for k in range(3)]
+    nearest = np.stack([_from_edge(start, end, point) for start, end in edges]).argmin(0)
+    shares = np.stack([1 - v - w, v, w], -1)
+    for number, (start, end) in enumerate(edges):
+        along = _along(start, end, point)
+        on = np.roll(np.stack([1 - along, along, np.zeros_like(along)], -1), number, -1)
+        shares = np.where(((nearest == number) & ~inside)[..., None], on, shares)
+    return np.asarray(shares)
 
 
 def squared_distances(point: Array, corners: Array) -> Array:
     """Return the squared distances of points (…, 3) from triangles (…, 3, 3)."""
+    a, b, c = (corners[..., k, :] for k in range(3))
+    inside, v, w = _below(point, corners)
+    plane = np.square(point - a - v[..., None] * (b - a) - w[..., None] * (c - a)).sum(-1)
+    edges = np.minimum(np.minimum(_from_edge(a, b, point), _from_edge(b, c, point)), _from_edge(c, a, point))
+    return np.where(inside, plane, edges)
+
+
+def _below(point: Array, corners: Array) -> tuple[Mask, Array, Array]:
+    """Return whether points (…, 3) are above or below triangles (…, 3, 3), and the last two barycentric coordinates."""
     a, b, c = (corners[..., k, :] for k in range(3))
     ab, ac, ap = b - a, c - a, point - a
     d1, d2 = _dot(ab, ap), _dot(ac, ap)
@@ -152,18 +245,20 @@ def squared_distances(point: Array, corners: Array) -> Array:
     area = np.maximum(bb * cc - bc * bc, 0)
     safe = np.where(area > 0, area, 1)
     v, w = (cc * d1 - bc * d2) / safe, (bb * d2 - bc * d1) / safe
-    inside: Mask = (v >= 0) & (w >= 0) & (v + w <= 1) & (area > 0)
-    plane = np.square(ap - v[..., None] * ab - w[..., None] * ac).sum(-1)
-    edges = np.minimum(np.minimum(_from_edge(a, b, point), _from_edge(b, c, point)), _from_edge(c, a, point))
-    return np.where(inside, plane, edges)
+    return (v >= 0) & (w >= 0) & (v + w <= 1) & (area > 0), v, w
 
 
 def _from_edge(start: Array, end: Array, point: Array) -> Array:
     """Return squared distances of points (…, 3) from edges with end points (…, 3)."""
-    along, to = end - start, point - start
+    share = _along(start, end, point)
+    return np.asarray(np.square(point - start - share[..., None] * (end - start)).sum(-1))
+
+
+def _along(start: Array, end: Array, point: Array) -> Array:
+    """Return the part (…), 0 to 1, of the way along an edge that is nearest to a point (…, 3)."""
+    along = end - start
     length = _dot(along, along)
-    share = np.clip(_dot(to, along) / np.where(length > 0, length, 1), 0, 1)
-    return np.asarray(np.square(to - share[..., None] * along).sum(-1))
+    return np.asarray(np.clip(_dot(point - start, along) / np.where(length > 0, length, 1), 0, 1))
 
 
 def _dot(one: Array, other: Array) -> Array:

@@ -3,10 +3,12 @@
 A collapse costs its quadric error (Garland and Heckbert 1997), plus a little for turned normals and lost seams.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from depthwalk.cook.colour_quadrics import best_colours, reduced
 from depthwalk.cook.kernels.collapse_costs import NORMAL, SEAM, SHORT, STIFFNESS
 from depthwalk.cook.quadrics import optimal_points, squared_distances
 from depthwalk.cook.seamed_mesh import DirectedEdges, Places, Vertices, contains, special_places
@@ -62,14 +64,28 @@ def seams_at(vertices: Vertices, edges: DirectedEdges, triangles: Ints) -> tuple
 
 
 def best_collapses(
-    places: Places, edges: DirectedEdges, able: Ints, locked: Mask, seams: tuple[Mask, Mask]
+    places: Places,
+    edges: DirectedEdges,
+    able: Ints,
+    locked: Mask,
+    seams: tuple[Mask, Mask],
+    colour_of: Callable[[Ints], Array] | None = None,
 ) -> Collapses:
-    """Return the collapses of the edges `able` (n,), with their best targets. seams: see `seams_at`."""
+    """Return the collapses of the edges `able` (n,), with their best targets.
+
+    seams: see `seams_at`; colour_of: returns the colours (m, 3), 0 to 1, of places (m,) with one vertex; None if
+    colours do not count.
+    """
     start, end = edges.start[able], edges.end[able]
     special = special_places(edges)
     loose, paired = (found[able] for found in seams)
     free = ~locked[end] & (special[start] == special[end]) & paired
-    quadric = np.ascontiguousarray((places.quadric.take(start, 0) + places.quadric.take(end, 0)).T)
+    quadric: Array = places.quadric.take(start, 0) + places.quadric.take(end, 0)
+    quadric = np.ascontiguousarray(quadric.T)
+    tint: Array = np.zeros((0, 0))
+    if colour_of:
+        tint = np.ascontiguousarray((places.tint.take(start, 0) + places.tint.take(end, 0)).T)
+        quadric = reduced(quadric, tint)
     from_, to = places.point.take(start, 0), places.point.take(end, 0)
     weight = places.weight.take(start)
     away = np.square(to - from_).sum(1)
@@ -84,6 +100,10 @@ def best_collapses(
     turned = np.square(places.normal.take(end, 0) - places.normal.take(start, 0)).sum(1)
     cost = np.maximum(squared_distances(quadric, target), 0) + weight * (SHORT * away + NORMAL**2 * turned)
     cost += weight * SEAM**2 * loose
+    if colour_of:  # an end that stays keeps its colour, too
+        rows = np.flatnonzero(~free & (places.tint[end, -1] > 0))
+        off = np.square(colour_of(end[rows]) - best_colours(tint[:, rows], target[rows])).sum(1)
+        cost[rows] += tint[-1, rows] * off
     return Collapses(start, end, target, free, loose, edges.key[able], cost)
 
 

@@ -5,12 +5,15 @@ one by one in each group. NumPy collapses edges of all groups in rounds over arr
 do not touch, so that tests made before the round hold for all of them together.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from depthwalk.cook import kernels
 from depthwalk.cook.collapse_choice import Collapses, able_edges, best_collapses, cheapest, independent, seams_at
+from depthwalk.cook.colour_quadrics import WIDTH as TINT
+from depthwalk.cook.colour_quadrics import best_colours, colour_quadrics, reduced
 from depthwalk.cook.kernels.collapse_costs import TURN
 from depthwalk.cook.quadrics import clustered_surface
 from depthwalk.cook.seamed_mesh import DirectedEdges, Places, Vertices, contains, directed_edges
@@ -43,7 +46,13 @@ class Simplified(NamedTuple):
 
 
 def collapse_groups(
-    point: Array, vertices: Vertices, triangles: Ints, group: Ints, wanted: Ints, locked: Mask
+    point: Array,
+    vertices: Vertices,
+    triangles: Ints,
+    group: Ints,
+    wanted: Ints,
+    locked: Mask,
+    colour: int | None = None,
 ) -> Simplified:
     """Simplify groups of triangles by edge collapse.
 
@@ -65,6 +74,9 @@ def collapse_groups(
     locked
         (p,) the places that stay where they are: those that a group shares with others, and perhaps more. No edge is
         made between two of them, since other groups may have the same.
+    colour
+        The first of three columns of `vertices.look` that are colours, from 0 to 1, which collapses should preserve;
+        None to preserve the shape alone.
 
     Returns
     -------
@@ -72,10 +84,12 @@ def collapse_groups(
         The simplified groups, in the order of groups.
     """
     if loops := kernels.loaded():
-        found = loops.collapse(point, vertices.place, vertices.part, vertices.look, triangles, group, wanted, locked)
+        column = -1 if colour is None else colour
+        of, look = vertices.place, vertices.look
+        found = loops.collapse(point, of, vertices.part, look, triangles, group, wanted, locked, column)
         return Simplified(*found)
     random = np.random.default_rng(0)
-    places = _places(point, vertices.place[triangles])
+    places = _places(point, vertices, triangles, colour)
     vertices = Vertices(place=vertices.place, part=vertices.part, look=vertices.look.copy())
     moved = np.zeros(len(locked), bool)
     banned = np.zeros(0, np.int64)
@@ -91,13 +105,15 @@ def collapse_groups(
             break
         edges = directed_edges(vertices.place[triangles], len(locked))
         able = able_edges(edges, locked, banned)
-        chosen = best_collapses(places, edges, able, locked, seams_at(vertices, edges, triangles))
+        seams = seams_at(vertices, edges, triangles)
+        colour_of = None if colour is None else _colour_of(vertices, triangles, len(locked), colour)
+        chosen = best_collapses(places, edges, able, locked, seams, colour_of)
         chosen = cheapest(chosen, vertices.place[triangles], group, missing)
         if not len(chosen.start):
             break
         # A random factor: where costs rise steadily, hardly any is the least in its surroundings.
         chosen = chosen.take(independent(edges, chosen, chosen.cost * random.uniform(1, _CHANCE, len(chosen.cost))))
-        triangles, group, failed = _collapse(places, vertices, edges, triangles, group, chosen, locked)
+        triangles, group, failed = _collapse(places, vertices, edges, triangles, group, chosen, locked, colour)
         moved[chosen.end[chosen.free & ~failed]] = True
         banned = np.union1d(banned, chosen.key[failed])
     triangles, group = np.concatenate([*done_triangles, triangles]), np.concatenate([*done_groups, group])
@@ -105,12 +121,29 @@ def collapse_groups(
     return Simplified(triangles[order], group[order], places.point, vertices.look, moved)
 
 
-def _places(point: Array, corners: Ints) -> Places:
-    """Return places at `point` (p, 3) with the planes and normals of their triangles' `corners` (t, 3)."""
+def _places(point: Array, vertices: Vertices, triangles: Ints, colour: int | None) -> Places:
+    """Return places at `point` (p, 3) with the planes, normals and, if wanted, the colours of their triangles."""
+    corners = vertices.place[triangles]
     surface = clustered_surface(point, corners)
     normal = vertex_directions(point, corners)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    return Places(point=point.copy(), normal=normal, quadric=surface.quadric, weight=surface.weight)
+    quadric = surface.quadric
+    tint: Array = np.zeros((len(point), TINT))
+    if colour is not None:
+        used = np.zeros(len(vertices.place), bool)
+        used[triangles] = True
+        single = np.bincount(vertices.place[used], minlength=len(point)) == 1
+        of_colours, tint = colour_quadrics(point, corners, vertices.look[triangles, colour : colour + 3], single)
+        quadric = quadric + of_colours
+    return Places(point=point.copy(), normal=normal, quadric=quadric, weight=surface.weight, tint=tint)
+
+
+def _colour_of(vertices: Vertices, triangles: Ints, count: int, colour: int) -> Callable[[Ints], Array]:
+    """Return a function that returns the colours (n, 3) of places (n,), of which there are `count`, with one vertex."""
+    vertex = np.zeros(count, np.int64)
+    vertex[vertices.place[triangles]] = triangles
+    columns = np.arange(colour, colour + 3)
+    return lambda places: np.asarray(vertices.look[vertex[places, None], columns])
 
 
 def _collapse(
@@ -121,6 +154,7 @@ def _collapse(
     group: Ints,
     collapses: Collapses,
     locked: Mask,
+    colour: int | None,
 ) -> tuple[Ints, Ints, Mask]:
     """Do those of n collapses that are allowed.
 
@@ -164,7 +198,7 @@ def _collapse(
     kept = np.ones(len(triangles), bool)
     kept[rows[good & vanish]] = False
     pairs = good[vanish] & collapses.free[collapse[vanish]]
-    _move(places, vertices, collapses.take(~failed), gone[pairs], into[pairs])
+    _move(places, vertices, collapses.take(~failed), gone[pairs], into[pairs], colour)
     return triangles[kept], group[kept], failed
 
 
@@ -189,7 +223,7 @@ def _match_loosely(vertices: Vertices, becomes: Ints, gone: tuple[Ints, Ints], i
     becomes[one[pair[order]]] = candidate[order]
 
 
-def _move(places: Places, vertices: Vertices, collapses: Collapses, gone: Ints, into: Ints) -> None:
+def _move(places: Places, vertices: Vertices, collapses: Collapses, gone: Ints, into: Ints, colour: int | None) -> None:
     """Merge places and vertices: the pairs `gone` and `into` (m,), which may occur twice, become one."""
     start, end, free = collapses.start, collapses.end, collapses.free
     along = places.point[start] - places.point[end]
@@ -200,6 +234,18 @@ def _move(places: Places, vertices: Vertices, collapses: Collapses, gone: Ints, 
     into, first = np.unique(into, return_index=True)
     part = of_place[vertices.place[into]][:, None]
     vertices.look[into] += part * (vertices.look[gone[first]] - vertices.look[into])
+    one, other = places.tint[start], places.tint[end]
+    if colour is not None:
+        best = np.zeros((len(places.point), 3))
+        best[end] = best_colours((one + other).T, collapses.target)
+        tinted = np.zeros(len(best), bool)
+        tinted[end] = free & (one[:, -1] > 0) & (other[:, -1] > 0)
+        chosen = into[tinted[vertices.place[into]]]
+        vertices.look[chosen, colour : colour + 3] = best[vertices.place[chosen]]
+        # Where the end has several colours, the tint ends: from now on, the best ones are in the quadric.
+        of_start = places.quadric[start]
+        places.quadric[end] -= np.where(other[:, -1:] > 0, 0, of_start - reduced(of_start.T, one.T).T)
+        places.tint[end] += np.where(other[:, -1:] > 0, one, 0)
     places.point[end] = collapses.target
     normal = places.normal[end] + share[:, None] * (places.normal[start] - places.normal[end])
     places.normal[end] = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cluster_division import divided
-from depthwalk.cook.cluster_error import group_errors
+from depthwalk.cook.cluster_error import Colours, group_errors
 from depthwalk.cook.cluster_table import Bounds, cluster_bounds
 from depthwalk.cook.group_collapse import collapse_groups
 from depthwalk.cook.seamed_mesh import Vertices
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask, Rows
 
+COLOURS = slice(3, 6)  # columns of a vertex's look, which is its normal, its colour and its texture coordinates
 _PROGRESS = 0.85  # part of a group's triangles: if more are left, its clusters are grouped differently next time
 _BATCH = 1 << 20  # triangles at a time
 
@@ -79,7 +80,15 @@ def shared_places(surface: Surface, group: Rows) -> Mask:
     return shared
 
 
-def simplify(surface: Surface, rows: Ints, group: Ints, locked: Mask, probe: Array, probe_group: Ints) -> Batch:
+def simplify(
+    surface: Surface,
+    rows: Ints,
+    group: Ints,
+    locked: Mask,
+    probe: Array,
+    probe_colour: Array,
+    probe_group: Ints,
+) -> Batch:
     """Simplify groups to half of their triangles, and divide them into clusters.
 
     Parameters
@@ -90,8 +99,9 @@ def simplify(surface: Surface, rows: Ints, group: Ints, locked: Mask, probe: Arr
         (t,) the triangles of the groups, and the group of each, from 0 on, ascending.
     locked
         (p,) places of the surface that stay where they are.
-    probe, probe_group
-        (m, 3) points of the mesh, and the group (m,) of each, ascending.
+    probe, probe_colour, probe_group
+        (m, 3) points of the mesh, their colours (m, 3), 0 to 1, and the group (m,) of each, ascending. Without colours,
+        (0, 3), the mesh is taken to have one colour everywhere.
 
     Returns
     -------
@@ -103,7 +113,13 @@ def simplify(surface: Surface, rows: Ints, group: Ints, locked: Mask, probe: Arr
     vertices = Vertices(place=place, part=surface.part[used].astype(np.int64), look=surface.look[used].astype(float))
     before = np.bincount(group)
     coarse, of, point, look, moved = collapse_groups(
-        surface.point[at].astype(np.float64), vertices, triangles, group, before // 2, locked[at]
+        surface.point[at].astype(np.float64),
+        vertices,
+        triangles,
+        group,
+        before // 2,
+        locked[at],
+        COLOURS.start if len(probe_colour) else None,
     )
     left = np.bincount(of, minlength=len(before))
     simplified = (left <= _PROGRESS * before) & (left > 0)
@@ -111,7 +127,8 @@ def simplify(surface: Surface, rows: Ints, group: Ints, locked: Mask, probe: Arr
     order, count = divided(point, place[coarse], vertices.part[coarse[:, 0]], of)
     coarse, of = coarse[order], of[order]
     follows = np.flatnonzero(simplified[probe_group])
-    error, near = group_errors(probe[follows], probe_group[follows], point[place[coarse]], of, len(before))
+    colours = Colours(probe_colour[follows], look[coarse, COLOURS]) if len(probe_colour) else None
+    error, near = group_errors(probe[follows], probe_group[follows], point[place[coarse]], of, len(before), colours)
     followed = np.full(len(probe), -1)
     followed[follows] = np.repeat(np.arange(len(count)), count)[near]
     first = np.cumsum(count) - count

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-CLUSTERS_VERSION = 2  # raise it when the same mesh would be divided differently
+CLUSTERS_VERSION = 3  # raise it when the same mesh would be divided differently
 SIZE = 128  # most triangles of a cluster
 
 

@@ -21,12 +21,15 @@ class Places(StructOfArrays):
     normal : (p, 3) mean unit normals there, 0 where there is none.
     quadric : (p, 10) the planes that they represent, see `cook.quadrics`.
     weight : (p,) the area of those.
+    tint : (p, 13) the colours of the triangles there, see `cook.colour_quadrics`; zeros where a place has several, and
+        where colours do not count.
     """
 
     point: Array
     normal: Array
     quadric: Array
     weight: Array
+    tint: Array
 
 
 @dataclass(kw_only=True)

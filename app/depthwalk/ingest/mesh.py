@@ -159,8 +159,8 @@ class MeshLevel:
     mesh
         The mesh, asset frame, metres.
     error
-        Largest distance from the surface of the original, metres; more if its normals are so far off that it looks as
-        wrong as a surface at that distance (`bake.levels`).
+        Largest distance from the surface of the original, metres; more if its normals or colours are so far off that it
+        looks as wrong as a surface at that distance (`bake.levels`).
     """
 
     mesh: Mesh

@@ -7,6 +7,13 @@ same, the order is not.
 import numpy as np
 
 from depthwalk.cook.kernels.collapse_costs import NORMAL, SEAM, SHORT, STEEP, STIFFNESS, TURN
+from depthwalk.cook.kernels.colour_loops import (
+    begin_colours,
+    best_colour,
+    fixed_colour_cost,
+    merge_colours,
+    reduce,
+)
 from depthwalk.cook.kernels.quadric_loops import distance, optimal_point, triangle_normal
 from depthwalk.cook.kernels.queue_loops import remove, update
 from depthwalk.cook.kernels.surface_loops import (
@@ -32,6 +39,8 @@ def _simplify(s: Surface, begin: int, end: int, wanted: int) -> None:
     in the shape, and its error would be that of all groups above.
     """
     places, size = begin_group(s, begin, end), 0
+    if s.colour >= 0:
+        begin_colours(s, begin, end, places)
     for k in range(places):
         number = s.lists[k].around
         if not s.places[number].locked:
@@ -119,12 +128,30 @@ def _assess(s: Surface, start: int, to: int) -> tuple[float, bool, bool]:
         away += (one.point[axis] - other.point[axis]) ** 2
         turned += (one.normal[axis] - other.normal[axis]) ** 2
         s.target[axis] = other.point[axis]
-    if free:
-        stiffness = STIFFNESS * (one.weight + other.weight) + 1e-30
-        optimal_point(one.quadric, other.quadric, stiffness, one.point, other.point, s.target)
-    cost = max(distance(one.quadric, other.quadric, s.target), 0.0)
+    if s.colour >= 0:
+        cost = _coloured_cost(s, start, to, free)
+    else:
+        if free:
+            stiffness = STIFFNESS * (one.weight + other.weight) + 1e-30
+            optimal_point(one.quadric, other.quadric, stiffness, one.point, other.point, s.target)
+        cost = max(distance(one.quadric, other.quadric, s.target), 0.0)
     cost += one.weight * (SHORT * away + NORMAL**2 * turned + (SEAM**2 if loose else 0.0))
     return cost, free, loose
+
+
+@compiled()
+def _coloured_cost(s: Surface, start: int, to: int, free: bool) -> float:
+    """Return the quadric error of a collapse in place and colour; if the end is free, write the best place to `target`.
+
+    See `cook.colour_quadrics`.
+    """
+    one, other = s.places[start], s.places[to]
+    reduce(s, start, to)
+    if free:
+        stiffness = STIFFNESS * (one.weight + other.weight) + 1e-30
+        optimal_point(s.merged, s.nothing, stiffness, one.point, other.point, s.target)
+    cost = max(distance(s.merged, s.nothing, s.target), 0.0)
+    return cost if free else cost + fixed_colour_cost(s, start, to)
 
 
 @compiled()
@@ -176,8 +203,14 @@ def _try(s: Surface, start: int, to: int) -> int:
             into = s.vertices[vertex].becomes
             for value in range(s.look.shape[1]):
                 s.look[into, value] += share * (s.look[vertex, value] - s.look[into, value])
-    for k in range(10):
-        end.quadric[k] += gone.quadric[k]
+            if s.colour >= 0 and s.tint[start, 12] * s.tint[to, 12] > 0:
+                for channel in range(3):
+                    s.look[into, s.colour + channel] = best_colour(s, start, to, channel)
+    if s.colour >= 0:
+        merge_colours(s, start, to)
+    else:
+        for k in range(10):
+            end.quadric[k] += gone.quadric[k]
     end.weight += gone.weight
     vanished = _merge(s, start, to)
     for k in range(lost):
@@ -307,17 +340,25 @@ def _merge(s: Surface, start: int, to: int) -> int:
     return vanished
 
 
-@compiled("D2 I1 I1 D2 I2 I1 I1 B1")
+@compiled("D2 I1 I1 D2 I2 I1 I1 B1 i")
 def collapse(
-    points: Array, of: Ints, part: Ints, looks: Array, triangles: Ints, group: Ints, wanted: Ints, locked: Mask
+    points: Array,
+    of: Ints,
+    part: Ints,
+    looks: Array,
+    triangles: Ints,
+    group: Ints,
+    wanted: Ints,
+    locked: Mask,
+    colour: int,
 ) -> tuple[Ints, Ints, Array, Array, Mask]:
     """Simplify groups of triangles; see `cook.group_collapse.collapse_groups`.
 
     points: (p, 3); of: (v,) place of each vertex; part: (v,); looks: (v, k); triangles: (t, 3) in the order of their
-    groups (t,); wanted: (g,); locked: (p,). Returns the remaining triangles, their groups, points, looks, and which
-    places have moved.
+    groups (t,); wanted: (g,); locked: (p,); colour: column of looks where colours begin, or −1. Returns the remaining
+    triangles, their groups, points, looks, and which places have moved.
     """
-    s = surface_of(points, of, part, looks, triangles, locked)
+    s = surface_of(points, of, part, looks, triangles, locked, colour)
     left, left_group = np.empty(triangles.shape, np.int64), np.empty(len(group), np.int64)
     count = begin = 0
     for number in range(len(wanted)):

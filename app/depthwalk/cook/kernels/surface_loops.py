@@ -47,7 +47,9 @@ class Surface(NamedTuple):
 
     places (p,), corners (3 t,), vertices (v,): records, see above; look: (v, k) see `Vertices`; alive: (t,) whether a
     triangle has not vanished; lists: (n,) columns are lists, with as many entries as whoever writes them says; stamps:
-    (2,) the last of places and vertices; target: (3,) where the end of the collapse that is tried would be.
+    (2,) the last of places and vertices; target: (3,) where the end of the collapse that is tried would be; colour: the
+    column of `look` where colours begin, −1 if they do not count; tint: (p, 13) see `cook.colour_quadrics`, or none;
+    merged, nothing: (10,) quadric of the collapse that is tried, and zeros.
     """
 
     places: Records
@@ -58,10 +60,16 @@ class Surface(NamedTuple):
     lists: Records
     stamps: Ints
     target: Array
+    colour: int
+    tint: Array
+    merged: Array
+    nothing: Array
 
 
 @compiled()
-def surface_of(points: Array, of: Ints, part: Ints, looks: Array, triangles: Ints, locked: Mask) -> Surface:
+def surface_of(
+    points: Array, of: Ints, part: Ints, looks: Array, triangles: Ints, locked: Mask, colour: int
+) -> Surface:
     """Return the records of all groups, of which `begin_group` completes one; see `collapse_loops.collapse`."""
     places, corners = np.zeros(len(points), PLACE), np.zeros(3 * len(triangles), CORNER)
     vertices, look = np.zeros(len(of), VERTEX), np.empty(looks.shape)
@@ -80,7 +88,10 @@ def surface_of(points: Array, of: Ints, part: Ints, looks: Array, triangles: Int
             corner = corners[3 * triangle + k]
             corner.vertex, corner.place, corner.following = vertex, of[vertex], -1
     alive, lists = np.ones(len(triangles), np.bool_), np.zeros(max(len(of), len(points)) + 1, LISTS)
-    return Surface(places, corners, vertices, look, alive, lists, np.zeros(2, np.int64), np.empty(3))
+    stamps, tint = np.zeros(2, np.int64), np.zeros((len(points) if colour >= 0 else 0, 13))
+    return Surface(
+        places, corners, vertices, look, alive, lists, stamps, np.empty(3), colour, tint, np.empty(10), np.zeros(10)
+    )
 
 
 @compiled()
