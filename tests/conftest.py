@@ -48,8 +48,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 # In this order: the first bench of a run waits for those of `render`.
 _COMPILE = """
-import gc
-gc.set_threshold(20_000, 10, 20)  # else a fifteenth of what compiling takes
 from depthwalk.cook import kernels as cook
 from depthwalk.kernels import compiled_code
 from depthwalk.render import kernels as render

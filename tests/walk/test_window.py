@@ -242,13 +242,19 @@ def test_files_are_dropped_and_read_again(start: Start, scene_file: Path, tmp_pa
     assert not any(program.end().values())
 
 
+def watched_scene(user: User, folder: Path) -> Path:
+    """The file of a scene that is watched, once the window shows it."""
+    watched = folder / "watched.yaml"
+    watched.write_text(SCENE)
+    user.drop(watched)
+    user.program.wait(lambda report: report.get("title", "").startswith("watched.yaml"), "the scene")
+    return watched
+
+
 @linux
 def test_a_watched_scene_is_read_again_when_it_is_saved(start: Start, tmp_path: Path) -> None:
     program = (user := start()).program
-    watched = tmp_path / "watched.yaml"
-    watched.write_text(SCENE)
-    user.drop(watched)
-    program.wait(lambda report: report.get("title", "").startswith("watched.yaml"), "the scene")
+    watched = watched_scene(user, tmp_path)
     watched.write_text(SCENE.replace("yaw: 30", "yaww: 30"))
     program.wait(names("yaww"), "a complaint about a mistake")
     watched.write_text(SCENE.replace("yaw: 30", "yaw: 60"))
@@ -297,10 +303,7 @@ def test_what_the_panel_changes_is_kept(start: Start, scene_file: Path) -> None:
 @linux
 def test_a_watched_scene_is_not_read_again_when_the_window_saves_it(start: Start, tmp_path: Path) -> None:
     program = (user := start()).program
-    watched = tmp_path / "watched.yaml"
-    watched.write_text(SCENE)
-    user.drop(watched)
-    program.wait(lambda report: report.get("title", "").startswith("watched.yaml"), "the scene")
+    watched = watched_scene(user, tmp_path)
     user.do("key", "Tab")
     for value in (False, True):
         user.click("collide")

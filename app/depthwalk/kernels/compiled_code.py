@@ -4,6 +4,7 @@ numba only checks whether the file of a function has changed, not the files that
 of a package of loops has its own folder; folders that have not been used for some weeks are removed.
 """
 
+import gc
 import hashlib
 import importlib
 import importlib.util
@@ -31,6 +32,7 @@ log = logging.getLogger(__name__)
 _COMPLETE = "complete"  # a file in a folder whose loops are all compiled; its time is that of their last use
 _LOCK = "lock"  # a file in such a folder, locked by the process that compiles
 _KEEPING = threading.RLock()  # numba has one folder for all code that is compiled at a time
+_COLLECTS_SELDOM = 20_000, 10, 20  # thresholds of `gc`, whose searches would take a tenth of the time to compile
 _UNUSED = 21 * 86_400  # seconds after which the code of another state of files is removed
 
 
@@ -109,9 +111,12 @@ def kept(loops: Path) -> Iterator[None]:
 
         config: Any = numba.config
         default, config.CACHE_DIR = config.CACHE_DIR, str(folder(loops))
+        thresholds = gc.get_threshold()
+        gc.set_threshold(*_COLLECTS_SELDOM)
         try:
             yield
         finally:
+            gc.set_threshold(*thresholds)
             config.CACHE_DIR = default  # for other users of numba in this process
     mark_complete(loops)
     remove_unused(loops)

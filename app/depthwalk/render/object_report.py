@@ -10,7 +10,7 @@ from depthwalk.cook.cases import Case, drawn_cases
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.view.bounds import Cylinders, cylinders, outside
+from depthwalk.render.view.bounds import Cylinders
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Rows
@@ -106,7 +106,7 @@ def report_object(renderer: Renderer, number: int) -> ObjectReport | None:
     rows = np.flatnonzero(renderer.world.owners() == number)
     if plan is None or view is None or not len(rows):
         return None
-    objects, table = renderer.world.objects().take(rows), renderer.world.table()
+    objects = renderer.world.objects().take(rows)
     drawn_as = plan.drawn_as[np.isin(plan.object_rows, rows)]
     impostors = _impostors(renderer, plan, rows)
     return ObjectReport(
@@ -122,7 +122,7 @@ def report_object(renderer: Renderer, number: int) -> ObjectReport | None:
         mesh=_mesh(renderer, plan, view, number),
         clustered=bool((drawn_as == Representation.DPCI).any()) and not impostors,
         in_view=len(renderer.world.bounds().take(rows).seen(view)[0]) > 0,
-        cylinders=cylinders(objects, renderer.world.bounds().centre[rows], table.half_height, table.cylinder_radius),
+        cylinders=renderer.world.cylinders(rows),
     )
 
 
@@ -144,11 +144,8 @@ def _node_name(renderer: Renderer, number: int) -> str:
 
 def _distance(view: View, renderer: Renderer, objects: Objects) -> float:
     """Return the distance, metres, from the viewer to the nearest bounding cylinder of some `objects`."""
-    table = renderer.world.table()
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-    asset = objects.asset
-    away = outside(viewer, table.centre[asset], table.half_height[asset], table.cylinder_radius[asset])
-    return float((away * objects.scale).min())
+    return float((renderer.world.table().nearest(objects.asset, viewer) * objects.scale).min())
 
 
 def _mesh_triangles(renderer: Renderer, objects: Objects) -> int:
@@ -187,7 +184,7 @@ def _impostor(renderer: Renderer, plan: FrameDrawLists, place: int) -> ImpostorR
         level=level,
         triangles=int(renderer.world.table().triangles[objects.asset[row], level]),
         case=Case(int(drawn_cases(plan.tiles.pieces[place : place + 1])[0])),
-        step=1 << int(np.log2(plan.tiles.step[place])),
+        step=int(plan.tiles.grid_steps[place]),
         tile=(x, y, width, height),
         resolution=float(plan.tiles.resolution[place]),
         error=float(plan.tiles.error[place]),

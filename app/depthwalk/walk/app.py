@@ -25,7 +25,7 @@ from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.background_work import BackgroundWork
 from depthwalk.walk.clock import WalkClock, WidgetRounds
 from depthwalk.walk.controls import Walker
-from depthwalk.walk.file_watch import OwnChange, WatchThread
+from depthwalk.walk.file_watch import OwnChange, SceneWatch
 from depthwalk.walk.framing import home_in
 from depthwalk.walk.gamepad import Gamepad
 from depthwalk.walk.input import Input
@@ -120,9 +120,7 @@ class Walk:
         watched: Callable[[Scene], Sequence[Path]] | None = None,
     ) -> None:
         self.window, self.background, self._read = window, BackgroundWork(library), read
-        self._watched = watched
-        self._watch: WatchThread | None = None
-        self._read_at = time.time_ns()  # when the scene began to be read
+        self._watch = SceneWatch(watched)
         self._on_stage = library.report
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
@@ -153,7 +151,7 @@ class Walk:
         self.state = State(scene, self.renderer, Walker.at(home), home, playback)
         self.state.home_is_framed = scene.camera is None and home == framed
         self._show_renderer()
-        self._watch_files(scene)
+        self._watch.watch(scene)
         self.state.arrive()
         self.loading.end()
         tour = "P plays the tour, " if playback else ""
@@ -191,7 +189,7 @@ class Walk:
                     self.state.playback = Playback(load_path(file))
                     self.state.tell(f"P plays {file.name}")
                 else:
-                    self._read_at = time.time_ns()
+                    self._watch.begin_reading()
                     self._show(self._read(file))
             except InputError as error:
                 self.state.tell(str(error))
@@ -204,7 +202,7 @@ class Walk:
         """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
         again, library = scene.path == self.state.scene.path, self.background.library.sibling(scene.assets)
         if again:  # also if it cannot be shown: a file that it lacks may come
-            self._watch_files(scene)
+            self._watch.watch(scene)
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
         model_turn = ModelTurn(scene, renderer)
         self.frames.release()
@@ -218,16 +216,9 @@ class Walk:
         self.renderer, self.model_turn = renderer, model_turn
         self.window.title = title_of(scene.path)
         if not again:
-            self._watch_files(scene)
+            self._watch.watch(scene)
         # The scene before, and its renderer, refer to themselves, and may be frozen since the program started.
         gc.unfreeze()
-
-    def _watch_files(self, scene: Scene) -> None:
-        """Watch the files of `scene`, and no others, if files are to be watched."""
-        if self._watched is not None:
-            if self._watch is not None:
-                self._watch.end()
-            self._watch = WatchThread(partial(self._watched, scene), self._read_at)
 
     def loop(self, before_frame: Callable[[], None], change: Callable[[], Sequence[slice]] | None = None) -> None:
         """Draw frames until the window closes or a callback raises; then save what is being recorded."""
@@ -282,7 +273,7 @@ class Walk:
     def step(self) -> None:
         """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
         self.device.check()  # in every iteration, even at rest: the window's content may be lost
-        if self.next_file is None and self._watch is not None and self._watch.take_news():
+        if self.next_file is None and self._watch.take_news():
             self.next_file = self.state.scene.path
         if self.next_file is not None:
             self.frames.finish()
@@ -346,8 +337,7 @@ class Walk:
 
     def release(self) -> None:
         """Free every GL object in reverse order of creation, then the window, and stop background work."""
-        if self._watch is not None:
-            self._watch.end()
+        self._watch.end()
         try:
             self._on_gpu.close()
         finally:
@@ -373,8 +363,7 @@ class Walk:
 
     def note_own_change(self, change: OwnChange) -> None:
         """Take a change of a file for the walk's own, after which the scene need not be read again."""
-        if self._watch is not None:
-            self._watch.accept(change)
+        self._watch.accept(change)
 
     def _drop(self, files: list[Path]) -> None:
         """Open the first of the files that were dropped on the window."""

@@ -5,7 +5,10 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+
+from depthwalk.scene.scene import Scene
 
 _SECONDS = 0.4  # between two looks
 FileState = tuple[int, int] | None
@@ -108,6 +111,45 @@ class WatchThread:
                 watch.accept(self._own.get())
             if watch.has_news(time.monotonic()):
                 self._news.set()
+
+
+class SceneWatch:
+    """Watch the files of the scene that a window shows, one scene after the other.
+
+    Parameters
+    ----------
+    files
+        Returns the files of a scene; None watches nothing.
+    """
+
+    def __init__(self, files: Callable[[Scene], Iterable[Path]] | None) -> None:
+        self._files = files
+        self._thread: WatchThread | None = None
+        self.begin_reading()
+
+    def begin_reading(self) -> None:
+        """Note that a scene begins to be read now: changes since then count."""
+        self._read_at = time.time_ns()
+
+    def watch(self, scene: Scene) -> None:
+        """Watch the files of `scene`, and no others."""
+        self.end()
+        if self._files is not None:
+            self._thread = WatchThread(partial(self._files, scene), self._read_at)
+
+    def take_news(self) -> bool:
+        """Return whether files have changed since this was last true."""
+        return self._thread is not None and self._thread.take_news()
+
+    def accept(self, change: OwnChange) -> None:
+        """Count a change of the program's own as known; call this as soon as it is made."""
+        if self._thread is not None:
+            self._thread.accept(change)
+
+    def end(self) -> None:
+        """Stop watching."""
+        if self._thread is not None:
+            self._thread.end()
 
 
 def state_of(file: Path) -> FileState:

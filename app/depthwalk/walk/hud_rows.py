@@ -13,7 +13,7 @@ _PASS_CHARACTERS = 18  # that fit into it
 _SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass gets its own row
 _NONE = "\u2013"
 _FAR = 1000.0  # metres, from which on they are whole
-_CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
+CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 
 
 def viewer_rows(state: State) -> list[tuple[str, str]]:
@@ -78,7 +78,7 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
     """
     kinds = [f"{name} {counts[name]:,}" for name in KINDS if counts.get(name)]
     pixels = [f"{kind} {counts[f'share_{kind}']:.0%}" for kind in KINDS if counts.get(f"share_{kind}")]
-    cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
+    cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in CASES.items() if counts.get(f"case_{name}")]
     rows = [
         ("objects", f"{counts['objects']:,}"),
         ("made of", f"{counts['full_triangles']:,} triangles" if counts["full_triangles"] else _NONE),

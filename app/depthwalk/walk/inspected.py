@@ -38,6 +38,15 @@ class Inspected:
         drawn = () if self.report is None else self.report.impostors
         return max(drawn, key=lambda impostor: impostor.tile[2] * impostor.tile[3], default=None)
 
+    def tile(self, renderer: Renderer) -> tuple[int, int, int, int] | None:
+        """Return where that impostor lies in the atlas, see `ImpostorReport`; None if there is none.
+
+        Nor is there one without reuse: later phases of the frame may have drawn over it.
+        """
+        if self.impostor is None or not renderer.settings.warp.reuse_error:
+            return None
+        return self.impostor.tile
+
     def seek(self, renderer: Renderer, point: glm.dvec3 | None) -> None:
         """Let the next frame of `renderer` tell which object `point` belongs to; None ends the inspection."""
         self.point = point
@@ -67,9 +76,8 @@ class Inspected:
             misses = found is None and self.number is None
             self.number, self.point, ids.requested = None if found == self.number else found, None, False
         self.report = None if self.number is None else report_object(renderer, self.number)
-        # Without reuse, later phases of the frame may have drawn over the tile.
-        if self.impostor is not None and renderer.targets is not None and renderer.settings.warp.reuse_error:
-            atlas_view.draw_tile(renderer.targets, self.impostor.tile)
+        if (tile := self.tile(renderer)) is not None and renderer.targets is not None:
+            atlas_view.draw_tile(renderer.targets, tile)
         return misses
 
 

@@ -7,15 +7,11 @@ from depthwalk.cook.cases import Case
 from depthwalk.render.object_report import ImpostorReport, ObjectReport
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
+from depthwalk.walk.hud_rows import CASES
 from depthwalk.walk.hud_widgets import BRIGHT, CLOSE_ROWS, MARGIN, begin_overlay, draw_table
 from depthwalk.walk.native_imgui import imgui
 
-_CASES = {
-    Case.SIDE: "side",
-    Case.SIDE_AND_TOP: "side + top",
-    Case.SIDE_AND_BOTTOM: "side + bottom",
-    Case.ALL: "side + top + bottom",
-}
+_ALL = "side + top + bottom"  # where there is more room than in the HUD
 _CORNERS = 48  # of the polygon that stands for a circle
 _NEAREST = 0.01  # metres in front of the viewer up to which lines are drawn
 _CYLINDER, _IMPOSTOR = (1.0, 0.86, 0.55, 0.8), (0.45, 0.85, 1.0, 0.9)
@@ -74,7 +70,7 @@ def _impostor_rows(impostor: ImpostorReport, allowed_error: float) -> list[tuple
     scale = "" if impostor.resolution > 0.995 else f", scale {impostor.resolution:.0%}"
     return [
         ("level", f"{impostor.level}, {impostor.triangles:,} triangles"),
-        ("case", _CASES[impostor.case]),
+        ("case", _ALL if impostor.case is Case.ALL else CASES[impostor.case.name.lower()]),
         ("Iter_step", f"{impostor.step}"),
         ("tile", f"{width} \u00d7 {height} texels{scale}"),
         ("error", f"{impostor.error * allowed_error:.2f} of {allowed_error:g} allowed pixels"),

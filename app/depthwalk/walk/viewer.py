@@ -18,10 +18,9 @@ from depthwalk.ingest.formats import is_model_file
 from depthwalk.limits import MAX_FOV, MIN_FOV
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.environment import MAX_SPEED, MIN_SPEED
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.collision.obstacles import Obstacles
-from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, HeldKeys, Move, Walker, natural_speed
+from depthwalk.walk.controls import EYE_HEIGHT, EYE_HEIGHTS, SPEED_RANGE, HeldKeys, Move, Walker, natural_speed
 from depthwalk.walk.framing import distance_to_all, extent_in
 from depthwalk.walk.orbit import Side, distance, with_distance
 from depthwalk.walk.orbit_controls import OrbitControls
@@ -248,7 +247,7 @@ class Viewer:
 
     def set_speed(self, speed: float) -> None:
         """Change the walking speed, m/s, within what scene files allow, and let the scene ask for it from now on."""
-        self.walker.speed = self.scene.walk.speed = glm.clamp(speed, MIN_SPEED, MAX_SPEED)
+        self.walker.speed = self.scene.walk.speed = glm.clamp(speed, *SPEED_RANGE)
 
     def reset_speed(self) -> None:
         """Set the speed that the scene asks for, or else the one that suits the objects shown so far."""

@@ -45,7 +45,8 @@ def draw_widgets(
         right = panel[0]
     if (report := state.inspected.report) is not None and not state.help:
         impostor, allowed = state.inspected.impostor, state.renderer.settings.warp.reuse_error
-        tile = overlay.renderer.show(atlas_view.tile_texture) if impostor is not None and allowed else None
+        has_tile = state.inspected.tile(state.renderer) is not None
+        tile = overlay.renderer.show(atlas_view.tile_texture) if has_tile else None
         draw_outlines(View(state.camera, (round(overlay.io.display_size.x), round(floor))), report)
         draw_card(report, impostor, tile, allowed, left=left, right=right)
     if state.help:

@@ -206,11 +206,10 @@ def _try(s: Surface, start: int, to: int) -> int:
             if s.colour >= 0 and s.tint[start, 12] * s.tint[to, 12] > 0:
                 for channel in range(3):
                     s.look[into, s.colour + channel] = best_colour(s, start, to, channel)
+    for k in range(10):
+        end.quadric[k] += gone.quadric[k]
     if s.colour >= 0:
         merge_colours(s, start, to)
-    else:
-        for k in range(10):
-            end.quadric[k] += gone.quadric[k]
     end.weight += gone.weight
     vanished = _merge(s, start, to)
     for k in range(lost):

@@ -4,10 +4,9 @@ Sums are kept in variables and written once: numba cannot know that arrays do no
 """
 
 from depthwalk.cook.kernels.collapse_costs import COLOUR
-from depthwalk.cook.kernels.quadric_loops import triangle_normal
+from depthwalk.cook.kernels.quadric_loops import add_square, triangle_normal
 from depthwalk.cook.kernels.surface_loops import Surface
 from depthwalk.kernels.compilation import compiled
-from depthwalk.types import Array
 
 
 @compiled()
@@ -49,26 +48,11 @@ def _add_colours(s: Surface, triangle: int) -> None:
                 tint[4 * k + 1] += weight * gy
                 tint[4 * k + 2] += weight * gz
                 tint[4 * k + 3] += weight * value
-                _add_square(s.places[number].quadric, gx, gy, gz, value, weight)
+                add_square(s.places[number].quadric, gx, gy, gz, value, weight)
     for corner in range(3 * triangle, 3 * triangle + 3):
         number = s.corners[corner].place
         if s.places[number].several == 1:
             s.tint[number, 12] += weight
-
-
-@compiled()
-def _add_square(quadric: Array, x: float, y: float, z: float, w: float, weight: float) -> None:
-    """Add the square of a function of position to a quadric (10,)."""
-    quadric[0] += weight * x * x
-    quadric[1] += weight * x * y
-    quadric[2] += weight * x * z
-    quadric[3] += weight * x * w
-    quadric[4] += weight * y * y
-    quadric[5] += weight * y * z
-    quadric[6] += weight * y * w
-    quadric[7] += weight * z * z
-    quadric[8] += weight * z * w
-    quadric[9] += weight * w * w
 
 
 @compiled()
@@ -121,16 +105,14 @@ def fixed_colour_cost(s: Surface, start: int, to: int) -> float:
 
 @compiled()
 def merge_colours(s: Surface, start: int, to: int) -> None:
-    """Add the quadric and the tint of a place to those of the one that it merges with.
+    """Add the tint of a place to that of the one that it merges with, whose quadric is that of both already.
 
     If this has several colours, the tint ends here: from now on, the best ones are in the quadric.
     """
     quadric, tint = s.places[to].quadric, s.tint[start]
-    for k in range(10):
-        quadric[k] += s.places[start].quadric[k]
     if s.tint[to, 12] > 0:
         for k in range(13):
             s.tint[to, k] += tint[k]
     elif tint[12] > 0:
         for k in range(0, 12, 4):
-            _add_square(quadric, tint[k], tint[k + 1], tint[k + 2], tint[k + 3], -1 / tint[12])
+            add_square(quadric, tint[k], tint[k + 1], tint[k + 2], tint[k + 3], -1 / tint[12])

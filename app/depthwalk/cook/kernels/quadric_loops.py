@@ -19,6 +19,12 @@ def triangle_normal(a: Array, b: Array, c: Array) -> tuple[float, float, float, 
 def add_plane(quadric: Array, x: float, y: float, z: float, point: Array, weight: float) -> None:
     """Add a plane through a point to a quadric (10,)."""
     w = -(x * point[0] + y * point[1] + z * point[2])
+    add_square(quadric, x, y, z, w, weight)
+
+
+@compiled()
+def add_square(quadric: Array, x: float, y: float, z: float, w: float, weight: float) -> None:
+    """Add the square of a function of position to a quadric (10,)."""
     quadric[0] += weight * x * x
     quadric[1] += weight * x * y
     quadric[2] += weight * x * z

@@ -31,12 +31,16 @@ class DrawnTiles(StructOfArrays):
     error: Array
     step: Array
 
+    @property
+    def grid_steps(self) -> Rows:
+        """Return the steps (d,) that grids have: the powers of two that are at most `step`."""
+        return 1 << np.floor(np.log2(self.step)).astype(np.int64)
+
     def counts(self) -> Counts:
         """Return how many tiles have each level, step and case, the lowest resolution and the largest error."""
-        steps = 1 << np.floor(np.log2(self.step)).astype(np.int64)
         return {
             **{f"level_{level}": n for level, n in _occurrences(self.level)},
-            **{f"step_{step}": n for step, n in _occurrences(steps)},
+            **{f"step_{step}": n for step, n in _occurrences(self.grid_steps)},
             **{f"case_{Case(case).name.lower()}": n for case, n in _occurrences(drawn_cases(self.pieces))},
             "tile_resolution": float(self.resolution.min(initial=1)),
             "tile_error": float(self.error.max(initial=0)),

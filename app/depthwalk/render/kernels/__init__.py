@@ -28,8 +28,7 @@ _FILES = Path(__file__).parent
 _PURPOSE = "frames are planned"
 # At low priority, so that frames of a window come first; on Windows Python cannot set one.
 _COMPILE = """
-import gc, os
-gc.set_threshold(20_000, 10, 20)  # a tenth of what compiling takes
+import os
 if hasattr(os, "nice"):
     os.nice(10)
 from depthwalk.render import kernels
