@@ -19,6 +19,7 @@ from depthwalk.limits import MAX_MESH_TRIANGLES
 _KNOWN = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp")
 _COMPRESSED = ("KHR_draco_", "EXT_meshopt_", "KHR_meshopt_")
 _TEXTURES = ("KHR_texture_", "EXT_texture_", "MSFT_texture_")
+INSTANCING = "EXT_mesh_gpu_instancing"
 _UNLIT = "KHR_materials_unlit"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
@@ -217,20 +218,33 @@ def placed_size(header: dict[str, Any]) -> tuple[int, int]:
     tuple
         Upper bounds on the vertices and triangles of all nodes together.
     """
-    counts = [accessor["count"] for accessor in header.get("accessors", [])]
     shown = Counter(node["mesh"] for node in header.get("nodes", []) if "mesh" in node)
     vertices = triangles = 0
     for number, mesh in enumerate(header.get("meshes", [])):
-        for primitive in mesh["primitives"]:
-            points = counts[primitive["attributes"]["POSITION"]]
-            corners = counts[primitive["indices"]] if "indices" in primitive else points
-            copies = max(shown[number], 1)  # trimesh also reads meshes that no node shows
-            vertices += copies * points
-            triangles += copies * (corners // 3 if primitive.get("mode", _TRIANGLES) == _TRIANGLES else corners)
+        copies = max(shown[number], 1)  # trimesh also reads meshes that no node shows
+        of_vertices, of_triangles = mesh_size(header, mesh)
+        vertices += copies * of_vertices
+        triangles += copies * of_triangles
     return vertices, triangles
 
 
-def check_header(header: dict[str, Any], path: Path) -> None:
+def surfaces(mesh: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the primitives of a mesh that are triangles, not points or lines."""
+    return [primitive for primitive in mesh["primitives"] if primitive.get("mode", _TRIANGLES) >= _TRIANGLES]
+
+
+def mesh_size(header: dict[str, Any], mesh: dict[str, Any]) -> tuple[int, int]:
+    """Return how many vertices and triangles, at most, a mesh of a checked glTF file takes to read."""
+    vertices = triangles = 0
+    for primitive in mesh["primitives"]:
+        points = header["accessors"][primitive["attributes"]["POSITION"]]["count"]
+        corners = header["accessors"][primitive["indices"]]["count"] if "indices" in primitive else points
+        vertices += points
+        triangles += corners // 3 if primitive.get("mode", _TRIANGLES) == _TRIANGLES else corners
+    return vertices, triangles
+
+
+def check_header(header: dict[str, Any], path: Path, *, known: str | None = None) -> None:
     """Check a glTF header for anything that trimesh skips, misreads or allocates without checking its size.
 
     Parameters
@@ -239,6 +253,8 @@ def check_header(header: dict[str, Any], path: Path) -> None:
         The JSON header.
     path
         The file, for messages.
+    known
+        A further extension that the caller reads itself.
 
     Raises
     ------
@@ -246,7 +262,7 @@ def check_header(header: dict[str, Any], path: Path) -> None:
         `path: defect`, for the first defect.
     """
     for name in header.get("extensionsRequired", []):
-        if not name.startswith(_KNOWN):
+        if not name.startswith(_KNOWN) and name != known:
             raise InputError(f"{path}: the required glTF extension {name} is not supported{_remedy(name)}")
     for index, accessor in enumerate(header.get("accessors", [])):
         if "sparse" not in accessor and "bufferView" not in accessor:
@@ -259,4 +275,6 @@ def _remedy(extension: str) -> str:
     """Return how to do without an extension that is not supported, as the end of a message; "" if nothing is known."""
     if extension.startswith(_COMPRESSED):
         return "; export it without compression"
+    if extension == INSTANCING:
+        return "; `depthwalk convert` makes a scene of the file"
     return "; export its textures as PNG, JPEG or WebP" if extension.startswith(_TEXTURES) else ""

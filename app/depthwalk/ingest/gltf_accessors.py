@@ -70,6 +70,13 @@ class Accessors:
         count
             How many values it must have; None: any number, which must have been checked before.
         """
+        values = self.stored(number, count)
+        if self._header["accessors"][number].get("normalized", False) and values.dtype.kind != "f":
+            return np.maximum(values / np.float32(np.iinfo(values.dtype).max), np.float32(-1.0)).astype(np.float32)
+        return values
+
+    def stored(self, number: int, count: int | None = None) -> Numbers:
+        """Return the values (N, width) of an accessor as they are stored, sparse ones put in place; see `read`."""
         accessor = self._header["accessors"][_whole(number)]
         rows, width = _whole(accessor["count"]), _WIDTHS[accessor["type"]]
         if count is not None and rows != count:
@@ -84,8 +91,6 @@ class Accessors:
             index_type = np.dtype(_DTYPES[replaced["indices"]["componentType"]])
             indices = self._rows(replaced["indices"], some, index_type, 1)[:, 0].astype(np.int64)
             values[indices] = self._rows(replaced["values"], some, dtype, width)
-        if accessor.get("normalized", False) and dtype.kind != "f":
-            return np.maximum(values / np.float32(np.iinfo(dtype).max), np.float32(-1.0)).astype(np.float32)
         return values
 
     def view(self, number: int) -> bytes:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import matrices
+from depthwalk.ingest.gltf import mesh_size
 from depthwalk.ingest.gltf_accessors import Accessors
 
 Header = dict[str, Any]
@@ -26,6 +27,14 @@ def _weights(header: Header, node: Header) -> list[float]:
     """Return the weights of the shape keys of the mesh that `node` shows."""
     found = node.get("weights") or header["meshes"][node["mesh"]].get("weights") or []
     return [float(weight) for weight in found]
+
+
+def posed_size(header: Header) -> tuple[int, int]:
+    """Return how many vertices and triangles, at most, all posed meshes of a file have together."""
+    sizes = [
+        mesh_size(header, header["meshes"][node["mesh"]]) for node in header.get("nodes", []) if _is_posed(header, node)
+    ]
+    return sum(vertices for vertices, _ in sizes), sum(triangles for _, triangles in sizes)
 
 
 def pose(header: Header, accessors: Accessors) -> bool:
@@ -52,9 +61,9 @@ def pose(header: Header, accessors: Accessors) -> bool:
     """
     roots = header["scenes"][header.get("scene", 0)].setdefault("nodes", [])
     nodes = header["nodes"]
-    world = _world_matrices(nodes, roots)
+    world = world_matrices(nodes, roots)
     outside = [number for number in top_nodes(nodes) if number not in world]
-    everywhere = _world_matrices(nodes, outside) | world
+    everywhere = world_matrices(nodes, outside) | world
     last: tuple[int, _Matrices] | None = None  # of the skins, whose matrices may take much memory
     shown = [node for number, node in enumerate(nodes) if number in world and _is_posed(header, node)]
     for node in shown:
@@ -85,7 +94,7 @@ def top_nodes(nodes: list[Header]) -> list[int]:
     return [number for number in range(len(nodes)) if number not in children]
 
 
-def _world_matrices(nodes: list[Header], roots: list[int]) -> dict[int, _Matrices]:
+def world_matrices(nodes: list[Header], roots: list[int]) -> dict[int, _Matrices]:
     """Return the matrix (4, 4) of every node below `roots` that maps its frame to that of the scene."""
     world: dict[int, _Matrices] = {}
     open_ends = [(root, np.eye(4)) for root in roots]
@@ -93,12 +102,12 @@ def _world_matrices(nodes: list[Header], roots: list[int]) -> dict[int, _Matrice
         number, parent = open_ends.pop()
         if number not in world:
             with np.errstate(all="ignore"):
-                world[number] = parent @ _local_matrix(nodes[number])
+                world[number] = parent @ local_matrix(nodes[number])
             open_ends += [(child, world[number]) for child in nodes[number].get("children", [])]
     return world
 
 
-def _local_matrix(node: Header) -> _Matrices:
+def local_matrix(node: Header) -> _Matrices:
     """Return the matrix (4, 4) of a node relative to its parent."""
     if "matrix" in node:
         return np.array(node["matrix"], np.float64).reshape(4, 4).T

@@ -4,7 +4,7 @@
 """
 
 import logging
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -158,6 +158,37 @@ def check_mesh(
         _check_extent(positions.astype(np.float32), path)
         opaque = np.array([material.opacity is None for material in _drawable(shown, path)], bool)
         _check_opaque(int(opaque[shown.material].sum()), path)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshExtent:
+    """Hold how large a mesh file is, and whether it can have depth images.
+
+    Attributes
+    ----------
+    low, high : (3,) float64
+        The bounding box of its surfaces, in the frame and unit of the file.
+    is_bakeable
+        Whether it has a height, a size that depth images hold, and something opaque.
+    """
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    is_bakeable: bool
+
+
+def measure_mesh(path: Path) -> MeshExtent:
+    """Measure a mesh file whose y axis points upward. Raises the InputError that `load_mesh` would raise."""
+    soup = _read(path, None, Sources())
+    solid = _solid_faces(soup, path)
+    positions = soup.positions[np.flatnonzero(np.bincount(soup.faces[solid].ravel()))]
+    opaque = np.array([material.opacity is None for material in _drawable(soup, path)], bool)
+    try:
+        _check_extent(_placed(positions, path, "y", None).astype(np.float32), path)
+        _check_opaque(int(opaque[soup.material[solid]].sum()), path)
+    except UnbakableError:
+        return MeshExtent(low=positions.min(axis=0), high=positions.max(axis=0), is_bakeable=False)
+    return MeshExtent(low=positions.min(axis=0), high=positions.max(axis=0), is_bakeable=True)
 
 
 def _read(path: Path, height: float | None, sources: Sources) -> Soup:

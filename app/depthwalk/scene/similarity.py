@@ -96,3 +96,27 @@ def from_angles(
     rotation[:, 2] = cy * cx * sz - sy * sx * cz
     rotation[:, 3] = cy * cx * cz + sy * sx * sz
     return rotation
+
+
+def angles(
+    rotation: NDArray[np.floating],
+) -> tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.floating]]:
+    """Return the angles from which `from_angles` makes rotations.
+
+    Parameters
+    ----------
+    rotation : (n, 3, 3) rotation matrices, for column vectors.
+
+    Returns
+    -------
+    yaw, pitch and roll (n,), radians; where the pitch is a quarter turn, roll is 0.
+    """
+    pitch = np.arcsin(np.clip(-rotation[:, 1, 2], -1, 1))
+    upright = np.abs(rotation[:, 1, 2]) < 1 - 1e-9
+    yaw = np.where(
+        upright,
+        np.arctan2(rotation[:, 0, 2], rotation[:, 2, 2]),
+        np.arctan2(-rotation[:, 2, 0], rotation[:, 0, 0]),
+    )
+    roll = np.where(upright, np.arctan2(rotation[:, 1, 0], rotation[:, 1, 1]), 0.0)
+    return yaw, pitch, roll

@@ -1,0 +1,41 @@
+"""Declare `depthwalk convert`, which makes a scene file of a glTF scene."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from depthwalk.commands.options import Quiet, Verbose, own_file
+from depthwalk.commands.program import guarded
+from depthwalk.errors import printable
+
+
+@guarded
+def main(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="glTF or GLB file with a scene of several objects.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FOLDER", help="Folder to make.", show_default="beside the file, with its name"
+        ),
+    ] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Make a scene of a glTF file, with a mesh file for each of its models.
+
+    Copies of a model, also by EXT_mesh_gpu_instancing, become objects of one asset, which has depth images if it is
+    heavy; what is light is merged. The first camera and the lights are kept, animations are not.
+    """
+    from depthwalk.commands.progress import counted
+    from depthwalk.conversion.gltf import convert_gltf
+
+    found = file if out is not None else own_file(file, "-o")
+    folder = out if out is not None else found.with_suffix("")
+    made = convert_gltf(found, folder)
+    for note in made.notes:
+        print(printable(note))
+    print(printable(f"{made.scene}: {made.models} models, {made.objects} objects, {made.triangles} triangles"))
+    print(printable(f"to walk through it: depthwalk view {made.scene}"))

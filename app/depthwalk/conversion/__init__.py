@@ -1,0 +1,1 @@
+"""Turn scenes of other programs into scene files."""

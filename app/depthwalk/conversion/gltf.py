@@ -1,0 +1,254 @@
+"""Convert the scene of a glTF file to a folder with a scene file and a mesh file for each of its models."""
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.conversion.environment import camera_values, environment_values
+from depthwalk.conversion.models import HEAVY, Model, divide
+from depthwalk.errors import InputError
+from depthwalk.files import staging_folder
+from depthwalk.ingest.formats import GLTF_SUFFIXES
+from depthwalk.ingest.gltf_scene import GltfScene, damaged, read_gltf_scene
+from depthwalk.ingest.gltf_subset import SubsetWriter, file_name
+from depthwalk.ingest.loader import MeshExtent, measure_mesh
+from depthwalk.ingest.sources import Sources, find
+from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_MESH_TRIANGLES
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.similarity import angles
+from depthwalk.scene.yaml_text import block_lines, double_quoted, flow_text
+
+_LISTED = 20  # copies of a model that the scene file lists, with their names; more are in a file of places
+_ENCLOSED = 0.5  # part of the other objects that an object encloses which is their surroundings
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conversion:
+    """Hold what a conversion has made.
+
+    Attributes
+    ----------
+    scene
+        The scene file.
+    models, objects
+        How many models and objects it has.
+    triangles
+        Of the meshes of all objects.
+    notes
+        What is not as in the glTF file, a text each.
+    """
+
+    scene: Path
+    models: int
+    objects: int
+    triangles: int
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Asset:
+    """Hold a model whose mesh file is written: its name, its file's extent, and where its copies stand (n, 3)."""
+
+    name: str
+    model: Model
+    extent: MeshExtent
+    position: NDArray[np.float64]
+
+
+def convert_gltf(path: Path, folder: Path, tell: Tell = lambda _: None) -> Conversion:
+    """Convert the default scene of a glTF or GLB file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    folder
+        The folder to make, which must be empty or not exist yet. It appears when it is complete.
+    tell
+        Is called with the name of each model before it is written.
+
+    Returns
+    -------
+    Conversion
+        What was made.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, for a file that cannot be read or shows nothing, or about a `folder` with files in it.
+    OSError
+        If a file cannot be written.
+    """
+    if path.suffix.lower() not in GLTF_SUFFIXES:
+        raise InputError(f"{path}: only glTF and GLB files hold scenes that can be converted")
+    check_new(folder)
+    sources = Sources()
+    scene = read_gltf_scene(path, sources)
+    own, surroundings, flat = divide(scene.models)
+    _check(path, own, surroundings)
+    with staging_folder(folder.parent) as staging:
+        made = Path(staging) / folder.name
+        made.mkdir()
+        with damaged(path):
+            assets = list(_write_models(scene, [*own, *surroundings], made, _external(path, sources), tell))
+        values, notes = _values(scene, assets, made)
+        file = made / f"{file_name(path.stem, 'scene')}.yaml"
+        file.write_text("\n".join([f"# Made from {double_quoted(path.name)}", *_scene_lines(values)]) + "\n", "utf-8")
+        load_scene(file)
+        _replace(made, folder)
+    if flat:
+        notes.append(f"{flat} nodes are left out, which are scaled to nothing")
+    return Conversion(
+        scene=folder / file.name,
+        models=len(assets),
+        objects=sum(len(asset.position) for asset in assets),
+        triangles=sum(len(asset.position) * asset.model.triangles for asset in assets),
+        notes=tuple(notes),
+    )
+
+
+def check_new(folder: Path) -> None:
+    """Raise InputError unless the `folder` is empty or can be made."""
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(f"{folder}: is not empty; name another folder with -o")
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; name another folder with -o")
+    if not folder.parent.is_dir():
+        raise InputError(f"{folder}: the folder {str(folder.parent)!r} does not exist")
+
+
+def _replace(made: Path, folder: Path) -> None:
+    """Move the finished folder to its place."""
+    if folder.is_dir():
+        folder.rmdir()  # it is empty, or it has got files meanwhile and this fails
+    os.rename(made, folder)
+
+
+def _check(path: Path, own: list[Model], surroundings: list[Model]) -> None:
+    """Raise InputError if there is nothing to show, or more than a scene holds."""
+    models = [*own, *surroundings]
+    if not models:
+        raise InputError(f"{path}: its scene shows no triangles")
+    if (count := sum(len(model.scale) for model in models)) > MAX_INSTANCES:
+        raise InputError(f"{path}: {count} objects, the limit is {MAX_INSTANCES}")
+    if (triangles := sum(model.triangles for model in surroundings)) > MAX_MESH_TRIANGLES:
+        raise InputError(f"{path}: {triangles} triangles of models beyond the most that a scene can have")
+
+
+def _external(path: Path, sources: Sources) -> Callable[[str], bytes | None]:
+    """Return a function that returns the contents of the file that a URI in `path` names; None without one."""
+
+    def read(uri: str) -> bytes | None:
+        file = find(uri, [path.parent], sources)
+        return None if file is None else sources.read(file)
+
+    return read
+
+
+def _write_models(
+    scene: GltfScene, models: Iterable[Model], folder: Path, external: Callable[[str], bytes | None], tell: Tell
+) -> Iterable[_Asset]:
+    """Write a mesh file for each model into a folder, and yield them as assets with names of their own."""
+    writer = SubsetWriter(scene.header, scene.accessors, folder, external)
+    taken: set[str] = set()
+    for model in models:
+        name = _unused(file_name(model.name, "model"), taken)
+        tell(name)
+        file = folder / f"{name}.glb"
+        writer.write(file, model.meshes, model.matrices)
+        extent = measure_mesh(file)
+        middle = (extent.low + extent.high) / 2
+        base = np.array([middle[0], extent.low[1], middle[2]])  # where `load_mesh` puts the origin
+        moved = np.einsum("nij,j->ni", model.rotation, base) * model.scale[:, None]
+        yield _Asset(name=name, model=model, extent=extent, position=model.position + moved)
+
+
+def _unused(name: str, taken: set[str]) -> str:
+    """Return a name like `name` that is not taken, also where upper and lower case are the same, and take it."""
+    found, number = name, 1
+    while found.lower() in taken:
+        number += 1
+        found = f"{name}-{number}"
+    taken.add(found.lower())
+    return found
+
+
+def _values(scene: GltfScene, assets: list[_Asset], folder: Path) -> tuple[dict[str, Any], list[str]]:
+    """Return the values of the scene file, whose files of places are written, and notes about it."""
+    every = np.concatenate([asset.position for asset in assets])
+    if (far := np.abs(every).max()) > MAX_COORDINATE:
+        raise InputError(f"{folder.name}: an object is {far:g} m from the origin, the limit is {MAX_COORDINATE:g} m")
+    environment, notes = environment_values(scene.lights)
+    values: dict[str, Any] = {"version": 1, "assets": {}, "objects": [], "environment": environment}
+    if scene.cameras:
+        values["camera"] = camera_values(scene.cameras[0])
+    viewers = np.array([camera.position for camera in scene.cameras]).reshape(-1, 3)
+    for asset in assets:
+        encloses = len(asset.position) == 1 and _encloses(asset, every, viewers)
+        heavy = asset.model.triangles >= HEAVY
+        values["assets"][asset.name] = {"mesh": f"{asset.name}.glb"}
+        if heavy and not encloses and asset.extent.is_bakeable:
+            values["assets"][asset.name]["dpci"] = {}
+        drawn = {"representation": "mesh-clusters"} if heavy and encloses else {}
+        values["objects"] += _objects(asset, drawn, folder)
+    return values, notes
+
+
+def _encloses(asset: _Asset, every: NDArray[np.float64], viewers: NDArray[np.float64]) -> bool:
+    """Return whether a single object holds a viewer or most other objects, as a room or a terrain does.
+
+    Depth images show an object from outside; of this one the mesh would be drawn in any case.
+    """
+    low, high = asset.extent.low, asset.extent.high
+    place, turn, scale = asset.model.position[0], asset.model.rotation[0], asset.model.scale[0]
+
+    def inside(points: NDArray[np.float64]) -> int:
+        local = (points - place) @ turn / scale
+        return int(np.count_nonzero(((local >= low) & (local <= high)).all(axis=1)))
+
+    others = len(every) - 1
+    return bool(inside(viewers) or (others and inside(every) - 1 > _ENCLOSED * others))
+
+
+def _objects(asset: _Asset, drawn: dict[str, str], folder: Path) -> list[dict[str, Any]]:
+    """Return the entries of `objects` for the copies of a model; if these are many, their file is written."""
+    model = asset.model
+    yaw, pitch, roll = (np.degrees(angle) for angle in angles(model.rotation))
+    if len(model.scale) > _LISTED:
+        (folder / "places").mkdir(exist_ok=True)
+        columns = np.column_stack([asset.position, yaw, model.scale, pitch, roll])
+        used = 7 if np.abs(columns[:, 5:]).max() > 1e-4 else 5
+        np.save(folder / "places" / f"{asset.name}.npy", columns[:, :used])
+        return [{"places": {"asset": asset.name, "file": f"places/{asset.name}.npy"} | drawn}]
+    objects = []
+    for row, name in enumerate(model.names):
+        turned = {"yaw": yaw[row], "pitch": pitch[row], "roll": roll[row]}
+        values = {"name": name[:100]} if name else {}
+        values |= {"asset": asset.name, "position": [round(float(at), 6) + 0.0 for at in asset.position[row]]}
+        values |= {key: round(float(angle), 6) for key, angle in turned.items() if abs(angle) > 1e-5}
+        if abs(model.scale[row] - 1) > 1e-6:
+            values["scale"] = float(f"{model.scale[row]:.7g}")
+        objects.append(values | drawn)
+    return objects
+
+
+def _scene_lines(values: dict[str, Any]) -> list[str]:
+    """Return the lines of the scene file, an object in each."""
+    lines = []
+    for key, value in values.items():
+        if key == "objects":
+            lines += ["objects:", *(f"  - {flow_text(item)}" for item in value)]
+        elif key == "environment" and "lights" in value:
+            lamps = [f"    - {flow_text(lamp)}" for lamp in value["lights"]]
+            others = {name: child for name, child in value.items() if name != "lights"}
+            lines += ["environment:", *block_lines(others, "  "), "  lights:", *lamps]
+        else:
+            lines += block_lines({key: value})
+    return lines
