@@ -12,9 +12,7 @@ from depthwalk.errors import printable
 
 @guarded
 def main(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="glTF or GLB file with a scene of several objects.")
-    ],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="glTF or GLB file with a scene of several objects.")],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -29,12 +27,13 @@ def main(
     Copies of a model, also by EXT_mesh_gpu_instancing, become objects of one asset, which has depth images if it is
     heavy; what is light is merged. The first camera and the lights are kept, animations are not.
     """
-    from depthwalk.commands.progress import counted
+    from depthwalk.commands.progress import asset_progress
     from depthwalk.conversion.gltf import convert_gltf
 
     found = file if out is not None else own_file(file, "-o")
     folder = out if out is not None else found.with_suffix("")
-    made = convert_gltf(found, folder)
+    with asset_progress() as report:
+        made = convert_gltf(found, folder, report)
     for note in made.notes:
         print(printable(note))
     print(printable(f"{made.scene}: {made.models} models, {made.objects} objects, {made.triangles} triangles"))

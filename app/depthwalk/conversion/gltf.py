@@ -26,7 +26,7 @@ from depthwalk.scene.yaml_text import block_lines, double_quoted, flow_text
 _LISTED = 20  # copies of a model that the scene file lists, with their names; more are in a file of places
 _ENCLOSED = 0.5  # part of the other objects that an object encloses which is their surroundings
 
-Tell = Callable[[str], None]
+Report = Callable[[str, str], None]  # called with a model's name and the step that begins
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class _Asset:
     position: NDArray[np.float64]
 
 
-def convert_gltf(path: Path, folder: Path, tell: Tell = lambda _: None) -> Conversion:
+def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: None) -> Conversion:
     """Convert the default scene of a glTF or GLB file.
 
     Parameters
@@ -71,8 +71,8 @@ def convert_gltf(path: Path, folder: Path, tell: Tell = lambda _: None) -> Conve
         The file.
     folder
         The folder to make, which must be empty or not exist yet. It appears when it is complete.
-    tell
-        Is called with the name of each model before it is written.
+    report
+        Is called with the name of each model before it is written and measured.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def convert_gltf(path: Path, folder: Path, tell: Tell = lambda _: None) -> Conve
         made = Path(staging) / folder.name
         made.mkdir()
         with damaged(path):
-            assets = list(_write_models(scene, [*own, *surroundings], made, _external(path, sources), tell))
+            assets = list(_write_models(scene, [*own, *surroundings], made, _external(path, sources), report))
         values, notes = _values(scene, assets, made)
         file = made / f"{file_name(path.stem, 'scene')}.yaml"
         file.write_text("\n".join([f"# Made from {double_quoted(path.name)}", *_scene_lines(values)]) + "\n", "utf-8")
@@ -153,16 +153,17 @@ def _external(path: Path, sources: Sources) -> Callable[[str], bytes | None]:
 
 
 def _write_models(
-    scene: GltfScene, models: Iterable[Model], folder: Path, external: Callable[[str], bytes | None], tell: Tell
+    scene: GltfScene, models: Iterable[Model], folder: Path, external: Callable[[str], bytes | None], report: Report
 ) -> Iterable[_Asset]:
     """Write a mesh file for each model into a folder, and yield them as assets with names of their own."""
     writer = SubsetWriter(scene.header, scene.accessors, folder, external)
     taken: set[str] = set()
     for model in models:
         name = _unused(file_name(model.name, "model"), taken)
-        tell(name)
+        report(name, "writing")
         file = folder / f"{name}.glb"
         writer.write(file, model.meshes, model.matrices)
+        report(name, "measuring")
         extent = measure_mesh(file)
         middle = (extent.low + extent.high) / 2
         base = np.array([middle[0], extent.low[1], middle[2]])  # where `load_mesh` puts the origin

@@ -97,8 +97,8 @@ def divide(models: Iterable[PlacedModel]) -> tuple[list[Model], list[Model], int
 def _is_solid(placements: _Matrices) -> Mask:
     """Return which matrices (n, 4, 4) keep a volume."""
     linear = placements[:, :3, :3]
-    size = np.abs(linear).max(axis=(1, 2))
-    return np.asarray(np.abs(np.linalg.det(linear)) > 1e-9 * size**3)
+    size = np.maximum(np.abs(linear).max(axis=(1, 2)), 1e-30)
+    return np.asarray(np.abs(np.linalg.det(linear / size[:, None, None])) > 1e-9)
 
 
 def _some(model: PlacedModel, which: Mask) -> PlacedModel:

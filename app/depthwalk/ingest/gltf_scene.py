@@ -18,6 +18,7 @@ from depthwalk.errors import InputError, quoted
 from depthwalk.geometry.quaternions import matrices
 from depthwalk.ingest import gltf
 from depthwalk.ingest.gltf_accessors import Accessors
+from depthwalk.ingest.gltf_copies import first_of_same
 from depthwalk.ingest.gltf_lights import PlacedCamera, PlacedLight, cameras, lights
 from depthwalk.ingest.gltf_pose import is_posed, local_matrix, pose, posed_size, top_nodes, world_matrices
 from depthwalk.ingest.soup import check_mesh_memory
@@ -26,6 +27,7 @@ from depthwalk.limits import MAX_INSTANCES
 
 _MOST_MESHES = 256  # of a model: copied groups of more are no single things
 _REPEATS = 2.0  # triangles of a model, over those of its distinct meshes: a group that repeats more is no single thing
+_FARTHEST = 1e12  # in matrices: products of a few such numbers are finite
 _TURN_BITS, _SHIFT_BITS = 13, 20  # to which matrices of copies are the same, of their largest number
 
 Header = dict[str, Any]
@@ -117,7 +119,7 @@ def read_gltf_scene(path: Path, sources: Sources) -> GltfScene:
         if is_posed(header):
             check_mesh_memory(*posed_size(header), path)
         accessors = Accessors(header, data, read)
-        return _read(header, accessors)
+        return _read(header, accessors, len(data))
 
 
 @contextmanager
@@ -130,14 +132,21 @@ def damaged(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of glTF ({reason})") from error
 
 
-def _read(header: Header, accessors: Accessors) -> GltfScene:
-    """Return the scene of a checked header. Raises ValueError, TypeError or LookupError for damaged data."""
+def _read(header: Header, accessors: Accessors, length: int) -> GltfScene:
+    """Return the scene of a checked header, in a file of so many bytes.
+
+    Raises ValueError, TypeError or LookupError for damaged data.
+    """
     nodes = header.setdefault("nodes", [])
     if not header.get("scenes"):
         header["scenes"] = [{"nodes": top_nodes(nodes)}]
         header["scene"] = 0
     if is_posed(header):
         pose(header, accessors)
+    first = first_of_same(header, accessors, length + sum(map(_length, header.get("buffers", []))))
+    for node in nodes:
+        if "mesh" in node:
+            node["mesh"] = first[_index(node["mesh"], first)]
     roots = header["scenes"][header.get("scene", 0)].get("nodes", [])
     world = world_matrices(nodes, roots)
     _check_forest(nodes, roots, world)
@@ -150,14 +159,19 @@ def _read(header: Header, accessors: Accessors) -> GltfScene:
     )
 
 
+def _length(buffer: Header) -> int:
+    """Return how many bytes a buffer has that is a file of its own."""
+    return int(buffer["byteLength"]) if "uri" in buffer else 0
+
+
 def _check_forest(nodes: list[Header], roots: list[int], world: dict[int, _Matrices]) -> None:
-    """Raise ValueError if nodes of the scene hang from several parents, or their matrices are not finite."""
+    """Raise ValueError if nodes of the scene hang from several parents, or their matrices have too large numbers."""
     parents = Counter(child for number in world for child in nodes[number].get("children", [])) + Counter(roots)
     if twice := [number for number, count in parents.items() if count > 1]:
         raise ValueError(f"node {twice[0]} hangs from {parents[twice[0]]} nodes")
     for number, matrix in world.items():
-        if not np.isfinite(matrix).all():
-            raise ValueError(f"node {number} is not at a finite place")
+        if not (np.abs(matrix) < _FARTHEST).all():
+            raise ValueError(f"node {number} is out of reach")
 
 
 class _Models:
@@ -208,8 +222,8 @@ class _Models:
         named = [self._nodes[number].get("name", "") for number in at]
         single = all(len(each) == 1 for each in placements)
         every = np.concatenate(placements)
-        if not np.isfinite(every).all():
-            raise ValueError("instances are not at finite places")
+        if not (np.abs(every) < _FARTHEST).all():
+            raise ValueError("instances are out of reach")
         return PlacedModel(
             name=name if isinstance(name, str) else "",
             meshes=meshes,
