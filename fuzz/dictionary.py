@@ -26,7 +26,7 @@ GLTF_KEYS = (
     *("sparse", "normalized", "byteOffset", "byteStride", "uri", "extensionsRequired", "extensions", "matrix"),
     *("children", "mesh", "mode", "indices", "TEXCOORD_0", "COLOR_0", "NORMAL", "JOINTS_0", "count", "images"),
     *("scale", "rotation", "name", "skin", "camera", "targets", "KHR_texture_transform", "componentType"),
-    *("normalTexture", "texCoord"),
+    *("normalTexture", "texCoord", "EXT_mesh_gpu_instancing", "KHR_lights_punctual", "light", "TRANSLATION", "nodes"),
 )
 YAML = _words(
     b"&a |*a|!!int |!!float |!!binary |<<: |---\n|...\n|%YAML 1.1\n|%TAG ! x\n|0x|0b|0o8|.inf|.nan|1e999|? |> ",

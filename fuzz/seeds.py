@@ -1,7 +1,6 @@
 """Make the files that fuzzing begins with: small ones of every kind, by code; and those of tests/hostile."""
 
 import io
-import json
 import struct
 import tempfile
 from dataclasses import replace
@@ -13,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzz.case import Files
-from fuzz.container_changes import glb
 
 HOSTILE = Path(__file__).resolve().parents[1] / "tests" / "hostile"
 FINDINGS = HOSTILE / "fuzz"
 
-_CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
-_FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.uint16)
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
+FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.uint16)
 OBJ = (
     "# a tetrahedron\nmtllib mesh.mtl\no body\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n"
     "vn 0 0 1\nusemtl red\nf 1/1/1 3/2/1 2/3/1\nf 1/1 2/2 4/3\nusemtl plain\nf -4 -1 -2\nf 2//1 \\\n3//1 4//1\n"
@@ -130,19 +128,19 @@ def objs() -> list[Files]:
 
 def plys() -> list[Files]:
     skin = picture("PNG")
-    rows = "".join(f"{x:g} {y:g} {z:g} 255 0 0 {x:g} {y:g}\n" for x, y, z in _CORNERS)
-    faces = "".join(f"3 {a} {b} {c}\n" for a, b, c in _FACES)
+    rows = "".join(f"{x:g} {y:g} {z:g} 255 0 0 {x:g} {y:g}\n" for x, y, z in CORNERS)
+    faces = "".join(f"3 {a} {b} {c}\n" for a, b, c in FACES)
     text = _PLY_HEADER.format(form="ascii") + rows + faces
     made = [{name: text.encode(), "skin.png": skin} for name in ("mesh.ply", "z-up.ply")]
     for order, form in (("<", "binary_little_endian"), (">", "binary_big_endian")):
-        body = b"".join(struct.pack(order + "3f3B2f", x, y, z, 255, 0, 0, x, y) for x, y, z in _CORNERS)
-        body += b"".join(struct.pack(order + "B3i", 3, *map(int, face)) for face in _FACES)
+        body = b"".join(struct.pack(order + "3f3B2f", x, y, z, 255, 0, 0, x, y) for x, y, z in CORNERS)
+        body += b"".join(struct.pack(order + "B3i", 3, *map(int, face)) for face in FACES)
         made.append({"mesh.ply": _PLY_HEADER.format(form=form).encode() + body, "skin.png": skin})
     return made + hostile("*.ply", HOSTILE / "meshes")
 
 
 def stls() -> list[Files]:
-    corners = _CORNERS[_FACES.astype(int)]
+    corners = CORNERS[FACES.astype(int)]
     binary = bytes(80) + struct.pack("<I", 4)
     binary += b"".join(struct.pack("<12fH", 0, 0, 1, *map(float, face.ravel()), 0) for face in corners)
     facets = "".join(
@@ -153,88 +151,6 @@ def stls() -> list[Files]:
     )
     text = f"solid body\n{facets}endsolid body\n".encode()
     return [{"mesh.stl": binary}, {"mesh.stl": text}, {"tall.stl": text}, *hostile("*.stl", HOSTILE / "meshes")]
-
-
-def _gltf(image: str, buffer: str | None) -> tuple[dict[str, Any], bytes]:
-    """Return the header and the buffer of a textured tetrahedron with normals, colours and a hierarchy of nodes."""
-    columns = [_CORNERS, _CORNERS + 0.1, _CORNERS[:, :2].copy(), np.ones((4, 4), np.float32), _FACES]
-    views, data = [], b""
-    for values in columns:
-        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes})
-        data += values.tobytes()
-    kinds = [("VEC3", 5126, 4), ("VEC3", 5126, 4), ("VEC2", 5126, 4), ("VEC4", 5126, 4), ("SCALAR", 5123, 12)]
-    accessors = [
-        {"bufferView": k, "componentType": kind, "count": count, "type": name, "byteOffset": 0}
-        for k, (name, kind, count) in enumerate(kinds)
-    ]
-    accessors[0] |= {"min": [0, 0, 0], "max": [1, 1, 1]}
-    rough = {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 0.5, 0.5, 1], "roughnessFactor": 0.5}
-    attributes = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "COLOR_0": 3}
-    header: dict[str, Any] = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"children": [1, 2], "translation": [0, 1, 0]}, {"mesh": 0, "scale": [1, 2, -1]},
-                  {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 2, 0, 0, 1]}],
-        "meshes": [{"primitives": [{"attributes": attributes, "indices": 4, "material": 0, "mode": 4}]}],
-        "materials": [{"name": "m", "pbrMetallicRoughness": rough}],
-        "textures": [{"source": 0}],
-        "images": [{"uri": image}],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": len(data)} | ({} if buffer is None else {"uri": buffer})],
-        "extensionsUsed": ["KHR_materials_unlit"],
-        "extensionsRequired": ["KHR_materials_unlit"],
-    }  # fmt: skip
-    return header, data
-
-
-def _posed(header: dict[str, Any]) -> dict[str, Any]:
-    """Return a header of `_gltf` with a skin, a shape key, sparse values and a transformed texture."""
-    posed: dict[str, Any] = json.loads(json.dumps(header))
-    accessors = posed["accessors"]
-    sparse = {"count": 2, "indices": {"bufferView": 4, "componentType": 5123}, "values": {"bufferView": 2}}
-    accessors[2]["sparse"] = sparse
-    accessors.append({"bufferView": 4, "componentType": 5121, "count": 4, "type": "VEC4"})  # joints 0 to 3
-    primitive = posed["meshes"][0]["primitives"][0]
-    primitive["attributes"] |= {"JOINTS_0": 5, "WEIGHTS_0": 3}
-    primitive["targets"] = [{"POSITION": 1}]
-    posed["meshes"][0]["weights"] = [0.5]
-    posed["nodes"][1]["skin"] = 0
-    posed["skins"] = [{"joints": [0, 1, 2, 0]}]
-    transform = {"offset": [0.1, 0], "rotation": 0.5, "scale": [2, 1], "texCoord": 0}
-    texture = posed["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
-    texture["extensions"] = {"KHR_texture_transform": transform}
-    return posed
-
-
-def gltfs() -> list[Files]:
-    header, data = _gltf("skin.png", "mesh.bin")
-    beside = {"mesh.bin": data, "skin.png": picture("PNG")}
-    inner, _ = _gltf("skin.png", None)
-    strip = json.loads(json.dumps(inner))
-    strip["meshes"][0]["primitives"][0] |= {"mode": 5, "attributes": {"POSITION": 0, "COLOR_0": 3}}
-    strip["meshes"][0]["primitives"][0].pop("material")
-    glass = json.loads(json.dumps(inner))
-    glass["materials"][0] |= {
-        "alphaMode": "BLEND",
-        "emissiveFactor": [0.0, 0.5, 1.0],
-        "extensions": {
-            "KHR_materials_emissive_strength": {"emissiveStrength": 4.0},
-            "KHR_materials_transmission": {"transmissionFactor": 0.5},
-        },
-    }
-    relief = json.loads(json.dumps(inner))
-    relief["materials"][0]["normalTexture"] = {"index": 0, "scale": 0.5, "texCoord": 0}
-    made = [
-        {"mesh.gltf": json.dumps(header).encode()} | beside,
-        {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
-        {"tall.glb": glb(json.dumps(strip).encode(), data)},
-        {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
-        {"relief.glb": glb(json.dumps(relief).encode(), data), "skin.png": picture("PNG")},
-        {"posed.glb": glb(json.dumps(_posed(inner)).encode(), data), "skin.png": picture("PNG")},
-    ]
-    return made + hostile("*.gl*", HOSTILE / "meshes")
 
 
 def textures() -> list[Files]:

@@ -1,6 +1,7 @@
 """List what is fuzzed: every reader of files, how its files are changed, and what holds of what it returns."""
 
 import os
+import shutil
 from functools import partial
 from pathlib import Path
 from typing import Literal, TypedDict
@@ -12,6 +13,7 @@ from depthwalk.bake.level_file import LEVELS
 from depthwalk.bake.meso_file import load_meso
 from depthwalk.bake.planar import range_mesh
 from depthwalk.cache import DamagedFileError, cache_folder
+from depthwalk.conversion.gltf import convert_gltf
 from depthwalk.cook.cluster_file import CLUSTERS
 from depthwalk.cook.cook import COOK_VERSION, CookOptions
 from depthwalk.cook.cooked_file import find_cooked, read_cooked
@@ -25,7 +27,7 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import MeshAsset
-from fuzz import dictionary, properties, seeds
+from fuzz import dictionary, gltf_seeds, properties, seeds
 from fuzz.bytes_changes import change_text
 from fuzz.case import Change, Target
 from fuzz.container_changes import change_exr, change_glb, change_npy, change_npz, change_png
@@ -66,6 +68,19 @@ def read_mesh(path: Path) -> None:
     check_mesh(path, texture=texture, **options)
     up, height = options.get("up", "y"), options.get("height")
     mesh_source(MeshAsset(name="x", mesh=path, texture=texture, up=up, height=height, dpci=None))
+
+
+def convert(path: Path) -> None:
+    """Make a scene of a glTF file, which has as many objects as it says; nothing is left of a refused one."""
+    folder = path.parent / "converted"
+    try:
+        made = convert_gltf(path, folder)
+    except InputError:
+        properties.holds(not folder.exists(), "a refused file leaves no folder")
+        raise
+    objects = load_scene(made.scene).objects
+    properties.holds(len(objects) == made.objects, f"{made.objects} objects are {len(objects)}")
+    shutil.rmtree(folder)
 
 
 def read_range(path: Path) -> None:
@@ -189,9 +204,17 @@ TARGETS = (
     ),
     Target(
         name="gltf",
-        seeds=seeds.gltfs,
+        seeds=gltf_seeds.gltfs,
         read=read_mesh,
         modules=(*INGEST, "trimesh.exchange.gltf"),
+        words=tuple(f'"{key}": '.encode() for key in dictionary.GLTF_KEYS),
+        changes={".gltf": (partial(change_json, keys=dictionary.GLTF_KEYS),), ".glb": (change_glb,), **_PNG},
+    ),
+    Target(
+        name="conversion",
+        seeds=gltf_seeds.gltfs,
+        read=convert,
+        modules=(*INGEST, "depthwalk.conversion"),
         words=tuple(f'"{key}": '.encode() for key in dictionary.GLTF_KEYS),
         changes={".gltf": (partial(change_json, keys=dictionary.GLTF_KEYS),), ".glb": (change_glb,), **_PNG},
     ),

@@ -10,6 +10,8 @@ from typing import Protocol, TypeVar
 
 _MAX_WORKERS = 4  # more threads would mostly wait for the lock, and each needs its own intermediate arrays
 
+_NAME = "depthwalk-map"  # with which the names of the threads begin
+
 S = TypeVar("S")
 T = TypeVar("T")
 
@@ -27,6 +29,8 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
     """Provide a `Map` over threads, which end with the `with` block.
 
     Functions called through the map must not use it themselves: they would deadlock, waiting for a thread that waits.
+    If the block is interrupted, by Ctrl-C or a request to end, it does not wait for threads that are still at work, see
+    `is_at_work`.
 
     Parameters
     ----------
@@ -42,8 +46,19 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
     if workers == 1:
         yield map
         return
-    with ThreadPoolExecutor(workers, "bake") as pool:
+    pool, is_interrupted = ThreadPoolExecutor(workers, _NAME), False
+    try:
         yield pool.map
+    except (KeyboardInterrupt, SystemExit):
+        is_interrupted = True
+        raise
+    finally:
+        pool.shutdown(wait=not is_interrupted, cancel_futures=is_interrupted)
+
+
+def is_at_work() -> bool:
+    """Return whether threads of a `thread_map` are still at work, which Python waits for before it ends."""
+    return any(thread.name.startswith(f"{_NAME}_") for thread in threading.enumerate())
 
 
 def begin(function: Callable[[], T], parallel_map: Map) -> Callable[[], T]:

@@ -202,6 +202,36 @@ def test_an_interruption_that_gets_lost_ends_the_command_at_its_next_step(
     assert "Traceback" not in done.stderr
 
 
+WORKING = """
+import os, signal, time
+from depthwalk.commands.interruption import ended_by_its_signal
+from depthwalk.commands.program import as_program, guarded
+from depthwalk.parallel import thread_map
+
+@guarded
+def main() -> None:
+    with thread_map(2) as parallel:
+        try:
+            list(parallel(lambda _: (os.kill(os.getpid(), NUMBER), time.sleep(PATIENCE)), range(5)))
+        finally:
+            print("cleaned up")
+
+with ended_by_its_signal():
+    as_program(main)()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize(("number", "code"), [("signal.SIGINT", -2), ("signal.SIGTERM", 143)])
+def test_an_interrupted_command_does_not_wait_for_threads_at_work(
+    environment: dict[str, str], number: str, code: int
+) -> None:
+    program = WORKING.replace("NUMBER", number).replace("PATIENCE", str(4 * PATIENCE))
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE)
+    assert (done.returncode, done.stdout, done.stderr) == (code, "cleaned up\n", "")
+
+
 @pytest.mark.gl
 @pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])

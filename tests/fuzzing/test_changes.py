@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fuzz import seeds
+from fuzz import gltf_seeds, seeds
 from fuzz.bytes_changes import bounded, change_bytes, change_text
 from fuzz.container_changes import change_exr, change_glb, change_npy, change_npz, change_png
 from fuzz.tree_changes import change_json, change_yaml
@@ -67,7 +67,7 @@ def test_arrays_have_headers() -> None:
 
 
 def test_lengths_in_glb_files_fit() -> None:
-    data = seeds.gltfs()[1]["mesh.glb"]
+    data = gltf_seeds.gltfs()[1]["mesh.glb"]
     for seed in TIMES:
         changed = change_glb(data, random.Random(seed))
         length = int.from_bytes(changed[12:16], "little")

@@ -98,7 +98,7 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
         made.mkdir()
         with damaged(path):
             assets = list(_write_models(scene, [*own, *surroundings], made, _external(path, sources), report))
-        values, notes = _values(scene, assets, made)
+        values, notes = _values(path, scene, assets, made)
         file = made / f"{file_name(path.stem, 'scene')}.yaml"
         file.write_text("\n".join([f"# Made from {double_quoted(path.name)}", *_scene_lines(values)]) + "\n", "utf-8")
         load_scene(file)
@@ -181,11 +181,11 @@ def _unused(name: str, taken: set[str]) -> str:
     return found
 
 
-def _values(scene: GltfScene, assets: list[_Asset], folder: Path) -> tuple[dict[str, Any], list[str]]:
+def _values(path: Path, scene: GltfScene, assets: list[_Asset], folder: Path) -> tuple[dict[str, Any], list[str]]:
     """Return the values of the scene file, whose files of places are written, and notes about it."""
     every = np.concatenate([asset.position for asset in assets])
     if (far := np.abs(every).max()) > MAX_COORDINATE:
-        raise InputError(f"{folder.name}: an object is {far:g} m from the origin, the limit is {MAX_COORDINATE:g} m")
+        raise InputError(f"{path}: an object is {far:g} m from the origin, the limit is {MAX_COORDINATE:g} m")
     environment, notes = environment_values(scene.lights)
     values: dict[str, Any] = {"version": 1, "assets": {}, "objects": [], "environment": environment}
     if scene.cameras:
@@ -231,7 +231,7 @@ def _objects(asset: _Asset, drawn: dict[str, str], folder: Path) -> list[dict[st
     objects = []
     for row, name in enumerate(model.names):
         turned = {"yaw": yaw[row], "pitch": pitch[row], "roll": roll[row]}
-        values = {"name": name[:100]} if name else {}
+        values: dict[str, Any] = {"name": name[:100]} if name else {}
         values |= {"asset": asset.name, "position": [round(float(at), 6) + 0.0 for at in asset.position[row]]}
         values |= {key: round(float(angle), 6) for key, angle in turned.items() if abs(angle) > 1e-5}
         if abs(model.scale[row] - 1) > 1e-6:

@@ -108,7 +108,6 @@ def read_gltf_scene(path: Path, sources: Sources) -> GltfScene:
     """
     data = sources.read(path)
     header = gltf.read_header(data, path)
-    gltf.check_header(header, path, known=gltf.INSTANCING)
 
     def read(uri: str) -> bytes:
         if (file := find(uri, [path.parent], sources)) is None:
@@ -116,6 +115,7 @@ def read_gltf_scene(path: Path, sources: Sources) -> GltfScene:
         return sources.read(file)
 
     with damaged(path):
+        gltf.check_header(header, path, known=gltf.INSTANCING)
         if is_posed(header):
             check_mesh_memory(*posed_size(header), path)
         accessors = Accessors(header, data, read)
@@ -127,7 +127,7 @@ def damaged(path: Path) -> Iterator[None]:
     """Report wrong types and values in the header of the file `path`, met in a `with` block, as an InputError."""
     try:
         yield
-    except (ValueError, TypeError, LookupError, AttributeError, OverflowError) as error:
+    except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of glTF ({reason})") from error
 

@@ -191,7 +191,7 @@ class _Subset:
     def _texture(self, source: Header) -> Header | None:
         """Return the entry of a texture; None if no picture of it is there."""
         texture = {"sampler": self._once("samplers", source["sampler"], dict)} if "sampler" in source else {}
-        found = {}
+        found: Header = {}
         if "source" in source and (image := self._once("images", source["source"], self._image(source["source"]))) >= 0:
             texture["source"] = image
         for name, extension in object_under(source, "extensions").items():

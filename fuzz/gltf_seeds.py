@@ -1,0 +1,112 @@
+"""Make the glTF files that fuzzing begins with."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from fuzz.case import Files
+from fuzz.container_changes import glb
+from fuzz.seeds import CORNERS, FACES, HOSTILE, hostile, picture
+
+
+def _gltf(image: str, buffer: str | None) -> tuple[dict[str, Any], bytes]:
+    """Return the header and the buffer of a textured tetrahedron with normals, colours and a hierarchy of nodes."""
+    columns = [CORNERS, CORNERS + 0.1, CORNERS[:, :2].copy(), np.ones((4, 4), np.float32), FACES]
+    views, data = [], b""
+    for values in columns:
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes})
+        data += values.tobytes()
+    kinds = [("VEC3", 5126, 4), ("VEC3", 5126, 4), ("VEC2", 5126, 4), ("VEC4", 5126, 4), ("SCALAR", 5123, 12)]
+    accessors = [
+        {"bufferView": k, "componentType": kind, "count": count, "type": name, "byteOffset": 0}
+        for k, (name, kind, count) in enumerate(kinds)
+    ]
+    accessors[0] |= {"min": [0, 0, 0], "max": [1, 1, 1]}
+    rough = {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 0.5, 0.5, 1], "roughnessFactor": 0.5}
+    attributes = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "COLOR_0": 3}
+    header: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"children": [1, 2], "translation": [0, 1, 0]}, {"mesh": 0, "scale": [1, 2, -1]},
+                  {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 2, 0, 0, 1]}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 4, "material": 0, "mode": 4}]}],
+        "materials": [{"name": "m", "pbrMetallicRoughness": rough}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": image}],
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": len(data)} | ({} if buffer is None else {"uri": buffer})],
+        "extensionsUsed": ["KHR_materials_unlit"],
+        "extensionsRequired": ["KHR_materials_unlit"],
+    }  # fmt: skip
+    return header, data
+
+
+def _posed(header: dict[str, Any]) -> dict[str, Any]:
+    """Return a header of `_gltf` with a skin, a shape key, sparse values and a transformed texture."""
+    posed: dict[str, Any] = json.loads(json.dumps(header))
+    accessors = posed["accessors"]
+    sparse = {"count": 2, "indices": {"bufferView": 4, "componentType": 5123}, "values": {"bufferView": 2}}
+    accessors[2]["sparse"] = sparse
+    accessors.append({"bufferView": 4, "componentType": 5121, "count": 4, "type": "VEC4"})  # joints 0 to 3
+    primitive = posed["meshes"][0]["primitives"][0]
+    primitive["attributes"] |= {"JOINTS_0": 5, "WEIGHTS_0": 3}
+    primitive["targets"] = [{"POSITION": 1}]
+    posed["meshes"][0]["weights"] = [0.5]
+    posed["nodes"][1]["skin"] = 0
+    posed["skins"] = [{"joints": [0, 1, 2, 0]}]
+    transform = {"offset": [0.1, 0], "rotation": 0.5, "scale": [2, 1], "texCoord": 0}
+    texture = posed["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    texture["extensions"] = {"KHR_texture_transform": transform}
+    return posed
+
+
+def _stage(header: dict[str, Any]) -> dict[str, Any]:
+    """Return a header of `_gltf` with instances, a camera and a light, and copies of a mesh and of a group."""
+    stage: dict[str, Any] = json.loads(json.dumps(header))
+    stage["meshes"].append(stage["meshes"][0])
+    stage["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]
+    lamp = {"type": "spot", "color": [1, 0.5, 0], "intensity": 50, "range": 9, "spot": {"outerConeAngle": 0.5}}
+    stage["extensions"] = {"KHR_lights_punctual": {"lights": [lamp]}}
+    instances = {"attributes": {"TRANSLATION": 0, "ROTATION": 3, "SCALE": 1}}
+    stage["nodes"] += [
+        {"children": [4, 5], "scale": [2, 2, 2]},
+        {"mesh": 0, "translation": [0, 3, 0]},
+        {"mesh": 1, "rotation": [0, 0.6, 0, 0.8]},
+        {"mesh": 1, "extensions": {"EXT_mesh_gpu_instancing": instances}},
+        {"camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}},
+    ]
+    stage["scenes"][0]["nodes"] += [3, 6, 7]
+    return stage
+
+
+def gltfs() -> list[Files]:
+    header, data = _gltf("skin.png", "mesh.bin")
+    beside = {"mesh.bin": data, "skin.png": picture("PNG")}
+    inner, _ = _gltf("skin.png", None)
+    strip = json.loads(json.dumps(inner))
+    strip["meshes"][0]["primitives"][0] |= {"mode": 5, "attributes": {"POSITION": 0, "COLOR_0": 3}}
+    strip["meshes"][0]["primitives"][0].pop("material")
+    glass = json.loads(json.dumps(inner))
+    glass["materials"][0] |= {
+        "alphaMode": "BLEND",
+        "emissiveFactor": [0.0, 0.5, 1.0],
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 4.0},
+            "KHR_materials_transmission": {"transmissionFactor": 0.5},
+        },
+    }
+    relief = json.loads(json.dumps(inner))
+    relief["materials"][0]["normalTexture"] = {"index": 0, "scale": 0.5, "texCoord": 0}
+    made = [
+        {"mesh.gltf": json.dumps(header).encode()} | beside,
+        {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
+        {"tall.glb": glb(json.dumps(strip).encode(), data)},
+        {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
+        {"relief.glb": glb(json.dumps(relief).encode(), data), "skin.png": picture("PNG")},
+        {"posed.glb": glb(json.dumps(_posed(inner)).encode(), data), "skin.png": picture("PNG")},
+        {"stage.glb": glb(json.dumps(_stage(inner)).encode(), data), "skin.png": picture("PNG")},
+    ]
+    return made + hostile("*.gl*", HOSTILE / "meshes")
