@@ -1,4 +1,4 @@
-"""An impostor that was warped before the viewer moved shows its surface where it is now (shaders/composite/parallax.glsl)."""
+"""An impostor warped before the viewer moved shows its surface where it is now (shaders/composite/parallax.glsl)."""
 
 import numpy as np
 import pytest

@@ -42,7 +42,7 @@ void main() {
 
 
 def seen(device: Device, folder: Path, right: float) -> Array:
-    """What pixels (COUNT, 4) between texels of the depths NEAR and `right` show: depth, how far right, uncovered, owner."""
+    """What pixels (COUNT, 4) between texels of depths NEAR and `right` show: depth, how far right, uncovered, owner."""
     for name, text in (("test.vert", VERTEX), ("test.frag", FRAGMENT)):
         (folder / name).write_text(f"// Tests.\n{text}")
     scope = device.scope("test")

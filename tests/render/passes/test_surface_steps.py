@@ -9,7 +9,7 @@ from studio import Studio
 
 @pytest.mark.parametrize("height", [0.1, 0.2])
 def test_a_blue_block_on_a_red_base_has_no_purple_rim(studio: Studio, height: float) -> None:
-    """Seen from above, at five and ten texels of depth: texels of both surround the rim, and only one's may be blended."""
+    """From above, at five and ten texels of depth: texels of both surround the rim, and only one's may be blended."""
     base = box(1, 0.3, 1, (0, 0.15, 0), colour=(255, 20, 20))
     block = box(0.5, height, 0.5, (0, 0.3 + height / 2, 0), colour=(20, 20, 255))
     library = ShapeLibrary([joined(base, block)], resolution=48, layers=1)
