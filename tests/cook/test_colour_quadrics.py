@@ -44,6 +44,14 @@ def test_colours_that_are_linear_cost_nothing_anywhere_in_the_plane() -> None:
     np.testing.assert_allclose(best_colours(both[1], at), [[0.56, 0.62, 0.45]], atol=1e-12)
 
 
+def test_beyond_a_surface_colours_do_not_leave_their_range() -> None:
+    """Else a vertex that moves past the end of a gradient is brighter than white, or wraps around to black."""
+    point, corners = _fan()
+    colours = np.clip(0.5 + 0.5 * point[:, [0, 0, 1]] * [1, -1, 1], 0, 1)
+    _, tint = colour_quadrics(point, corners, colours[corners], np.ones(7, bool))
+    np.testing.assert_allclose(best_colours(tint[:1].T, np.array([[3.0, 0, 0]])), [[1, 0, 0.5]], atol=1e-9)
+
+
 def test_places_with_several_colours_have_none() -> None:
     point, corners = _fan()
     single = np.arange(7) != 0

@@ -111,7 +111,9 @@ def test_a_narrow_thing_that_comes_into_an_even_tile_is_searched_for() -> None:
     assert (classes[1:-1, 0] == TileClass.SMOOTH).all()
 
 
-def test_only_what_is_farther_than_what_is_beside_it_keeps_to_itself() -> None:
+@pytest.mark.parametrize(("nearer", "keeps"), [(3.0, True), (6.5, True), (6.8, False)])
+def test_only_what_is_farther_than_what_is_beside_it_keeps_to_itself(nearer: float, keeps: bool) -> None:
+    """Else what stands half a metre before a wall has a halo of its own colours there; of a slope nothing keeps so."""
     distances = np.full((3, 6), 7.0)
-    distances[:, 2:4] = 3.0
-    assert beside_nearer(distances)[1].tolist() == [False, True, False, False, True, False]
+    distances[:, 2:4] = nearer
+    assert beside_nearer(distances)[1].tolist() == [False, keeps, False, False, keeps, False]

@@ -192,6 +192,20 @@ def test_what_lies_below_an_edge_has_its_own_colour(studio: Studio) -> None:
     assert (bluish & (y < 0.297)).sum() < 0.008 * bluish.sum()
 
 
+def test_relief_deeper_than_a_slab_ends_at_its_base(studio: Studio) -> None:
+    """Else its top sinks 20 cm into the floor, and out of the bounds by which objects are culled and tiles are cut."""
+    mesh, camera = box(1, 0.1, 1, (0, 0.05, 0)), Camera((0, 1.5, 2), (0, 0, 0), 0.6)
+    level = np.zeros((8, 8, 3), np.float32) + np.array([0.3, 0, 0], np.float32)
+    library = ShapeLibrary([mesh], [replace(bake(mesh, 48, 1), meso=Meso(relief=level, tile=(0.5, 0.5), height=0.3))])
+    _, metres = picture(studio, library, 0, Representation.DPCI, camera)
+    height, width = metres.shape
+    up = 1 - 2 * (np.arange(height) + 0.5) / height
+    rays = np.stack([0 * up, up, 0 * up + 1], -1) @ View(camera, (width, height)).ray_from_screen.T
+    y = (1.5 + rays[:, 1:2] * metres)[np.isfinite(metres)]
+    assert len(y) > 4000 and np.percentile(y, 20) == pytest.approx(0, abs=0.005)
+    assert y.min() > -0.01
+
+
 def test_relief_too_small_to_see_is_shading_only(studio: Studio, pillars: ShapeLibrary) -> None:
     camera = Camera((0.3, 1.2, 2.6), (0, 1, 0), 0.55)
     plain, flat = picture(studio, pillars, 1, Representation.DPCI, camera)

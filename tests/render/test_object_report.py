@@ -115,6 +115,20 @@ def test_a_mesh_is_described(stage: Stage) -> None:
     assert mesh.mesh_triangles > 1000 and mesh.images is None and not mesh.impostors
 
 
+def test_each_of_two_meshes_is_told_apart(gl_device: Device, library: ShapeLibrary) -> None:
+    """One that stands in another's place, as an urn on its pedestal, and one of the same asset farther away."""
+    placed = (CRATE, AHEAD, 0.0, 1.0), (BALL, AHEAD, 0.0, 1.6), (BALL, (3, 0, -25), 0.0, 1.6)
+    with Stage(gl_device, library, *placed, representation=Representation.MESH_LOD) as stage:
+        stage.draw(view_of((0.0, 1.0, 5.0)))
+        meshes = [stage.report(number).mesh for number in range(3)]
+        triangles = stage.renderer.world.table().meshes.triangles
+        assert all(
+            mesh and mesh.triangles == triangles[asset, mesh.level]
+            for mesh, asset in zip(meshes, (0, 1, 1), strict=True)
+        )
+        assert meshes[0] and meshes[1] and meshes[2] and meshes[0].triangles == 12 and meshes[1].level < meshes[2].level
+
+
 def test_what_is_hidden_is_not_drawn_nor_what_is_out_of_sight(gl_device: Device, library: ShapeLibrary) -> None:
     crowd = [(BALL, (x, 0, -12 - z), 0.0, 1.0) for x in range(-5, 6) for z in range(20)]
     with Stage(gl_device, library, (CRATE, AHEAD, 0.0, 9.0), *crowd) as stage:

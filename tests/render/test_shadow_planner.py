@@ -58,9 +58,13 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
         cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
     )
 
-    def planned(params: ShadowParams, lamps: tuple[Any, ...] = (), **environment: dict[str, float]) -> Shadows:
+    def planned(
+        params: ShadowParams, lamps: tuple[Any, ...] = (), detail: float = 1.0, **environment: dict[str, float]
+    ) -> Shadows:
         light = lighting(Environment.model_validate({**environment}))
-        return planner.plan(VIEW, light, lamps, params, magnification=2.0, uploads=residency, may_wait=True)
+        return planner.plan(
+            VIEW, light, lamps, params, magnification=2.0, uploads=residency, may_wait=True, detail=detail
+        )
 
     return planned
 
@@ -75,6 +79,15 @@ def test_the_sun_has_maps_of_what_is_on_the_gpu_and_farther_ones_are_coarser(pla
     assert {row for map_ in shadows.sun for row in map_.rows} == {0}
     assert shadows.may_wait and shadows.lamps == shadows.tiles == {}
     assert shadows.sun[0].rule.magnification == 2.0
+
+
+@pytest.mark.parametrize("detail", [0.25, 1.0])
+def test_coarser_maps_of_the_sun_are_provisional(plan: Callable[..., Any], detail: float) -> None:
+    """Else the nearest is drawn again as a whole in the second frame of a walk, which stutters there."""
+    shadows = plan(ShadowParams(enabled=True, triangles_per_texel=16.0), [lamp(0.0)], detail=detail)
+    assert [map_.rule.triangles_per_pixel for map_ in shadows.sun] == [16 * detail, 4 * detail, detail]
+    assert [map_.provisional for map_ in shadows.sun] == [detail < 1] * 3
+    assert [map_.provisional for map_ in shadows.lamps.values()] == [False]  # they are never drawn by and by
 
 
 @pytest.mark.parametrize(("params", "environment"), [(ShadowParams(enabled=True), DARK), (ShadowParams(), {})])

@@ -33,6 +33,7 @@ def value_of(text: str) -> Any:
         ("r:\n    a: 1\n\n# end\n", {"r": {"b": {"c": 1}}}, "r:\n    a: 1\n    b: {c: 1}\n\n# end\n"),
         ("r:\n  a: 1\n  # b: 2\ns: 1\n", {"r": {"b": 3}}, "r:\n  a: 1\n  # b: 2\n  b: 3\ns: 1\n"),
         ("r:  # why\ns: 1\n", {"r": {"b": 3}}, "r:  # why\n  b: 3\ns: 1\n"),
+        ("q:\n    a: 1\nr:\n", {"r": {"b": 3}}, "q:\n    a: 1\nr:\n    b: 3\n"),  # indented as the rest
         ("r:\n  # b: 2\ns: 1\n", {"r": {"b": 3}}, "r:\n  # b: 2\n  b: 3\ns: 1\n"),
         ("r:   # why\n", {"r": 3}, "r: 3   # why\n"),
         ("r: ~  # why\n", {"r": {"b": {"c": 3}}}, "r: {b: {c: 3}}  # why\n"),

@@ -9,6 +9,7 @@ from typing import Any, cast
 import pytest
 from imgui_bundle import imgui
 from imgui_bundle._imgui_bundle.imgui import IO
+from PIL import Image
 
 from depthwalk.errors import InputError
 from depthwalk.params import Params
@@ -174,6 +175,20 @@ def test_a_copy_that_would_show_other_models_is_refused(
     with pytest.raises(InputError, match="other models"):
         save_as_new(scene, {"render": {"aa": "none"}})
     assert sorted(os.listdir(tmp_path)) == sorted([*files, "ball.ply"])
+
+
+@pytest.mark.parametrize("part", ["sky: {model: image, image: picture.png}", "ground: {texture: picture.png, tile: 1}"])
+def test_a_copy_that_would_show_another_sky_or_ground_is_refused(tmp_path: Path, scene_file: Path, part: str) -> None:
+    models = tmp_path / "models"
+    models.mkdir()
+    for folder, grey in (models, 10), (tmp_path, 200):
+        Image.new("RGB", (4, 2), (grey, grey, grey)).save(folder / "picture.png")
+    scene_file.write_text(f"version: 1\nenvironment: {{{part}}}\n")
+    (tmp_path / "picture.png").rename(tmp_path / "later.png")
+    scene = load_scene(scene_file, [models])
+    (tmp_path / "later.png").rename(tmp_path / "picture.png")
+    with pytest.raises(InputError, match="other models"):
+        save_as_new(scene, {"render": {"aa": "none"}})
 
 
 def rows_of(io: IO, state: State, width: int) -> dict[str, tuple[float, float, float, float]]:

@@ -180,6 +180,13 @@ def test_the_budget_holds_until_tiles_are_too_far_off(walk: Callable[..., Any]) 
     assert 1 < worst <= HARDEST
 
 
+def test_no_budget_lets_a_tile_be_more_than_four_times_as_far_off_as_allowed(walk: Callable[..., Any]) -> None:
+    """Else the objects beside a viewer who walks on lag behind the others, by ever more pixels."""
+    steps = walk(triangle_budget=0)
+    worst = [steps.frame((0.05 * k, 1, 9), (0.05 * k, 0.5, 0)).counts["tile_error"] for k in range(30)]
+    assert 3 < max(worst) <= 4
+
+
 def test_a_full_atlas_lowers_the_resolution_and_says_so(walk: Callable[..., Any]) -> None:
     steps = walk()
     steps.atlas = (256, 128)

@@ -44,6 +44,18 @@ def test_no_sphere_that_shadows_a_seen_point_is_left_out(sun: Any, ahead: Any, s
     assert prism.meets(spheres, 1e-6).all()
 
 
+@pytest.mark.parametrize("sun", [(0.0, 1.0, 0.0), (0.4, 0.8, -0.3), (-1.0, 0.2, 0.5)])
+def test_what_stands_at_the_lowest_point_in_sight_is_not_left_out(sun: tuple[float, float, float]) -> None:
+    """Else a stone at the lower edge of the picture lies in the sun without a shadow of its own."""
+    view, axes = View(Camera((0, 2, 0), (0, 1, -1), 1.0), SIZE, near=0.1, far=30.0), light_axes(np.array(sun))
+    corners = np.array([(x, y, 1.0) for x in (-1, 1) for y in (-1, 1)]) @ view.ray_from_screen.T
+    points = view.position + np.concatenate([0.1 * corners, 30 * corners])
+    lowest = points[(points @ axes[2]).argmin()]
+    centres = lowest - np.array([0.0, 0.5, 0.9, 1.1])[:, None] * axes[2]
+    met = SeenPrism.of(view, axes, 50.0).meets(Bounds(centres, np.ones(4)), 0.0)
+    assert met.tolist() == [True, True, True, False]
+
+
 def test_what_shadows_nothing_in_sight_is_left_out() -> None:
     view = View(Camera((0, 2, 0), (0, 2, -1), 1.0), SIZE, near=0.1, far=30.0)
     prism = SeenPrism.of(view, light_axes(np.array([0.0, 1.0, 0.0])), 50.0)  # the sun in the zenith

@@ -20,6 +20,14 @@ def test_a_slope_has_a_height_everywhere() -> None:
     assert footing(slope).heights(1 + 1j).min() == pytest.approx(0.5 - 0.04)
 
 
+@pytest.mark.parametrize(("degrees", "carries"), [(75, True), (82, False)])
+def test_what_is_nearly_upright_carries_nobody(degrees: float, carries: bool) -> None:
+    """Else who walks past a kerb is lifted and dropped by its side, by what one foot happens to be above."""
+    rise = np.tan(np.radians(degrees))
+    side = np.array([[[0.0, 0, -1], [0, 0, 1], [1, rise, 0]]])
+    assert (len(footing(side).heights(0.3 + 0j)) > 0) is carries
+
+
 @pytest.mark.parametrize(
     ("heights", "stands"),
     [([], None), ([0.0, 0.3], 0.3), ([0.0, 0.4], 0.0), ([-2.0], -2.0), ([0.5], None), ([0.0, 0.3, 1.9], 0.0)],

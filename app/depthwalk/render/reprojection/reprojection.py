@@ -33,7 +33,6 @@ BEYOND = 1e6  # metres: the distance that stands for the sky, where nothing was 
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 DAMPING = 0.75  # least length of a step along a ray ahead, over that which is right for a floor; see search.glsl
 CELL = 16  # pixels along the side of a cell; the nearest surface of each cell is known
-_NEAREST = 1.0  # metres: nearer surfaces are ignored when choosing which cells of the screen need the surround
 _Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 _CORNERS = places(1)  # of these cells
 _JUDGED = 16, 12  # columns and rows of rays that estimate how much of a view a picture holds
@@ -187,7 +186,7 @@ class Reprojection:
         defines = ("EXACT",) if same and is_part else ("TURNED",)
         uniforms = self._search_uniforms(view.size, seen) | self._picture_uniforms(view)
         uniforms["margin"] = wide // 2, high // 2
-        lacking = self._lacking(*seen[:2])
+        lacking = self._lacking(seen[0])
         with self._gl.state(into=screen):
             self._fill(defines, ~lacking, uniforms)
             if lacking.any():
@@ -240,14 +239,14 @@ class Reprojection:
             screen.viewport = whole
         self._rehearsed = True
 
-    def _lacking(self, rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> Mask:
-        """Return which cells of the screen may reach beyond the finished picture, (CELL_ROWS · CELL_COLUMNS,).
+    def _lacking(self, rays: NDArray[np.float64]) -> Mask:
+        """Return which cells of the screen reach beyond the finished picture, (CELL_ROWS · CELL_COLUMNS,).
 
-        Surfaces nearer than `_NEAREST` are ignored. Arguments: see `seen_from`.
+        rays: see `seen_from`; of a camera that stands where the picture's camera stood.
         """
         assert self.view is not None
-        far = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])]) @ rays.T
-        return np.asarray(~(shows(self.view, far) & shows(self.view, viewer + _NEAREST * far)).all(1))
+        corners = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])])
+        return np.asarray(~shows(self.view, corners @ rays.T).all(1))
 
     def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> None:
         """Find how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
