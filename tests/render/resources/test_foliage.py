@@ -1,4 +1,4 @@
-"""Only surfaces too large for their box count as foliage, whatever their size; a viewer among leaves sees their backs."""
+"""Only surfaces too large for their box are foliage, whatever their size; from within one sees the backs of leaves."""
 
 import numpy as np
 import pytest
