@@ -73,6 +73,16 @@ def test_the_help_fits_a_small_window(overlay_io: IO, width: int, left: float) -
     assert (window.draw_list.vtx_buffer[0].col >> 24 == 255) == over_the_hud  # or texts are read through each other
 
 
+def test_the_help_begins_within_a_tiny_window(overlay_io: IO) -> None:
+    overlay_io.display_size = imgui.ImVec2(200, 150)
+    for _ in range(3):
+        imgui.new_frame()
+        draw_help(0.0, 200.0)
+        imgui.render()
+    window = imgui.internal.find_window_by_name("help")
+    assert 0 <= window.pos.x < 10 and 0 <= window.pos.y < 10
+
+
 def slow_walk() -> Any:
     """What the HUD reads of a walk through a large scene on a slow machine, where every row has much to say."""
     times, scene_times = FrameTimes(), FrameTimes()

@@ -31,7 +31,7 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
 from depthwalk.walk import NoDisplayError, app
-from depthwalk.walk.window import open_window
+from depthwalk.walk.window import larger_size, open_window
 from window_program import PATIENCE, SCENE, Program, User, names
 
 missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
@@ -375,24 +375,42 @@ def test_waiting_for_an_event_ends_with_it(display: None) -> None:
 DENSITY = """
 from depthwalk.walk.window import desktop_density, open_window, wait_for_event
 
-window = open_window("dense", (96, 64))
-for _ in range(20):
-    wait_for_event(0.01)
-print(desktop_density(window), *window.buffer_size)
-window.destroy()
+for enlarged in False, True:
+    window = open_window("dense", (96, 64), enlarged=enlarged)
+    for _ in range(20):
+        wait_for_event(0.01)
+    print(desktop_density(window), *window.buffer_size)
+    window.destroy()
 """
 
 
 @linux
 @pytest.mark.skipif(shutil.which("xprop") is None, reason="xprop is not installed")
-@pytest.mark.parametrize(("dots", "density"), [("96", "1.0"), ("192", "2.0")])
-def test_a_dense_desktop_tells_its_density_and_leaves_windows_their_size(
-    display: None, dots: str, density: str
+@pytest.mark.parametrize(("dots", "density", "large"), [("96", "1.0", "96 64"), ("192", "2.0", "192 128")])
+def test_a_dense_desktop_tells_its_density_and_enlarges_only_windows_that_ask_for_it(
+    display: None, dots: str, density: str, large: str
 ) -> None:
     name = "RESOURCE_MANAGER"  # where settings of the desktop stand
     subprocess.run(["xprop", "-root", "-f", name, "8s", "-set", name, f"Xft.dpi:\t{dots}\n"], check=True)
     done = subprocess.run([sys.executable, "-c", DENSITY], capture_output=True, text=True, timeout=PATIENCE)
-    assert done.stdout.split() == [density, "96", "64"], done.stderr
+    assert done.stdout.splitlines() == [f"{density} 96 64", f"{density} {large}"], done.stderr
+
+
+@pytest.mark.parametrize(
+    ("factor", "room", "expected"),
+    [
+        (2.0, (3840, 2160), (2048, 1536)),
+        (2.0, (2560, 1152), (1536, 1152)),  # as high as the screen, in the same proportions
+        (1.5, (1280, 2160), (1280, 960)),
+        (2.0, (800, 600), (1024, 768)),  # never smaller than it was
+        (0.75, (3840, 2160), (1024, 768)),
+        (2.0, (-10, 0), (1024, 768)),  # a desktop that tells nothing
+    ],
+)
+def test_a_window_grows_as_far_as_the_screen_has_room(
+    factor: float, room: tuple[int, int], expected: tuple[int, int]
+) -> None:
+    assert larger_size((1024, 768), factor, room) == expected
 
 
 @linux

@@ -266,8 +266,9 @@ def describe(baked: Baked | Kept, resolution: int) -> str:
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())
     parts = f"{baked.parts} parts, " if baked.parts > 1 else ""
     side = f"at most {resolution}" if baked.parts > 1 else f"{resolution}"
+    triangles = f"{baked.triangles} triangle{'' if baked.triangles == 1 else 's'}"
     return (
-        f"{baked.out}: {baked.triangles} triangles, {parts}{baked.images} images of {side}², "
+        f"{baked.out}: {triangles}, {parts}{baked.images} images of {side}², "
         f"{baked.bytes / 1e6:.1f} MB, {100 * baked.left_out:.2f} % of the visible surface left out; "
         f"{sum(baked.seconds.values()):.2f} s ({stages})"
     )

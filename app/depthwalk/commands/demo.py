@@ -17,8 +17,8 @@ from depthwalk.commands.options import (
     Quiet,
     RepresentationName,
     RepresentationOption,
-    Resolution,
     Verbose,
+    WindowResolution,
 )
 from depthwalk.commands.program import guarded, without_garbage_collection
 from depthwalk.commands.signals import end_if_interrupted
@@ -48,7 +48,7 @@ def main(
     name: Annotated[
         DemoScene, typer.Argument(metavar="SCENE", help="Scene to show: garden, night or room.")
     ] = DemoScene.GARDEN,
-    resolution: Resolution = DEFAULT_RESOLUTION,
+    resolution: WindowResolution = None,
     fullscreen: Fullscreen = False,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     frames: Frames = None,
@@ -61,7 +61,7 @@ def main(
     H shows the keys, P plays the tour. Without a display, the tour is rendered to files in ./depthwalk-demo; --frames
     limits their number.
     """
-    size = parse_resolution(resolution)
+    size = None if resolution is None else parse_resolution(resolution)
     with ExitStack() as closed_at_end:
         with without_garbage_collection():
             from depthwalk.assets.background import BackgroundLibrary
@@ -86,7 +86,7 @@ def main(
             )
         except walk.NoDisplayError as error:
             print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
-            render_tour(name, scene, library, tour, frames, size, chosen)
+            render_tour(name, scene, library, tour, frames, size or parse_resolution(DEFAULT_RESOLUTION), chosen)
 
 
 def render_tour(

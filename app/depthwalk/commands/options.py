@@ -105,6 +105,15 @@ SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file
 Resolution = Annotated[
     str, typer.Option("--resolution", metavar="W,H|WxH", help="Width and height of the picture, pixels.")
 ]
+WindowResolution = Annotated[
+    str | None,
+    typer.Option(
+        "--resolution",
+        metavar="W,H|WxH",
+        help="Width and height of the window, pixels.",
+        show_default="1024,768, more on a dense screen",
+    ),
+]
 CameraPosition = Annotated[
     str | None, typer.Option("--camera-position", metavar="X,Y,Z", help="Position of the camera, metres.")
 ]

@@ -9,7 +9,6 @@ import typer
 from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import open_in_window, parse_camera, parse_resolution, representation
 from depthwalk.commands.options import (
-    DEFAULT_RESOLUTION,
     AssetRoots,
     CacheLimit,
     CameraAngle,
@@ -21,10 +20,10 @@ from depthwalk.commands.options import (
     Quiet,
     RepresentationName,
     RepresentationOption,
-    Resolution,
     Settings,
     Sky,
     Verbose,
+    WindowResolution,
     named_file,
 )
 from depthwalk.commands.program import guarded, without_garbage_collection
@@ -44,7 +43,7 @@ def main(
     ] = None,
     path: PathOption = None,
     fullscreen: Fullscreen = False,
-    resolution: Resolution = DEFAULT_RESOLUTION,
+    resolution: WindowResolution = None,
     camera_position: CameraPosition = None,
     camera_target: CameraTarget = None,
     camera_view_angle: CameraAngle = None,
@@ -62,7 +61,7 @@ def main(
 
     H shows the keys. Other scenes, meshes and camera paths may be dropped on the window.
     """
-    size = parse_resolution(resolution)
+    size = None if resolution is None else parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
     first = scene or shipped_file("garden.yaml")
 

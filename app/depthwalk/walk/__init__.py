@@ -19,6 +19,8 @@ from depthwalk.walk.window import NoDisplayError, open_window, title_of
 
 __all__ = ["NoDisplayError", "run"]
 
+_USUAL_SIZE = 1024, 768  # of a window, on a desktop that does not enlarge what it shows
+
 
 def run(
     scene: Scene,
@@ -26,7 +28,7 @@ def run(
     *,
     path: CameraPath | None = None,
     fullscreen: bool = False,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] | None = None,
     representation: Representation | None = None,
     first_camera: Callable[[Camera, FrameAll], Camera] = lambda camera, frame_all: camera,
     read: Callable[[Path], Scene] = load_scene,
@@ -47,7 +49,8 @@ def run(
     fullscreen
         Whether to use the whole screen.
     size
-        (width, height) of the window, in coordinates of the desktop.
+        (width, height) of the window, in coordinates of the desktop. None: 1024 × 768, and as much more as the desktop
+        enlarges what it shows and the screen has room for.
     representation
         How to draw every object; None follows the scene.
     first_camera
@@ -74,7 +77,7 @@ def run(
     """
     with ThreadPoolExecutor(1) as threads:  # starting the driver takes as long as half of the imports
         app = threads.submit(import_module, "depthwalk.walk.app")
-        window = open_window(title_of(scene.path), size, fullscreen)
+        window = open_window(title_of(scene.path), size or _USUAL_SIZE, fullscreen, enlarged=size is None)
     try:
         walk_in = app.result().walk_in
     except BaseException:

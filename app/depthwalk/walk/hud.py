@@ -112,7 +112,8 @@ def draw_help(left: float, right: float) -> None:
     fits = right - left > 2 * half
     middle = (left + right) / 2 if fits else max(half, right - half)  # over the HUD if there is no room, then opaque
     imgui.push_style_var(imgui.StyleVar_.cell_padding, CLOSE_ROWS)
-    begin_overlay("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92 if fits else 1.0)
+    # Placed by its left end, where the keys are: imgui makes it no wider than the window.
+    begin_overlay("help", (middle - half, display.y / 2), (0.0, 0.5), alpha=0.92 if fits else 1.0)
     draw_table("help", HELP)
     if not fits:
         imgui.internal.bring_window_to_display_front(imgui.internal.get_current_window())

@@ -41,7 +41,10 @@ class DmeshPass(Pass[Params]):
             program, array = self._programs[defines], asset.array(self._arrays[defines], number)
             asset.use_geometry(program, frame.common.lod)
             with self.gl.state(
-                into=frame.targets.visibility, depth_test=LESS, cull=True, wireframe=frame.common.wireframe
+                into=frame.targets.visibility,
+                depth_test=LESS,
+                cull=not asset.shows_backs,
+                wireframe=frame.common.wireframe,
             ):
                 for batch in batches:
                     program.set(first=first_object_id + batch.first)

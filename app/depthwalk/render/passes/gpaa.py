@@ -79,7 +79,7 @@ class GpaaPass(Pass[GpaaParams]):
             edges = self._edges_of(batch, partial(images.shape, batch.indices))
             placed = frame.plan.dmesh.records[batch.first : batch.first + batch.count]
             # Smooth surfaces, without creases except at cuts.
-            lines.append(silhouette_lines(edges, frame.view, placed, np.pi, solid=True))
+            lines.append(silhouette_lines(edges, frame.view, placed, np.pi, solid=not images.shows_backs))
         if (ground := _ground(frame)) is not None:
             lines.append(_ground_lines(frame.view, ground))
         return np.concatenate(lines)

@@ -15,12 +15,14 @@ import numpy as np
 from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.images import BakedObject, Cylinder, Face
 from depthwalk.bake.meso import Meso
+from depthwalk.cook.cases import ALL_PIECES, piece_runs
 from depthwalk.cook.index_chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import GRID_LAYOUT, VERTEX_BYTES, LodGeometry, vertex_positions
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Packed, Program
+from depthwalk.render.resources.foliage import is_foliage
 from depthwalk.render.resources.surface_texture import SurfaceTexture
 from depthwalk.scene.object_settings import LodParams
 
@@ -45,6 +47,8 @@ class DepthObject:
         The type of the indices.
     chunks
         The runs of indices that one draw call can take, small enough for 16 bits.
+    finest
+        First index and number of indices of the runs that draw the object in all its detail.
     texture
         Colours and normals; None until `TextureStreaming.fit` has chosen their resolution.
     meso
@@ -65,6 +69,7 @@ class DepthObject:
     indices: moderngl.Buffer
     index_type: np.dtype[np.unsignedinteger]
     chunks: Chunks
+    finest: tuple[tuple[int, int], ...]
     texture: SurfaceTexture | None
     meso: moderngl.Texture
     geometry: dict[str, Any]
@@ -110,6 +115,11 @@ class DepthObject:
         """Return the texture, which `TextureStreaming.fit` uploads before anything is looked up."""
         assert self.texture is not None
         return self.texture
+
+    @cached_property
+    def shows_backs(self) -> bool:
+        """Return whether a viewer inside sees the backs of surfaces, as in foliage; a solid's are never seen."""
+        return is_foliage(self.shape(self.finest))
 
     def shape(self, runs: Sequence[tuple[int, int]]) -> Shape:
         """Read geometry back from the GPU.
@@ -260,6 +270,7 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObje
         indices=gl.buffer(grids.indices),
         index_type=grids.indices.dtype,
         chunks=grids.chunks,
+        finest=tuple(piece_runs(grids.first[0], grids.count[0], ALL_PIECES)),
         texture=None,
         meso=_upload_meso(gl, baked.meso),
         geometry={
