@@ -92,6 +92,19 @@ without. Pictures may be PNG, JPEG or WebP (`EXT_texture_webp`); a texture whose
 `KHR_texture_basisu`, is left out with a warning. [Normal maps](baking.md#normal-maps) are read if they share the
 texture coordinates of the colours, and textures always repeat. Files all of whose materials are `KHR_materials_unlit`,
 as scans are, are shown [without light](light.md#unlit). `depthwalk info` lists what of a file is not read.
+
+All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a scene of it instead, in the folder
+`forest`: a GLB file for each model, with the materials and pictures that it uses, and a scene file that places them.
+
+- Nodes that show the same mesh, also one that the file lists or stores again, are objects of one asset, and so are
+  instances by `EXT_mesh_gpu_instancing`, and copies of a node with all that hangs from it, such as a car with its
+  wheels. More than 20 copies are in a file of places.
+- A mesh that nodes stretch, shear or mirror becomes an asset for each shape. Turns of exporters, which set models with
+  z upward upright in every node, go into the mesh.
+- Models of 13,000 triangles or more get depth images. One that encloses the camera or most other objects, such as a room
+  or a terrain, is drawn as `mesh-clusters`. What has fewer triangles, with all its copies together, is merged.
+- The first camera and the lights are kept. Lights are dimmed together, until the sun has intensity 1 or, without one,
+  the brightest lamp 10 at 1 m.
 """
 _PATH = """## Path files
 

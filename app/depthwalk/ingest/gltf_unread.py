@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from depthwalk.ingest.gltf import is_unlit, object_under, objects_under
+from depthwalk.ingest.gltf import INSTANCING, is_unlit, object_under, objects_under
 from depthwalk.ingest.gltf_normal_maps import normal_map_counts
 from depthwalk.ingest.gltf_textures import textures_without_picture
 
@@ -30,6 +30,9 @@ def unread(header: dict[str, Any]) -> list[str]:
         ("animation", "animations"): len(objects_under(header, "animations")),
         ("camera", "cameras"): len(objects_under(header, "cameras")),
         ("lamp", "lamps"): len(objects_under(lights, "lights")),
+        ("node of instances", "nodes of instances"): sum(
+            INSTANCING in object_under(node, "extensions") for node in objects_under(header, "nodes")
+        ),
         (f"normal map {_APART}", f"normal maps {_APART}"): normal_map_counts(header)[1],
         ("texture without a picture that is read", "textures without pictures that are read"): sum(
             textures_without_picture(header).values()

@@ -142,7 +142,7 @@ def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
     if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # no triangle takes less than three bytes
         raise InputError(
             f"{path}: its nodes and primitives make {triangles} triangles of the same data, at most {most} are "
-            "allowed; place copies by a scene file"
+            "allowed; place copies by a scene file, as `depthwalk convert` makes one"
         )
     check_mesh_memory(vertices, triangles, path)
     accessors = Accessors(header, data, folder.get)
