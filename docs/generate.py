@@ -101,8 +101,8 @@ All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a s
   wheels. More than 20 copies are in a file of places.
 - A mesh that nodes stretch, shear or mirror becomes an asset for each shape. Turns of exporters, which set models with
   z upward upright in every node, go into the mesh.
-- Models of 13,000 triangles or more get depth images. One that encloses the camera or most other objects, such as a room
-  or a terrain, is drawn as `mesh-clusters`. What has fewer triangles, with all its copies together, is merged.
+- Models of 13,000 triangles or more get depth images. One that encloses the camera or most other objects, as a room or
+  a terrain does, is drawn as `mesh-clusters`. What has fewer triangles, with all its copies together, is merged.
 - The first camera and the lights are kept. Lights are dimmed together, until the sun has intensity 1 or, without one,
   the brightest lamp 10 at 1 m.
 """
