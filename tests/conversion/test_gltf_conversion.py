@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
+from typer.testing import CliRunner
 
 from converted import of_file, of_scene, volume
+from depthwalk.commands.cli import app
 from depthwalk.conversion import gltf, models
 from depthwalk.conversion.gltf import convert_gltf
 from depthwalk.errors import InputError
@@ -224,8 +227,6 @@ def test_only_used_materials_and_pictures_go_with_a_mesh(tmp_path: Path) -> None
         attributes = {"POSITION": glb.accessor(WEDGE * (1 + number)), "TEXCOORD_0": glb.accessor(uv)}
         glb.mesh(attributes, FACES, material=number)
     picture = tmp_path / "red paint.png"
-    from PIL import Image
-
     Image.new("RGB", (4, 4), (200, 30, 20)).save(picture)
     glb.header["images"] = [
         {"bufferView": glb.view(picture.read_bytes()), "mimeType": "image/png", "name": "wood"},
@@ -291,3 +292,17 @@ def test_damaged_files_make_nothing(tmp_path: Path, change: Any, reason: str) ->
     with pytest.raises(InputError, match=reason):
         convert_gltf(path, tmp_path / "made")
     assert [file.name for file in tmp_path.iterdir()] == ["a.glb"]
+
+
+def test_the_command_makes_a_folder_beside_the_file(copies: Path) -> None:
+    run = CliRunner().invoke(app, ["convert", str(copies)])
+    assert run.exit_code == 0 and "scene.yaml: 3 models, 4 objects, 16 triangles" in run.stdout
+    assert (copies.parent / "scene" / "scene.yaml").is_file()
+    again = CliRunner().invoke(app, ["convert", str(copies)])
+    assert again.exit_code == 2 and again.stderr.count("\n") == 1 and "is not empty" in again.stderr
+
+
+def test_other_files_hold_no_scenes(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    run = CliRunner().invoke(app, ["convert", str(tmp_path / "a.obj")])
+    assert run.exit_code == 2 and "only glTF and GLB files" in run.stderr

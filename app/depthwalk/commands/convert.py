@@ -12,7 +12,7 @@ from depthwalk.errors import printable
 
 @guarded
 def main(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="glTF or GLB file with a scene of several objects.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A glTF or GLB file with a scene of several objects.")],
     out: Annotated[
         Path | None,
         typer.Option(
