@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.ingest.loader import load_mesh
@@ -13,13 +14,13 @@ from depthwalk.scene.scene import MeshAsset
 
 
 def of_file(path: Path) -> NDArray[np.float64]:
-    """The corners (F, 3, 3) of the triangles of a mesh file, in a fixed order."""
+    """The corners (F, 3, 3) of the triangles of a mesh file."""
     soup = read_soup(path)
-    return in_order(soup.positions[soup.faces])
+    return np.asarray(soup.positions[soup.faces])
 
 
 def of_scene(path: Path) -> NDArray[np.float64]:
-    """The corners (F, 3, 3) of all triangles of a scene file, in the same order."""
+    """The corners (F, 3, 3) of all triangles of a scene file."""
     scene = load_scene(path)
     shown = []
     for row, asset in enumerate(scene.objects.asset):
@@ -29,19 +30,18 @@ def of_scene(path: Path) -> NDArray[np.float64]:
         turned = rotate(scene.objects.rotation[row].astype(float), mesh.positions.astype(float))
         placed = scene.objects.position[row] + scene.objects.scale[row] * turned
         shown.append(placed[np.concatenate([mesh.faces, mesh.translucent_faces])])
-    return in_order(np.concatenate(shown))
+    return np.concatenate(shown)
 
 
-def volume(triangles: NDArray[np.float64]) -> float:
-    """The volume within triangles (F, 3, 3), negative if they are inside out."""
-    return float(np.linalg.det(triangles).sum() / 6)
+def difference(shown: NDArray[np.float64], wanted: NDArray[np.float64]) -> float:
+    """How far any triangle (F, 3, 3) is from the most similar one of the others, in place and in area × normal.
+
+    Neither the order of triangles nor the corner with which one begins matters; the side that it shows does.
+    """
+    one, other = (_features(triangles) for triangles in (shown, wanted))
+    return float(max(cKDTree(one).query(other)[0].max(), cKDTree(other).query(one)[0].max()))
 
 
-def in_order(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Triangles (F, 3, 3), each beginning with the same corner wherever it was read from, in one order."""
-    rounded = np.rint(triangles * 100).astype(np.int64)
-    key = rounded[..., 0] * 1_000_003 + rounded[..., 1] * 1009 + rounded[..., 2]
-    first = key.argmin(axis=1)
-    turned = np.take_along_axis(triangles, ((first[:, None] + np.arange(3)) % 3)[:, :, None], axis=1)
-    middle = np.rint(turned.mean(axis=1) * 100).astype(np.int64)
-    return np.asarray(turned[np.lexsort([*middle.T, *np.rint(turned[:, 0] * 100).T])])
+def _features(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+    edges = triangles[:, 1:] - triangles[:, :1]
+    return np.concatenate([triangles.mean(axis=1), np.cross(edges[:, 0], edges[:, 1]) / 2], axis=1)
