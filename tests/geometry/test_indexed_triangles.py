@@ -56,6 +56,16 @@ def test_copies_however_turned_are_one_and_mirrored_ones_are_not() -> None:
     assert distinct_triangles(triangles).tolist() == [[2, 5, 9], [2, 9, 5]]
 
 
+def test_copies_are_found_among_more_vertices_than_a_key_holds() -> None:
+    """Three numbers of more than 21 bits do not fit into 64: the triangles of a large tree connected anything."""
+    triangles = np.random.default_rng(3).integers(0, 9, (200, 3))
+    many = 1 << 21
+    assert np.array_equal(distinct_triangles(triangles + many), distinct_triangles(triangles) + many)
+    mixed = np.where(triangles == 4, 4, triangles + many)  # 4 stays the smallest in its place or becomes it
+    expected = {tuple(np.roll(row, -int(np.argmin(row)))) for row in mixed.tolist() if len(set(row)) == 3}
+    assert list(map(tuple, distinct_triangles(mixed).tolist())) == sorted(expected)
+
+
 @pytest.mark.parametrize(("vertices", "expected"), [([0], [True, True]), ([1], [True, False]), ([], [False, False])])
 def test_triangles_with_any_of_some_vertices(vertices: Sequence[int], expected: Sequence[bool]) -> None:
     assert any_corner(np.isin(np.arange(4), vertices), TRIANGLES).tolist() == expected

@@ -11,7 +11,7 @@ import numpy as np
 
 from depthwalk.cook.quadrics import ClusteredSurface, optimal_points, squared_distances
 from depthwalk.geometry.indexed_triangles import (
-    KEY_BITS,
+    PAIR_BITS,
     any_corner,
     distinct_triangles,
     drop_unused,
@@ -153,7 +153,7 @@ def _cheapest(
     edges = _cheap_edges(surface, *_new_edges(surface.triangles, known.new), tolerance, parallel)
     if known.cheap is not None and len(known.cheap.start):
         edges = _Edges.joined([edges, known.cheap])
-        edges = edges.take(stable_order(edges.start << KEY_BITS | edges.end))
+        edges = edges.take(stable_order(edges.start << PAIR_BITS | edges.end))
     length = lengths(surface.point.take(edges.start, 0) - surface.point.take(edges.end, 0))
     # A random factor, so that edges whose collapse was undone do not come first in every round.
     cost = (edges.cost + _SHORT * edges.weight * length**2 + _LEAST) * random.uniform(1, 1.3, len(length))
@@ -172,10 +172,10 @@ def _new_edges(triangles: Ints, new: Mask) -> tuple[Ints, Ints]:
     for one, other in (0, 1), (1, 2), (2, 0):
         chosen = np.flatnonzero(marks[one] | marks[other])
         start, end = corners[one].take(chosen), corners[other].take(chosen)
-        keys.append(np.minimum(start, end) << KEY_BITS | np.maximum(start, end))
+        keys.append(np.minimum(start, end) << PAIR_BITS | np.maximum(start, end))
     key = np.sort(np.concatenate(keys))
     key = key[np.diff(key, prepend=-1) > 0]  # np.unique hashes, at ten times the cost
-    return np.asarray(key >> KEY_BITS), np.asarray(key & (1 << KEY_BITS) - 1)
+    return np.asarray(key >> PAIR_BITS), np.asarray(key & (1 << PAIR_BITS) - 1)
 
 
 def _cheap_edges(surface: ClusteredSurface, start: Ints, end: Ints, tolerance: float, parallel: Map) -> _Edges:

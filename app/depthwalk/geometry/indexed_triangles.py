@@ -11,8 +11,9 @@ from depthwalk.geometry.triangles import doubled_areas
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array, Ints, Mask
 
-KEY_BITS = 21  # of a number, so that three fit into one key
-_KEY_MASK = (1 << KEY_BITS) - 1
+PAIR_BITS = 31  # of a number, so that two fit into one key
+_KEY_BITS = 21  # so that three do
+_KEY_MASK = (1 << _KEY_BITS) - 1
 
 
 def normals_and_areas(point: Array, triangles: Ints) -> tuple[Array, Array]:
@@ -114,7 +115,7 @@ def distinct_triangles(triangles: Ints) -> Ints:
     Parameters
     ----------
     triangles
-        (t, 3) numbers of vertices, below 2²¹.
+        (t, 3) numbers of vertices; from 2²¹ on, sorting takes several times as long.
 
     Returns
     -------
@@ -122,11 +123,20 @@ def distinct_triangles(triangles: Ints) -> Ints:
         (u, 3) int64, the remaining triangles, in ascending order, each rotated so that its smallest number comes first.
     """
     a, b, c = triangles.T
+    if triangles.max(initial=0) > _KEY_MASK:
+        return _distinct_rows(triangles[(a != b) & (b != c) & (c != a)])
     # Of the three rotations, the one with the smallest number first has the smallest key.
-    keys = [one << 2 * KEY_BITS | two << KEY_BITS | three for one, two, three in ((a, b, c), (b, c, a), (c, a, b))]
+    keys = [one << 2 * _KEY_BITS | two << _KEY_BITS | three for one, two, three in ((a, b, c), (b, c, a), (c, a, b))]
     key = np.sort(np.minimum(np.minimum(*keys[:2]), keys[2])[(a != b) & (b != c) & (c != a)])
     key = key[np.diff(key, prepend=-1) > 0]
-    return np.stack([key >> 2 * KEY_BITS, key >> KEY_BITS & _KEY_MASK, key & _KEY_MASK], -1)
+    return np.stack([key >> 2 * _KEY_BITS, key >> _KEY_BITS & _KEY_MASK, key & _KEY_MASK], -1)
+
+
+def _distinct_rows(triangles: Ints) -> Ints:
+    """Do the same as `distinct_triangles` for triangles with three different corners, whose numbers no key can hold."""
+    turned = np.take_along_axis(triangles, (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
+    rows = turned.take(np.lexsort(turned.T[::-1]), 0)
+    return rows[np.append(True, (rows[1:] != rows[:-1]).any(axis=1))[: len(rows)]]
 
 
 def any_corner(vertices: Mask, triangles: Ints) -> Mask:
