@@ -136,7 +136,8 @@ def _distinct_rows(triangles: Ints) -> Ints:
     """Do the same as `distinct_triangles` for triangles with three different corners, whose numbers no key can hold."""
     turned = np.take_along_axis(triangles, (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
     rows = turned.take(np.lexsort(turned.T[::-1]), 0)
-    return rows[np.append(True, (rows[1:] != rows[:-1]).any(axis=1))[: len(rows)]]
+    is_first = np.append(True, (rows[1:] != rows[:-1]).any(axis=1))[: len(rows)]
+    return np.asarray(rows[is_first])
 
 
 def any_corner(vertices: Mask, triangles: Ints) -> Mask:
