@@ -31,6 +31,8 @@ _SECTIONS = {  # models in the order of the page, and their headings
     "ScatterParams": "scatter",
     "PlacesParams": "places",
     "GroupParams": "group",
+    "AnimationParams": "animation",
+    "AnimationKeyParams": "Keyframe of an animation",
     "Environment": "environment",
     "SkyParams": "sky",
     "GroundParams": "ground",
@@ -106,6 +108,17 @@ All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a s
 - The first camera and the lights are kept. Lights are dimmed together, until the sun has intensity 1 or, without one,
   the brightest lamp 10 at 1 m.
 """
+_ANIMATION = """Any node can move: a wheel turns, a group of figures goes around, a lift stops at each floor.
+
+    - asset: sail
+      animation: {keyframes: [{time: 0, roll: 0}, {time: 6, roll: 360}], interpolation: linear}
+
+In a window animations run from the first picture on; Space stops them. `render --time 2.5` shows a moment, and with
+`--path`, as in `bench`, they run along with the path; `dw.Camera(…, time=2.5)` does so in Python. A node that is turned
+by 360° in a `loop` goes on without a halt. Impostors of what moves are warped again as often as its view changes, and
+shadow maps are drawn again where its shadow falls.
+
+"""
 _PATH = """## Path files
 
 A path file describes a camera path for `--path`. `smooth` passes a Catmull–Rom curve through the keyframes; `step`
@@ -161,7 +174,8 @@ def scene_page() -> str:
     parts = [_NOTICE, _SCENE, "\n## The file\n\n", _table(scene, models)]
     for name, heading in _SECTIONS.items():
         if name != "KeyframeParams":
-            parts += [f"\n## {heading}\n\n{models[name]['description']}\n\n", _table(models[name], models)]
+            lead = _ANIMATION if name == "AnimationParams" else ""
+            parts += [f"\n## {heading}\n\n{models[name]['description']}\n\n{lead}", _table(models[name], models)]
     parts += ["\n", _PATH, _table(path, models), "\n### Keyframe\n\n", _table(models["KeyframeParams"], models)]
     parts += [
         "\n## Limits\n\n",

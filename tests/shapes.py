@@ -346,7 +346,7 @@ def scene_of(
     render = RenderSettings.model_validate({"lod": {"magnification": 0}})
     names = [SimpleNamespace(name=f"asset {number}") for number in range(int(np.max(asset, initial=-1)) + 1)]
     scene = SimpleNamespace(
-        objects=objects, environment=Environment(**environment), render=render, assets=names, advice={}
+        objects=objects, environment=Environment(**environment), render=render, assets=names, advice={}, animations=None
     )
     return cast(Scene, scene)
 

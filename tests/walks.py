@@ -70,6 +70,7 @@ def state(path: bool = True, **environment: Any) -> State:
         render=RenderSettings(),
         path=Path("scene.yaml"),
         camera=None,
+        animations=None,
     )
     renderer = cast(Renderer, FakeRenderer())
     return State(cast(Scene, scene), renderer, Walker.at(HOME), HOME, Playback(track) if path else None)

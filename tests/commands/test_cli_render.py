@@ -173,7 +173,8 @@ def test_a_scene_without_camera_is_framed(run: Callable[..., Any], tiny_scene: P
 
 def test_a_turntable_goes_around_the_target_once_the_way_of_the_window() -> None:
     first = Camera((1.0, 2.0, 7.0), (1.0, 1.0, 5.0), 1.0)
-    cameras = turntable_cameras(first, 4)
+    cameras = turntable_cameras(first, 4, 2.0)
+    assert [camera.time for camera in cameras] == [0, 0.5, 1, 1.5]  # animations go on
     assert cameras[0] == first and {camera.target for camera in cameras} == {first.target}
     found = np.array([camera.position for camera in cameras[1:]])
     assert found == pytest.approx(np.array([(-1, 2, 5), (1, 2, 3), (3, 2, 5)]))
@@ -341,4 +342,4 @@ def test_what_smooths_pictures_by_default(render: dict[str, Any], size: tuple[in
 
 def test_a_turntable_seen_from_straight_above_is_refused() -> None:
     with pytest.raises(InputError, match="straight up or down"):
-        turntable_cameras(Camera((1.0, 5.0, 2.0), (1.0, 0.0, 2.0)), 4)
+        turntable_cameras(Camera((1.0, 5.0, 2.0), (1.0, 0.0, 2.0)), 4, 30.0)

@@ -155,7 +155,7 @@ MESSAGES = {
     "several": [
         "6:25: objects[0].scale: must be at least 0.0001, not -1",
         "7:18: objects[1].colour: unknown key; known here: "
-        "'name', 'position', 'yaw', 'pitch', 'roll', 'asset', 'scale', 'representation'",
+        "'name', 'position', 'yaw', 'pitch', 'roll', 'animation', 'asset', 'scale', 'representation'",
         "8:9: camera: missing key 'position'",
     ],
     "shadow-no-cone": [

@@ -1,6 +1,7 @@
 """Camera paths: files, frames and curves."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +30,9 @@ def test_step_at_one_frame_a_second_is_the_keyframes(tmp_path: Path) -> None:
     path = path_of(tmp_path, "fps: 1\ninterpolation: step", keyframes())
     assert path.frames() == [0, 1, 2, 3]
     for (t, x, z), time in zip(KEYS, path.frames(), strict=True):
-        assert path.sample(time) == Camera((x, 1, z), (0, x, 0), math.radians(40 + 5 * t))
-    assert path.sample(1.99) == path.sample(1)
-    assert path.sample(99) == path.sample(3)
+        assert path.sample(time) == Camera((x, 1, z), (0, x, 0), math.radians(40 + 5 * t), time)
+    assert replace(path.sample(1.99), time=1) == path.sample(1)
+    assert replace(path.sample(99), time=3) == path.sample(3)
 
 
 def test_smooth_passes_through_the_keyframes(tmp_path: Path) -> None:

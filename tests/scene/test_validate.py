@@ -166,7 +166,7 @@ def test_keys_known_of_one_kind_of_node_are_those_of_no_other(tmp_path: Path) ->
     """Those of all kinds together would be too many to name."""
     scene = tmp_path / "scene.yaml"
     scene.write_text("version: 1\nobjects: [{asset: a, seed: 3}]")
-    known = "'name', 'position', 'yaw', 'pitch', 'roll', 'asset', 'scale', 'representation'"
+    known = "'name', 'position', 'yaw', 'pitch', 'roll', 'animation', 'asset', 'scale', 'representation'"
     with pytest.raises(InputError, match=rf"objects\[0\]\.seed: unknown key; known here: {known}$"):
         load_scene(scene)
 

@@ -56,7 +56,12 @@ def test_another_scene_ends_the_recording_and_tells_where_it_is(
         walk.record(0.1)
     before, home = walk.camera, Camera((7, 8, 9), (0, 0, 0), 1.0)
     scene = SimpleNamespace(
-        environment=Environment(), walk=WalkParams(speed=2.0), render=RenderSettings(), path=Path(name), camera=home
+        environment=Environment(),
+        walk=WalkParams(speed=2.0),
+        render=RenderSettings(),
+        path=Path(name),
+        camera=home,
+        animations=None,
     )
     walk.show(cast(Scene, scene), cast(Renderer, FakeRenderer()), 1.5)
     (file,) = tmp_path.iterdir()

@@ -117,7 +117,7 @@ def test_why_objects_are_missing_is_told_below_the_message() -> None:
         ((1, 2), False, True, "Reading models \u2026"),
         ((1, 2), False, False, ""),  # a mesh that could not be read stays away, as was told
     ):
-        walk.scene = cast(Scene, SimpleNamespace(objects=objects))
+        walk.scene = cast(Scene, SimpleNamespace(objects=objects, animations=None))
         walk.renderer.world.is_whole, reader.is_busy = whole, busy  # type: ignore[misc]
         assert walk.notice == told
         walk.tell("Saved")

@@ -37,18 +37,22 @@ def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
     return [path.sample(time) for time in path.frames()[:frames]]
 
 
-def turntable_cameras(camera: Camera, count: int) -> list[Camera]:
+def turntable_cameras(camera: Camera, count: int, fps: float) -> list[Camera]:
     """Return `count` cameras that go around the target of `camera` once, upright, the way the key N turns in a window.
 
-    The first is `camera`; the one after the last would be it again, so that a video can be repeated. Raises InputError
-    for a camera that looks straight up or down, which would stay where it is.
+    The first is `camera`; the one after the last would be it again, so that a video can be repeated. The scene's
+    animations go on meanwhile, by `fps` pictures a second. Raises InputError for a camera that looks straight up or
+    down, which would stay where it is.
     """
     target = glm.dvec3(*camera.target)
     away = glm.dvec3(*camera.position) - target
     if math.hypot(away.x, away.z) < 1e-6 * glm.length(away):
         raise InputError("--turntable: the camera looks straight up or down; choose another --camera-direction")
     turns = (glm.angleAxis(-math.tau * number / count, glm.dvec3(0, 1, 0)) for number in range(count))
-    return [replace(camera, position=components(target + turn * away)) for turn in turns]
+    return [
+        replace(camera, position=components(target + turn * away), time=camera.time + number / fps)
+        for number, turn in enumerate(turns)
+    ]
 
 
 def parse_frames(text: str | None, count: int) -> range:

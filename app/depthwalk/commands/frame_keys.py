@@ -29,7 +29,7 @@ class FrameKeys:
 
     def key(self, camera: Camera) -> str:
         """Return the key of the frame seen by `camera`, 64 hex digits."""
-        text = f"{self.scene} {camera.position!r} {camera.target!r} {camera.fov!r}"
+        text = f"{self.scene} {camera.position!r} {camera.target!r} {camera.fov!r} {camera.time!r}"
         return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -127,6 +127,12 @@ CameraDirection = Annotated[
 CameraAngle = Annotated[
     float | None, typer.Option("--camera-view-angle", metavar="DEG", help="Vertical field of view, degrees.")
 ]
+Moment = Annotated[
+    float,
+    typer.Option(
+        "--time", metavar="SECONDS", help="Show the scene's animations at this moment; a turntable begins there."
+    ),
+]
 RepresentationOption = Annotated[
     RepresentationName,
     typer.Option(

@@ -2,6 +2,7 @@
 
 import logging
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -28,6 +29,7 @@ from depthwalk.commands.options import (
     CameraPosition,
     CameraTarget,
     ClusterOption,
+    Moment,
     NoBackground,
     PathOption,
     Quiet,
@@ -46,6 +48,7 @@ log = logging.getLogger("depthwalk")
 
 _TURNTABLE_FPS = 30
 _LONGEST_TURN = 3600  # seconds
+_LATEST = 1_000_000  # seconds
 
 
 @guarded
@@ -86,6 +89,7 @@ def main(
     camera_target: CameraTarget = None,
     camera_view_angle: CameraAngle = None,
     camera_direction: CameraDirection = None,
+    time: Moment = 0.0,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     no_background: NoBackground = False,
     sky: Sky = None,
@@ -107,6 +111,7 @@ def main(
     if frames is not None and path is None and turntable is None:
         raise InputError("--frames: needs --path or --turntable")
     _check_turntable(turntable, path)
+    _check_time(time, path)
     with without_garbage_collection():
         from depthwalk.commands.frame_drawing import draw_frames, open_headless, parse_frames, smooth, turntable_cameras
         from depthwalk.commands.frame_keys import frame_keys, given_sky
@@ -132,6 +137,8 @@ def main(
         if not render_on_cluster(where, loaded, numbers, *job):
             raise typer.Exit(FAILURE)
         return
+    if time and loaded.animations is None:
+        log.warning("--time: nothing in %s is animated", scene)
     cameras = [walk.sample(number / walk.fps) for number in numbers] if walk else []
     drawn_as = (
         representation(representation_name) if walk else still_representation(representation_name, scene, settings)
@@ -148,10 +155,18 @@ def main(
             log.warning("%s", note)
         if not walk:
             frame_all = partial(headless.frame_all, turns=turns > 0)
-            cameras = [options.apply(loaded.camera or frame_all(), frame_all)]
+            cameras = [replace(options.apply(loaded.camera or frame_all(), frame_all), time=time)]
         if turns:
-            cameras = turntable_cameras(cameras[0], turns)[numbers.start : numbers.stop]
+            cameras = turntable_cameras(cameras[0], turns, _TURNTABLE_FPS)[numbers.start : numbers.stop]
         draw_frames(headless, cameras, output, walk.fps if walk else _TURNTABLE_FPS, keys, numbers[0], resume)
+
+
+def _check_time(seconds: float, path: Path | None) -> None:
+    """Raise InputError if the scene cannot be shown at this moment, or follows the time of a `path`."""
+    if seconds and path is not None:
+        raise InputError("--time: animations run along with --path; leave out one of the two")
+    if not abs(seconds) <= _LATEST:  # false for NaN, too
+        raise InputError(f"--time {seconds:g}: must be a number of seconds up to {_LATEST}")
 
 
 def _check_turntable(seconds: float | None, path: Path | None) -> None:

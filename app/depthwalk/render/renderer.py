@@ -189,6 +189,7 @@ class Renderer:
         targets = self._prepare_targets(view, common, memory)
         targets.screen = screen
         self.world.take_arrivals(view.position)
+        self.world.show_moment(view.camera.time)
         self.world.table()  # loads what is not loaded yet
         in_sight = memory.phases.in_sight(view)
         view = self._fitted(view, in_sight)

@@ -106,11 +106,14 @@ class Camera:
         The point at the centre of the picture, metres, world.
     fov
         Vertical field of view, radians; 60° if left out, as in scene files.
+    time
+        The moment that the picture shows, seconds since the scene's animations began.
     """
 
     position: tuple[float, float, float]
     target: tuple[float, float, float]
     fov: float = math.radians(60)
+    time: float = 0.0
 
     @property
     def look(self) -> glm.dvec3:

@@ -194,7 +194,7 @@ def flatten(rows: list[ListedItem], assets: Mapping[str, AssetParams], places: P
     """
     own = _own_counts(rows, places, source)
     nodes = _nodes(rows, own)
-    place_nodes(nodes, 0, len(nodes))
+    place_nodes(nodes, np.arange(len(nodes)))
     _check_range(nodes.world, rows, source)
     owner = np.repeat(np.arange(len(rows), dtype=np.int32), own)
     instances = _instances(rows, own, places, source)

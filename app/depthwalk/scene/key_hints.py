@@ -13,7 +13,7 @@ from depthwalk.errors import suggest
 from depthwalk.scene.document import Loc
 from depthwalk.scene.fields import KIND
 
-MAX_KEYS_NAMED = 8  # most keys listed in the error about an unknown one
+MAX_KEYS_NAMED = 9  # most keys listed in the error about an unknown one
 _ANGLES = "yaw", "pitch", "roll"
 _OTHER_PROGRAMS = {  # Words that other programs use for one or several keys of scene or path files.
     "bank": ("roll",),

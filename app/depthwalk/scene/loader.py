@@ -7,7 +7,7 @@ place of a scene is its head read, to see whether any of it is opaque.
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.fields import FileParams
-from depthwalk.scene.flatten import flatten, list_items, reference_errors
+from depthwalk.scene.flatten import Flat, ListedItem, flatten, list_items, reference_errors
 from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
 from depthwalk.scene.schema import AssetParams, BakedAssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
 from depthwalk.scene.similarity import Similarity
@@ -82,7 +82,7 @@ def load_scene(
     raise_all(reference_errors(rows, file.assets, source, missing) + finder.errors)
     places = _read_places(named) if named else {}
     flat = flatten(rows, file.assets, places, source)
-    return Scene(
+    scene = Scene(
         path=path,
         assets=assets,
         objects=flat.objects,
@@ -97,6 +97,18 @@ def load_scene(
         advice_file=advice,
         places_files=tuple(dict.fromkeys(named.values())),
     )
+    return _animated(scene, rows, flat, source) if any(row.spec.animation is not None for row in rows) else scene
+
+
+def _animated(scene: Scene, rows: list[ListedItem], flat: Flat, source: Source) -> Scene:
+    """Return the scene with the animations of its nodes, which stand as at their beginning."""
+    from depthwalk.scene.animation import show_moment  # here and below: most scenes stand still
+    from depthwalk.scene.animation_check import load_animations
+
+    animations, moved = load_animations(rows, flat, source)
+    scene = replace(scene, animations=animations, moved=moved)
+    show_moment(scene, 0.0)
+    return scene
 
 
 def _advice(file: Path | None) -> "dict[str, Advice]":

@@ -77,7 +77,10 @@ class CameraPath:
         return [k / self.fps for k in range(_frame_count(self.fps, self.times[-1]))]
 
     def sample(self, time: float) -> Camera:
-        """Return the camera at `time`, seconds. It stands still before the first and after the last keyframe."""
+        """Return the camera at `time`, seconds. It stands still before the first and after the last keyframe.
+
+        The scene's animations run along with the path: its `time` is theirs.
+        """
         k = int(np.searchsorted(self.times, time + _ROUNDING, side="right")) - 1
         last = len(self.times) - 1
         if self.interpolation == "step" or k < 0 or k >= last:
@@ -86,7 +89,7 @@ class CameraPath:
         else:
             view, fov = self._view_curve(time), float(self._fov_curve(time))
         x, y, z, u, v, w = (float(value) for value in view)
-        return Camera((x, y, z), (u, v, w), fov)
+        return Camera((x, y, z), (u, v, w), fov, time)
 
     def curve(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample a smooth path of at least two keyframes at many times at once.

@@ -3,7 +3,7 @@
 Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes only the objects below it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -19,6 +19,7 @@ from depthwalk.scene.similarity import Similarity, compose, from_angles
 
 if TYPE_CHECKING:
     from depthwalk.scene.advice import Advice
+    from depthwalk.scene.animation import Animations, Moved
 
 _BLOCK = 8192  # objects placed at a time: their transforms stay in the processor's cache
 
@@ -157,7 +158,7 @@ class Nodes:
 class Scene:
     """Hold everything that a scene file says, checked and resolved.
 
-    Its arrays change only through `set_node_transform`.
+    Its arrays change only through `set_node_transform` and `animation.show_moment`.
 
     Attributes
     ----------
@@ -187,6 +188,10 @@ class Scene:
         The file that held them.
     places_files : tuple of Path
         The files of its `places` items.
+    animations : Animations or None
+        How nodes move over time; None where none does.
+    moved : Moved or None
+        The nodes and objects that these move.
     """
 
     path: Path
@@ -202,6 +207,8 @@ class Scene:
     advice: "Mapping[str, Advice]" = field(default_factory=dict)
     advice_file: Path | None = None
     places_files: tuple[Path, ...] = ()
+    animations: "Animations | None" = None
+    moved: "Moved | None" = None
 
 
 def set_node_transform(
@@ -245,36 +252,38 @@ def set_node_transform(
     local = scene.nodes.local
     local.position[node], scene.nodes.angles[node], local.scale[node] = position, angles, scale
     local.rotation[node] = from_angles(*np.array(angles, float)[:, None])[0]
-    place_nodes(scene.nodes, node, int(scene.nodes.end[node]))
+    place_nodes(scene.nodes, np.arange(node, int(scene.nodes.end[node])))
     first = int(scene.nodes.first_object[node])
     changed = slice(first, first + int(scene.nodes.object_count[node]))
     place_objects(scene.objects, scene.nodes, scene.instances, scene.owner, changed)
     return changed
 
 
-def place_nodes(nodes: Nodes, first: int, end: int) -> None:
-    """Recompute the world transforms of a run of nodes from their parents', in place.
+def place_nodes(nodes: Nodes, rows: NDArray[np.integer]) -> None:
+    """Recompute the world transforms of nodes from their parents', in place.
 
     Parameters
     ----------
     nodes
         All nodes of a scene, whose `world` changes.
-    first, end
-        The run is the nodes `first` to `end − 1`; it must consist of whole subtrees.
+    rows
+        (k,) the nodes; they must be whole subtrees.
     """
-    depth = nodes.depth[first:end]
-    if not len(depth):
-        return
-    for groups_above in range(int(depth.min()), int(depth.max()) + 1):
-        rows = first + np.flatnonzero(depth == groups_above)
-        local = nodes.local[rows]
-        nodes.world[rows] = compose(nodes.world[nodes.parent[rows]], local) if groups_above else local
+    depth = nodes.depth[rows]
+    for groups_above in np.unique(depth).tolist():
+        level = rows[depth == groups_above]
+        local = nodes.local[level]
+        nodes.world[level] = compose(nodes.world[nodes.parent[level]], local) if groups_above else local
 
 
 def place_objects(
-    objects: Objects, nodes: Nodes, instances: Similarity, owner: NDArray[np.int32], which: slice
+    objects: Objects,
+    nodes: Nodes,
+    instances: Similarity,
+    owner: NDArray[np.int32],
+    which: slice | NDArray[np.integer],
 ) -> None:
-    """Recompute the world transforms of a run of objects from those of their nodes, in place.
+    """Recompute the world transforms of objects from those of their nodes, in place.
 
     Parameters
     ----------
@@ -287,13 +296,22 @@ def place_objects(
     owner
         (n,) int32, the row in `nodes` of the node that holds each object.
     which
-        The run of objects.
+        The objects: a slice of them, or (k,) their rows.
     """
-    for first in range(which.start, which.stop, _BLOCK):
-        rows = slice(first, min(first + _BLOCK, which.stop))
+    for rows in _blocks(which):
         world = compose(nodes.world[owner[rows]], instances[rows])
         objects.position[rows], objects.rotation[rows], objects.scale[rows] = (
             world.position,
             world.rotation,
             world.scale,
         )
+
+
+def _blocks(which: slice | NDArray[np.integer]) -> Iterator[slice | NDArray[np.integer]]:
+    """Yield a slice or rows in blocks of at most _BLOCK."""
+    if isinstance(which, slice):
+        for first in range(which.start, which.stop, _BLOCK):
+            yield slice(first, min(first + _BLOCK, which.stop))
+    else:
+        for first in range(0, len(which), _BLOCK):
+            yield which[first : first + _BLOCK]

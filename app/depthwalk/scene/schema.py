@@ -21,6 +21,7 @@ from depthwalk.limits import (
     MIN_DPCI_RESOLUTION,
 )
 from depthwalk.params import param, shown
+from depthwalk.scene.animation_settings import AnimationParams
 from depthwalk.scene.environment import CameraParams, Environment, WalkParams
 from depthwalk.scene.fields import (
     KIND,
@@ -276,6 +277,7 @@ class PlacedParams(FileParams):
         ge=-36000,
         le=36000,
     )
+    animation: AnimationParams | None = param(None, "How the node moves over time, with everything below it")
 
 
 class ObjectParams(PlacedParams):

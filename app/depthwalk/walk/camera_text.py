@@ -30,7 +30,7 @@ def camera_yaml(camera: Camera) -> str:
 
 
 def camera_options(camera: Camera) -> str:
-    """Return a camera as options of `depthwalk render` and `depthwalk view`."""
+    """Return a camera as options of `depthwalk render` and, in a scene without animations, of `depthwalk view`."""
     place, target = (",".join(f"{value:.6g}" for value in point) for point in (camera.position, camera.target))
-    fov = math.degrees(camera.fov)
-    return f"--camera-position {place} --camera-target {target} --camera-view-angle {fov:.6g}"
+    fov, time = math.degrees(camera.fov), f" --time {camera.time:.6g}" if camera.time else ""
+    return f"--camera-position {place} --camera-target {target} --camera-view-angle {fov:.6g}{time}"

@@ -44,6 +44,7 @@ HELP = (
     ("V", "copy the camera, as a line for the scene file"),
     ("U", "turn a model: y or z points upward"),
     ("P / K", "play / record a camera path; again: stop, save"),
+    ("Space", "stop what is animated / let it go on"),
     ("L", "focus on the window's centre (depth of field)"),
     ("R", "reload the scene file"),
     ("Gamepad", "sticks move and look, triggers up / down"),

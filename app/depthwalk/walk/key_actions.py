@@ -78,6 +78,7 @@ def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
         "TAB": toggle("panel"),
         "U": lambda: _turn_up(walk),
         "Z": toggle("hud"),
+        "SPACE": state.toggle_animation,
         "NUMBER_1": lambda: state.represent(None),
         "NUMBER_2": lambda: state.represent(Representation.DPCI),
         "NUMBER_3": lambda: state.represent(Representation.MESH),

@@ -14,7 +14,6 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.render.reprojection.surround import Surround, surround_views
 from depthwalk.render.view.field_of_view import spread_rays
 from depthwalk.render.view.view import View
-from depthwalk.types import Array
 from depthwalk.walk.slices import Slices
 
 _RAYS = 8  # along either edge of a view, to test how much of it is known
@@ -83,29 +82,29 @@ class LookAround:
         if not self._is_due:
             return False
         self._is_due = False
-        position = coming[0].position
+        now, position = coming[0], coming[0].position
         rays = np.concatenate([spread_rays(view, _RAYS, _RAYS) for view in coming])
         unknown = rays[~self._surround.holds(rays, position)]
         if len(unknown) > _MOST_UNKNOWN * _RAYS**2:
-            sides = surround_views(position)
+            sides = surround_views(position, now.camera.time)
             shown = [(unknown @ side.axes[2] > np.abs(unknown @ side.axes[:2].T).max(-1)).sum() for side in sides]
             self._slices.begin(self._draw(sides[int(np.argmax(shown))], waits=False))
         elif not self._knew_all:
-            self._knew_all = not self._begin_first_unknown(position, waits=False)
+            self._knew_all = not self._begin_first_unknown(now, waits=False)
         return self.is_drawing
 
-    def begin_for_resting_viewer(self, position: Array) -> bool:
-        """Begin a side of which too little is known from a position (3,), world, metres; return whether there is one.
+    def begin_for_resting_viewer(self, view: View) -> bool:
+        """Begin a side of which too little is known from where `view` stands; return whether there is one.
 
         If there is none, `knows_all` becomes True.
         """
-        self.knows_all = self.knows_all or not self._begin_first_unknown(position, waits=True)
+        self.knows_all = self.knows_all or not self._begin_first_unknown(view, waits=True)
         self._knew_all |= self.knows_all
         return self.is_drawing
 
-    def _begin_first_unknown(self, position: Array, waits: bool) -> bool:
-        for side in surround_views(position):
-            if self._surround.holds(spread_rays(side, _RAYS, _RAYS), position).mean() < 1 - _MOST_UNKNOWN:
+    def _begin_first_unknown(self, view: View, waits: bool) -> bool:
+        for side in surround_views(view.position, view.camera.time):
+            if self._surround.holds(spread_rays(side, _RAYS, _RAYS), view.position).mean() < 1 - _MOST_UNKNOWN:
                 self._slices.begin(self._draw(side, waits))
                 return True
         return False

@@ -1,6 +1,7 @@
 """Track the motion of a camera to predict where it will be."""
 
 import math
+from dataclasses import replace
 
 from pyglm import glm
 
@@ -17,6 +18,7 @@ class Motion:
     def __init__(self) -> None:
         self._camera: Camera | None = None
         self._velocity = glm.dvec3()  # m/s, world
+        self._pace = 0.0  # seconds of the scene's time in a second: 1 while its animations run, otherwise 0
         self._turn = glm.dvec3()  # rotation axis, world, whose length is the angle per second, radians
 
     def follow(self, camera: Camera, dt: float) -> None:
@@ -27,7 +29,8 @@ class Motion:
         before, self._camera = self._camera, camera
         if before is None or dt <= 0:
             return
-        if before == camera:
+        self._pace = (camera.time - before.time) / dt
+        if (before.position, before.target) == (camera.position, camera.target):
             self._velocity, self._turn = glm.dvec3(), glm.dvec3()
             return
         moved = glm.dvec3(*camera.position) - glm.dvec3(*before.position)
@@ -47,13 +50,16 @@ class Motion:
         """
         if self._camera is None:
             raise ValueError("no camera has been followed yet")
-        if not (glm.length(self._velocity) or glm.length(self._turn)) or seconds <= 0:
+        if seconds <= 0:
             return self._camera
+        camera = replace(self._camera, time=self._camera.time + self._pace * seconds)
+        if not (glm.length(self._velocity) or glm.length(self._turn)):
+            return camera
         position = glm.dvec3(*self._camera.position) + self._velocity * seconds
         look, angle = self._camera.look, glm.length(self._turn) * seconds
         if angle > _LEAST:
             look = glm.angleAxis(angle, glm.normalize(self._turn)) * look
-        return Camera(components(position), components(position + look), self._camera.fov)
+        return replace(camera, position=components(position), target=components(position + look))
 
 
 def turn_between(before: glm.dvec3, after: glm.dvec3) -> glm.dvec3:

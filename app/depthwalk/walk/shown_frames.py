@@ -140,7 +140,7 @@ class ShownFrames:
             How often the camera has jumped: it was not on its way to where it is now.
         """
         renderer, world = self._renderer, self._renderer.world
-        state = size, renderer.settings, renderer.scene.environment, world.representation, world.changes
+        state = size, renderer.settings, renderer.scene.environment, world.representation, world.edits
         if jumps != self._jumps:
             self._jumps, self._has_jumped, self._motion = jumps, True, Motion()
         self._motion.follow(camera, dt)
@@ -212,7 +212,7 @@ class ShownFrames:
             return False
         if self._moved:
             return self._around.begin_for_moving_viewer([view, View(self._ahead(self._scene_frames.delay), view.size)])
-        return self._is_settled and self._around.begin_for_resting_viewer(view.position)
+        return self._is_settled and self._around.begin_for_resting_viewer(view)
 
     def _draw_whole_or_still(self, view: View, screen: moderngl.Framebuffer) -> bool:
         """Draw a frame at once, or the still picture; return whether it was a frame."""

@@ -108,6 +108,7 @@ class State(Viewer):
         self._remember_file()
         self.home, self.home_is_framed = home_in(scene, renderer, aspect), scene.camera is None
         if not again:
+            self.moment, self.is_animated = 0.0, True
             self.playback = None
             self.arrive()
 

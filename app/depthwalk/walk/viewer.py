@@ -6,7 +6,7 @@ be tested without one.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Protocol
 
@@ -77,6 +77,10 @@ class Viewer:
         after it.
     obstacles
         Stops a walking viewer at surfaces, where the scene asks for it; None: nothing does.
+    moment
+        How long the scene's animations have run, seconds; 0 in a scene without animations.
+    is_animated
+        Whether they run; not while the user has paused them.
     chosen_fov
         The vertical field of view that the user chose last, radians; None if none was. Paths and the first camera have
         their own.
@@ -93,6 +97,8 @@ class Viewer:
     fast: bool = False
     jumps: int = 0
     obstacles: Obstacles | None = None
+    moment: float = 0.0
+    is_animated: bool = True
     chosen_fov: float | None = None
     _first_speed: float = 0.0  # m/s: the one that `arrive` set; 0 once the whole scene is shown
     _toast: Toast = field(default_factory=Toast)
@@ -141,10 +147,12 @@ class Viewer:
 
     @property
     def camera(self) -> Camera:
-        """Return the camera to draw with: that of the path while it plays, otherwise that of the viewer."""
+        """Return the camera to draw with, at this moment: that of the path while it plays, else that of the viewer."""
         if self.playback is not None and self.playback.playing:
-            return self.playback.camera
-        return self.walker.camera if self.orbit is None else self.orbit.camera
+            camera = self.playback.camera
+        else:
+            camera = self.walker.camera if self.orbit is None else self.orbit.camera
+        return replace(camera, time=self.moment)
 
     def arrive(self) -> None:
         """Begin the walk in a scene, with the camera at `home` and a speed that suits the scene.
@@ -174,8 +182,11 @@ class Viewer:
     def advance(self, dt: float) -> None:
         """Move the camera for `dt` seconds: along the path while it plays, otherwise by the keys that are held.
 
-        A key that moves the viewer stops path and turntable. Moving up or down changes from walking to flying.
+        A key that moves the viewer stops path and turntable. Moving up or down changes from walking to flying. The
+        scene's animations run meanwhile.
         """
+        if self.scene.animations is not None and self.is_animated:
+            self.moment += dt
         held = self.held.take(dt)
         if self.playback is not None and self.playback.playing:
             if held:
@@ -275,6 +286,14 @@ class Viewer:
             self._stop_turntable()
             self.playback.toggle()
             self.jumps += self.playback.playing
+
+    def toggle_animation(self) -> None:
+        """Stop the scene's animations, or let them go on."""
+        if self.scene.animations is None:
+            self.tell("Nothing in this scene is animated")
+            return
+        self.is_animated = not self.is_animated
+        self.tell("Animations go on" if self.is_animated else f"Animations stopped at {self.moment:.2f} s")
 
     def toggle_turntable(self) -> None:
         """Start or stop the camera's continuous turn about its target, in orbit; any other move stops it too."""

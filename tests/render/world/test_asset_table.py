@@ -13,7 +13,7 @@ from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.resources.cooked_parts import CookedParts
 from depthwalk.render.world.asset_table import asset_table
-from depthwalk.render.world.object_rows import ObjectRows
+from depthwalk.render.world.object_rows import ObjectRows, rows_of
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
@@ -97,8 +97,9 @@ def test_a_representation_is_used_where_an_asset_has_it(library: ShapeLibrary, s
 def test_rows_of_some_objects_are_found_among_all(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene(*((asset, (k, 0, 0), 0.0, 1.0) for k, asset in enumerate((BALL, HALVES, BALL, HALVES))))
     everything = ObjectRows(scene=shown, library=library, store=store).place()
-    for which in (slice(0, 1), slice(1, 3), slice(3, 4), slice(0, 4)):
-        rows = ObjectRows(scene=shown, library=library, store=store).rows_of(which)
+    owners = ObjectRows(scene=shown, library=library, store=store).owners()
+    for which in (np.array([0]), np.array([1, 2]), np.array([0, 3]), np.arange(4)):
+        rows = rows_of(which, owners)
         np.testing.assert_array_equal(
             everything.position[rows], ObjectRows(scene=shown, library=library, store=store).place(which).position
         )

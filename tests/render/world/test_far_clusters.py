@@ -62,7 +62,7 @@ def test_boxes_follow_objects_that_moved() -> None:
     clusters.follow(cells, bounds)
     assert not clusters.version.any()
     bounds.centre[500] += (0, 200, 0)
-    cells.refit(bounds, slice(500, 501))
+    cells.refit(bounds, np.array([500]))
     for _ in range(2):
         clusters.follow(cells, bounds)
     rows, count = clusters.members(np.arange(len(clusters)))

@@ -39,11 +39,14 @@ _DIRECTIONS = direction_from_square(places(4).reshape(-1, 2), False).reshape(-1,
 _WIDER = 1.1  # factor by which a frame is widened to find the cells that it may cover: their directions are 3° apart
 
 
-def surround_views(position: Array) -> list[View]:
-    """Return views of all directions from a place (3,), world, metres: the sides of a cube, level ones first."""
+def surround_views(position: Array, time: float = 0.0) -> list[View]:
+    """Return views of all directions from a place (3,), world, metres: the sides of a cube, level ones first.
+
+    time: the moment that they show, see `Camera`.
+    """
     eye = glm.dvec3(*position)
     looks = (0, 0, 1), (1, 0, 0), (0, 0, -1), (-1, 0, 0), (0, -1, 0), (0, 1, 0)
-    cameras = [Camera(components(eye), components(eye + glm.dvec3(look)), math.pi / 2) for look in looks]
+    cameras = [Camera(components(eye), components(eye + glm.dvec3(look)), math.pi / 2, time) for look in looks]
     return [View(camera, (SURROUND_VIEW_SIZE, SURROUND_VIEW_SIZE)) for camera in cameras]
 
 

@@ -14,7 +14,7 @@ from depthwalk.render.resources.library import Library
 from depthwalk.render.world.placeholders import Placeholders
 from depthwalk.scene.arrays import OF_MESH, Objects, Representation
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Ints, Mask
+from depthwalk.types import Ints, Mask, Rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,12 +36,12 @@ class ObjectRows:
     forced: Representation | None = None
     placeholders: Placeholders | None = None
 
-    def place(self, which: slice = slice(None)) -> Objects:
+    def place(self, which: slice | Rows = slice(None)) -> Objects:
         """Return the scene's objects as they are drawn: a row for the mesh, or one for each part of the depth images.
 
         Parameters
         ----------
-        which : the slice of the scene's objects to place.
+        which : the scene's objects to place: a slice of them, or (k,) their rows.
 
         Returns
         -------
@@ -60,11 +60,6 @@ class ObjectRows:
             asset=number, position=position, rotation=rotation, scale=scale, representation=representation[row]
         )
 
-    def rows_of(self, which: slice) -> slice:
-        """Return the slice of the rows of `place()` that belong to the scene's objects `which`."""
-        before, within = (int(self._rows(run)[2].sum()) for run in (slice(0, which.start), which))
-        return slice(before, before + within)
-
     def owners(self) -> Ints:
         """Return which of the scene's objects each of the rows (n,) of `place()` shows, or a part of it."""
         return np.repeat(np.arange(len(self.scene.objects)), self._rows(slice(None))[2])
@@ -74,8 +69,8 @@ class ObjectRows:
         chooses = requested_representations(self.scene.objects, self.library, self.forced) == Representation.AUTO
         return np.repeat(chooses, self._rows(slice(None))[2])
 
-    def _rows(self, which: slice) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
-        """Return how each object of a slice (n,) is drawn, the first number in `CookedParts` for it, and how many."""
+    def _rows(self, which: slice | Rows) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
+        """Return how each object of `which` (n,) is drawn, the first number in `CookedParts` for it, and how many."""
         library, store, objects = self.library, self.store, self.scene.objects.take(which)
         representation = requested_representations(objects, library, self.forced)
         placeholders = self.placeholders or Placeholders.none(len(library), len(self.scene.objects))
@@ -95,6 +90,15 @@ class ObjectRows:
         count = np.where(imaged, of_images[objects.asset], of_mesh[objects.asset])
         count[waiting & placeholders.hidden[which]] = 0
         return representation, np.where(imaged, first[objects.asset], objects.asset), count
+
+
+def rows_of(which: Rows, owners: Ints) -> Rows:
+    """Return the rows of `ObjectRows.place()` that belong to the scene's objects `which` (k,), ascending.
+
+    `owners` is what `ObjectRows.owners` returns.
+    """
+    first, end = np.searchsorted(owners, which), np.searchsorted(owners, which, side="right")
+    return np.asarray(np.repeat(first, end - first) + within_runs(end - first))
 
 
 def _placements(used: Ints, parts: CookedParts) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

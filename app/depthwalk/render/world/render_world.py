@@ -15,7 +15,7 @@ from depthwalk.render.resources.library import Library
 from depthwalk.render.view.bounds import Bounds, Cylinders, cylinders, object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.asset_table import AssetTable, asset_table
-from depthwalk.render.world.object_rows import ObjectRows
+from depthwalk.render.world.object_rows import ObjectRows, rows_of
 from depthwalk.render.world.placeholders import Placeholders, find_placeholders
 from depthwalk.render.world.spatial_cells import SpatialCells, in_sight, sort_into_cells
 from depthwalk.scene.arrays import Objects, Representation
@@ -63,6 +63,8 @@ class RenderWorld:
         self._choice: MeshChoice | None = None
         self._cells: SpatialCells | None = None
         self._generation = self._changes = 0
+        self._moment: float | None = None
+        self._moments = 0  # how often `show_moment` moved something
         self._placeholders = Placeholders.none(len(library), len(scene.objects))
         self._viewer: Array | None = None
 
@@ -142,6 +144,11 @@ class RenderWorld:
         return self._changes
 
     @property
+    def edits(self) -> int:
+        """Return a number that changes as `changes` does, but not when only time has moved what is animated."""
+        return self._changes - self._moments
+
+    @property
     def is_whole(self) -> bool:
         """Return whether every object of the scene is shown in some way.
 
@@ -155,7 +162,7 @@ class RenderWorld:
         return self._objects is not None and self._bounds is not None and self._cells is not None
 
     def _forget(self) -> None:
-        self._objects = self._owners = self._table = self._bounds = self._cells = self._choice = None
+        self._objects = self._owners = self._table = self._bounds = self._cells = self._choice = self._moment = None
         self._generation += 1
         self._changes += 1
 
@@ -271,22 +278,37 @@ class RenderWorld:
             return bool((self._scene.objects.representation == Representation.AUTO).any())
         return forced is Representation.AUTO
 
-    def moved(self, changed: slice | None = None) -> None:
+    def show_moment(self, seconds: float) -> None:
+        """Move what is animated to where it is at a moment, seconds since the scene's animations began.
+
+        What else moved it since the last moment is overwritten; the same moment again changes nothing.
+        """
+        if self._scene.animations is None or self._moment == seconds:
+            return
+        from depthwalk.scene.animation import show_moment  # here: most scenes stand still
+
+        self.moved(show_moment(self._scene, seconds))
+        self._moment, self._moments = seconds, self._moments + 1
+
+    def moved(self, changed: slice | Rows | None = None) -> None:
         """Update the arrays for objects that moved; call this after `set_node_transform`.
 
         Parameters
         ----------
-        changed : the slice of the scene's objects that `set_node_transform` returned; None: any may have moved.
+        changed : the slice of the scene's objects that `set_node_transform` returned, or (k,) rows of such objects,
+            ascending; None: any may have moved.
         """
         self._changes += 1
         if changed is None or self._cells is None or self._bounds is None:
             self._objects = self._owners = self._bounds = self._cells = self._choice = None
             self._generation += 1
             return
-        if changed.start == changed.stop:
+        if isinstance(changed, slice):
+            changed = np.arange(changed.start, changed.stop)
+        if not len(changed):
             return
         table, objects = self.table(), self.objects()
-        rows = self._rows.rows_of(changed)
+        rows = rows_of(changed, self.owners())
         objects.put(rows, self._rows.place(changed))
         self._bounds.put(rows, object_bounds(objects.take(rows), table.centre, table.bounding_radius))
         self._cells.refit(self._bounds, rows)

@@ -146,7 +146,7 @@ class SpatialCells:
         gap = np.linalg.norm(np.maximum(np.abs(middle) - half, 0), axis=1)
         return np.asarray(inside & (2 * view.detail_pixels * self.largest >= min_pixels * gap))
 
-    def refit(self, bounds: Bounds, rows: slice) -> None:
+    def refit(self, bounds: Bounds, rows: Rows) -> None:
         """Refit the boxes of cells whose objects moved.
 
         Objects stay in their cells: one that moves far from the others makes its cell large.
