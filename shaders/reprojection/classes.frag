@@ -3,12 +3,16 @@
 // The pixels of a tile show places of the picture between those of the nearest surface that may have moved there and those at
 // which the search ended. If the picture is plane enough in all of that area, places are interpolated instead of searched.
 #from depthwalk.render.reprojection.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TileClass as CLASS
-#from depthwalk.render.reprojection.smooth_tiles import TOLERANCE
+#from depthwalk.render.reprojection.smooth_tiles import MOVES, TOLERANCE
+#from depthwalk.render.reprojection.reprojection import BEYOND
 #include "reprojection/search.glsl"
 uniform sampler2D places;       // of places.frag
 uniform sampler2D roughness;    // of roughness.frag
 uniform vec2 pixel;             // of the screen, as a part of it
 uniform float focal_pixels;     // of the screen
+#ifdef MOVING
+uniform sampler2D nearest_moved;    // of search.glsl
+#endif
 
 layout(location = 0) out float tile_class;
 
@@ -18,7 +22,7 @@ void main() {
     ivec2 tile = ivec2(gl_FragCoord.xy);
     vec2 size = vec2(textureSize(distances, 0));
     vec2 corners[4], low = vec2(1e9), high = vec2(-1e9);
-    float distance = texture(nearest, (vec2(tile) + 0.5) * float(TILE) * pixel * cells_shown).r;
+    float distance = nearest_along((vec2(tile) + 0.5) * float(TILE) * pixel);
     for (int k = 0; k < 4; ++k) {
         corners[k] = found_at(tile, 2 * (k & 1), 2 * (k >> 1)).xy;
         vec2 near = place_of(viewer + distance * ray_at(vec2(tile + ivec2(k & 1, k >> 1)) * float(TILE) * pixel));
@@ -49,5 +53,10 @@ void main() {
             for (int x = first.x; x <= last.x; ++x) most = max(most, texelFetch(roughness, ivec2(x, y), 0).r);
     bool is_within = all(greaterThanEqual(seen_low, vec2(0.0))) && all(lessThanEqual(seen_high, vec2(1.0)));
     bool is_smooth = is_small && all_seen > 0.0 && off < TOLERANCE && most * parallax < TOLERANCE;
-    tile_class = float(!is_within ? CLASS_AROUND : is_smooth ? CLASS_SMOOTH : CLASS_SEARCHED);
+    bool has_come = false;
+#ifdef MOVING
+    is_smooth = is_smooth && most < MOVES;
+    has_come = texture(nearest_moved, (vec2(tile) + 0.5) * float(TILE) * pixel * cells_shown).r < BEYOND;
+#endif
+    tile_class = float(!is_within ? CLASS_AROUND : has_come ? CLASS_MOVED : is_smooth ? CLASS_SMOOTH : CLASS_SEARCHED);
 }

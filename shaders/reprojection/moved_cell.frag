@@ -1,5 +1,7 @@
-// Writes how far ahead of a camera that has moved the picture's nearest surface is in each cell of the screen, metres.
+// Writes how far ahead of a camera that has moved the picture's nearest surface is in each cell of the screen, metres, and with
+// MOVING by how much it has moved by itself.
 flat in float ahead;
-layout(location = 0) out float nearest;
+flat in vec3 shift;
+layout(location = 0) out vec4 nearest;
 
-void main() { nearest = ahead; }
+void main() { nearest = vec4(ahead, shift); }

@@ -1,7 +1,11 @@
 // Places each cell of a finished picture where a camera that has moved sees the nearest surface in it: a rectangle about the
 // cell, as far ahead as that surface. Coordinates are those of reprojection.frag.
-#from depthwalk.render.reprojection.reprojection import BEYOND, CELL, LEAST_AHEAD
-uniform sampler2D nearest;          // of each cell, metres
+//
+// MOVING: that of the nearest surface that moves by itself.
+#from depthwalk.render.reprojection.cell_size import CELL
+#from depthwalk.render.reprojection.reprojection import BEYOND, LEAST_AHEAD
+uniform sampler2D nearest;          // of each cell, metres; with MOVING its velocity, m/s, and metres
+uniform float elapsed;              // with MOVING: seconds since the picture's moment
 uniform vec2 picture_size;          // pixels
 uniform vec2 half_extent;           // tangents of half the picture's angles
 uniform vec3 viewer;                // the new camera
@@ -9,18 +13,26 @@ uniform mat3 screen_from_ray;       // takes a point relative to that camera to 
 uniform vec2 screen_cells;          // columns and rows of cells on the screen; the last ones may be cut off
 
 flat out float ahead;
+flat out vec3 shift;                // by which the surface has moved itself, metres
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
 void main() {
     int columns = textureSize(nearest, 0).x;
     ivec2 cell = ivec2(gl_InstanceID % columns, gl_InstanceID / columns);
-    float distance = texelFetch(nearest, cell, 0).r;
+    vec4 surface = texelFetch(nearest, cell, 0);
+#ifdef MOVING
+    float distance = surface.w;
+    shift = elapsed * surface.xyz;
+#else
+    float distance = surface.r;
+    shift = vec3(0.0);
+#endif
     vec2 low = vec2(1e9), high = vec2(-1e9);
     ahead = 1e9;
     for (int k = 0; k < 4; ++k) {
         vec2 place = vec2(cell + ivec2(k & 1, k >> 1)) * float(CELL) / picture_size;
-        vec3 seen = screen_from_ray * (vec3((2.0 * place - 1.0) * half_extent, 1.0) * distance - viewer);
+        vec3 seen = screen_from_ray * (vec3((2.0 * place - 1.0) * half_extent, 1.0) * distance + shift - viewer);
         ahead = min(ahead, seen.z);
         low = min(low, seen.xy / seen.z);
         high = max(high, seen.xy / seen.z);

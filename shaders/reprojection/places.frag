@@ -9,7 +9,7 @@ layout(location = 0) out vec4 found_place;  // x, y; z: 0 where the surface to s
 void main() {
     vec2 uv = floor(gl_FragCoord.xy) * (0.5 * float(TILE)) * pixel;
     vec3 ray = ray_at(uv);
-    Found found = search(ray, nearest_along(uv));
+    Found found = surface_on(ray, uv);
     bool hidden = is_hidden(found);
     found_place = vec4(hidden ? found.behind : found.place, hidden ? 0.0 : 1.0, 0.0);
 }

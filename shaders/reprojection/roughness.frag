@@ -1,7 +1,10 @@
 // Measures how far from plane each cell of a finished picture is: the largest deviation of an inverse distance in it from the
 // plane through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
-#from depthwalk.render.reprojection.smooth_tiles import ROUGHNESS_CELL
+//
+// MOVING: `MOVES` where anything in the cell moves by itself.
+#from depthwalk.render.reprojection.smooth_tiles import MOVES, ROUGHNESS_CELL
 uniform sampler2D distances;
+uniform sampler2D velocities;   // with MOVING, of velocity.frag
 
 layout(location = 0) out float roughness;
 
@@ -21,4 +24,10 @@ void main() {
     for (int y = 0; y <= ROUGHNESS_CELL; ++y)
         for (int x = 0; x <= ROUGHNESS_CELL; ++x)
             roughness = max(roughness, abs(inverse_at(first + ivec2(x, y)) - middle - dot(slope, vec2(x, y))));
+#ifdef MOVING
+    ivec2 last = textureSize(velocities, 0) - 1;
+    for (int y = 0; y <= ROUGHNESS_CELL; ++y)
+        for (int x = 0; x <= ROUGHNESS_CELL; ++x)
+            if (texelFetch(velocities, min(first + ivec2(x, y), last), 0).w > 0.0) roughness = MOVES;
+#endif
 }

@@ -15,12 +15,21 @@ uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the
 uniform vec3 viewer;            // the new camera
 uniform vec3 axis;              // its view axis, unit
 uniform vec2 half_extent;       // tangents of half the picture's angles
+#ifdef MOVING
+uniform sampler2D velocities;   // of surfaces that move by themselves, m/s (velocity.frag)
+uniform float elapsed;          // seconds since the picture's moment
+#endif
+#ifdef MOVED
+uniform sampler2D nearest_moved;    // the nearest of these ahead of the new camera, by cells of the screen; gba: its `shift_at`
+#endif
 
 struct Found {
     vec2 place;         // in the picture
     float ahead;        // how far the picture's surface is there, as `distances` have it
     float expected;     // how far it should be
+    float along;        // how far along the ray that is
     vec2 behind;        // the place with the farthest surface of all that were visited
+    float assumed, moves;   // whether it moves by itself: as the search took it to do, and as it does; 1 if so
 };
 
 // Beyond the picture's edges, distances go on as they are at the edge.
@@ -31,33 +40,60 @@ vec3 ray_at(vec2 place) { return ray_from_screen * vec3(2.0 * place - 1.0, 1.0);
 // Returns how far along the ray the nearest surface is that may have moved to a place of the screen.
 float nearest_along(vec2 place) { return texture(nearest, place * cells_shown).r; }
 
+// Returns by how much the surface at a place of the picture has moved by itself since, metres; w: 1 where it moves, else 0.
+vec4 shift_at(vec2 place) {
+#ifdef MOVING
+    return texture(velocities, place) * vec4(vec3(elapsed), 1.0);
+#else
+    return vec4(0.0);
+#endif
+}
+
 // Returns how far along a ray to look next. along: how far the last look was, a point that is `expected` metres ahead of the
-// picture's camera, in whose place the picture shows a surface `ahead` metres away.
+// picture's camera, in whose place the picture shows a surface `ahead` metres away that has moved by `shift`.
 //
 // The surface itself, seen from the new camera, is right for a wall across the way. Where the viewer has moved ahead, the
 // last look scaled like its distance is right for a floor or wall beside the way. The geometric mean does for both.
-float next_along(float along, float expected, float ahead, vec2 place) {
-    float seen = dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead - viewer);
+float next_along(float along, float expected, float ahead, vec2 place, vec3 shift) {
+    float seen = dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead + shift - viewer);
     if (dot(axis, viewer) <= 0.0 || expected <= 0.0) return max(seen, 1e-2);
     float scaled = along * ahead / expected;
     return max(sqrt(max(seen, DAMPING * scaled) * scaled), 1e-2);
 }
 
-// Looks for the surface on a ray, first at a distance along it.
-Found search(vec3 ray, float along) {
-    vec3 point = viewer + along * ray;
+// Looks for the surface on a ray, first at a distance along it, for one that has moved by `shift`. Where a surface has moved by
+// itself, the picture shows it in the place that it came from.
+Found search(vec3 ray, float along, vec4 shift) {
+    vec3 point = viewer + along * ray - shift.xyz;
     vec2 place = place_of(point), behind = place;
     float ahead = texture(distances, place).r, expected = point.z, farthest = abs(ahead);
     for (int k = 0; k < FIXED_POINT_STEPS; ++k) {
-        along = next_along(along, expected, abs(ahead), place);
-        point = viewer + along * ray;
+        shift = shift_at(place);
+        along = next_along(along, expected, abs(ahead), place, shift.xyz);
+        point = viewer + along * ray - shift.xyz;
         place = place_of(point);
         ahead = texture(distances, place).r;
         expected = point.z;
         if (abs(ahead) > farthest) { farthest = abs(ahead); behind = place; }
     }
-    return Found(place, ahead, expected, behind);
+    return Found(place, ahead, expected, along, behind, shift.w, shift_at(place).w);
 }
 
-// Returns whether the picture has something nearer where a surface should be, so that the surface was never seen.
-bool is_hidden(Found found) { return abs(found.ahead) < HIDDEN * found.expected; }
+// Returns whether the picture has something nearer where a surface should be, or something that has left, so that the surface
+// was never seen.
+bool is_hidden(Found found) {
+    return abs(found.ahead) < HIDDEN * found.expected || found.assumed < found.moves;
+}
+
+// Returns what is on the ray through a place of the screen. A surface that moves is looked for first: it may have come in
+// front of what the picture shows there, farther than anything that stays moves in the picture.
+Found surface_on(vec3 ray, vec2 place) {
+    Found stays = search(ray, nearest_along(place), vec4(0.0));
+#ifdef MOVED
+    vec4 start = texture(nearest_moved, place * cells_shown);
+    Found came = search(ray, start.x, vec4(start.yzw, 1.0));
+    bool is_there = came.assumed > 0.0 && came.moves > 0.0 && abs(abs(came.ahead) - came.expected) < (1.0 - HIDDEN) * came.expected;
+    if (is_there && (is_hidden(stays) || came.along < stays.along)) return came;
+#endif
+    return stays;
+}

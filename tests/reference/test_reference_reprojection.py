@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from depthwalk.reference.reprojection import beside_nearer, nearest_in_cells, nearest_seen, roughness, sources, tiles
-from depthwalk.render.reprojection.reprojection import BEYOND, CELL, REFLECTED
+from depthwalk.render.reprojection.cell_size import CELL
+from depthwalk.render.reprojection.reprojection import BEYOND, REFLECTED
 from depthwalk.render.reprojection.smooth_tiles import ROUGHNESS_CELL, TILE, TileClass
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera

@@ -5,19 +5,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.render.reprojection.cell_size import CELL, STRIDE
+from depthwalk.render.reprojection.moving_surfaces import BASE, GROWN
 from depthwalk.render.reprojection.reprojection import (
     BEYOND,
-    CELL,
     DAMPING,
     FIXED_POINT_STEPS,
     HIDDEN,
     LEAST_AHEAD,
     REFLECTED,
-    STRIDE,
     seen_from,
 )
-from depthwalk.render.reprojection.smooth_tiles import MOST_CELLS, ROUGHNESS_CELL, TILE, TOLERANCE, TileClass
+from depthwalk.render.reprojection.smooth_tiles import MOST_CELLS, MOVES, ROUGHNESS_CELL, TILE, TOLERANCE, TileClass
 from depthwalk.render.view.view import View
+from depthwalk.render.world.moving_objects import MovingObjects
 from depthwalk.types import Array, Mask
 
 _CORNERS = np.array([[0, 1, 0, 1], [0, 0, 1, 1]])  # of a cell: to the right and up
@@ -51,6 +52,64 @@ def _cells(distances: Array, edge: int, steps: NDArray[np.integer]) -> NDArray[n
     return np.asarray(distances[rows[:, None, :, None], columns[None, :, None, :]], np.float64)
 
 
+def velocities_in(picture: View, distances: Array, moving: MovingObjects) -> NDArray[np.float64]:
+    """Return how fast each pixel's surface moves by itself, as shaders/reprojection/velocity.frag finds it.
+
+    Parameters
+    ----------
+    picture
+        The view of the picture.
+    distances
+        (h, w) metres along the picture's view axis, lower row first.
+    moving
+        The objects that move.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (h, w, 4) metres per second to the right, up and ahead of the camera; last 1 where something moves, else 0.
+    """
+    row, column = np.indices(distances.shape)
+    screen = (np.dstack([column, row]) + 0.5) / distances.shape[::-1] * 2 - 1
+    ray = np.dstack([screen * np.array(picture.half_extent), np.ones(distances.shape)]) @ picture.axes
+    point = picture.position + ray * distances[..., None]
+    found, shape = np.zeros((*distances.shape, 4)), moving.cylinders
+    for k in range(len(moving.velocity)):
+        offset = point - shape.centre[k]
+        along = offset @ shape.axis[k]
+        off = np.linalg.norm(offset - along[..., None] * shape.axis[k], axis=-1)
+        height = shape.half_height[k]
+        within = (off <= GROWN * shape.radius[k]) & (along <= GROWN * height) & (along >= (2 * BASE - 1) * height)
+        arm = point[within] - moving.pivot[k]
+        moves = moving.velocity[k] + np.cross(moving.turn[k], arm) + moving.growth[k] * arm
+        found[within] = np.column_stack([moves @ picture.axes.T, np.ones(len(arm))])
+    return found
+
+
+def nearest_moving(distances: Array, velocities: Array) -> NDArray[np.float64]:
+    """Return the nearest surface that moves by itself in each cell of a picture (moving_nearest.frag).
+
+    Parameters
+    ----------
+    distances
+        (h, w) metres, lower row first.
+    velocities
+        (h, w, 4), see `velocities_in`.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (⌈h / CELL⌉, ⌈w / CELL⌉, 4) velocity, m/s, and distance, metres; `BEYOND` where nothing moves.
+    """
+    steps = np.arange(STRIDE // 2, CELL, STRIDE)
+    ahead = _cells(np.where(velocities[..., 3] > 0, distances, BEYOND), CELL, steps)
+    first = ahead.reshape(*ahead.shape[:2], -1).argmin(-1)[..., None]
+    columns = [_cells(velocities[..., k], CELL, steps) for k in range(3)]
+    found = [np.take_along_axis(c.reshape(*c.shape[:2], -1), first, -1)[..., 0] for c in (*columns, ahead)]
+    found[:3] = [np.where(found[3] < BEYOND, column, 0) for column in found[:3]]
+    return np.stack(found, -1)
+
+
 def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     """Return the distance along another camera's axis to the nearest surface of a picture, by cells of that view.
 
@@ -71,21 +130,54 @@ def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.floa
     NDArray[np.float64]
         (⌈H / CELL⌉, ⌈W / CELL⌉) metres; `BEYOND` where no surface appears.
     """
-    rays, viewer, _ = seen_from(picture, view)
     nearest = nearest_in_cells(distances)
-    row, column = np.indices(nearest.shape).reshape(2, -1, 1)
+    return _seen_by_cells(picture, np.dstack([np.zeros((*nearest.shape, 3)), nearest]), view)[..., 0]
+
+
+def nearest_moved(picture: View, distances: Array, view: View, velocities: Array) -> NDArray[np.float64]:
+    """Return the same as `nearest_seen` for surfaces that move by themselves, and by how much they have moved.
+
+    Parameters
+    ----------
+    picture, distances, view
+        See `nearest_seen`.
+    velocities
+        (h, w, 4), see `velocities_in`.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (⌈H / CELL⌉, ⌈W / CELL⌉, 4) metres ahead, `BEYOND` where no surface appears; and by how much that surface has
+        moved by itself, metres, in the axes of the picture's camera.
+    """
+    return _seen_by_cells(picture, nearest_moving(distances, velocities), view)
+
+
+def _seen_by_cells(picture: View, surfaces: Array, view: View) -> NDArray[np.float64]:
+    """Return what `nearest_moved` does, of surfaces (rows, columns, 4): velocities, and metres ahead."""
+    rays, viewer, _ = seen_from(picture, view)
+    row, column = np.indices(surfaces.shape[:2]).reshape(2, -1, 1)
     place = np.dstack([column + _CORNERS[0], row + _CORNERS[1]]) * CELL / np.array(picture.size)
     direction = np.dstack([(2 * place - 1) * np.array(picture.half_extent), np.ones(place.shape[:2])])
-    seen = (direction * nearest.reshape(-1, 1, 1) - viewer) @ np.linalg.inv(rays).T
-    ahead, cells = seen[..., 2].min(1), np.array(view.size) / CELL
-    found = np.full(np.ceil(cells).astype(int)[::-1], float(BEYOND))
-    drawn = np.flatnonzero((nearest.ravel() < BEYOND) & (ahead >= LEAST_AHEAD))
+    cells, flat = np.array(view.size) / CELL, surfaces.reshape(-1, 4)
+    found = np.zeros((*np.ceil(cells).astype(int)[::-1], 4))
+    found[..., 0] = BEYOND
+    shift = (view.camera.time - picture.camera.time) * flat[:, :3]
+    seen = (direction * flat[:, 3:, None] + shift[:, None] - viewer) @ np.linalg.inv(rays).T
+    _draw_cells(found, cells, seen, flat[:, 3] < BEYOND, shift)
+    return found
+
+
+def _draw_cells(found: Array, cells: Array, seen: Array, is_surface: Mask, shift: Array) -> None:
+    """Draw the rectangles around corners (n, 4, 3), metres right, up and ahead of the new camera, into `found`."""
+    ahead = seen[..., 2].min(1)
+    drawn = np.flatnonzero(is_surface & (ahead >= LEAST_AHEAD))
     at = (0.5 + 0.5 * seen[drawn, :, :2] / seen[drawn, :, 2:]) * cells
     low, high = np.ceil(at.min(1) - 1), np.floor(at.max(1))  # of the cells whose centres are inside
-    first, last = (edge.clip(0, np.array(found.shape)[::-1]).astype(int) for edge in (low, high + 1))
+    first, last = (edge.clip(0, np.array(found.shape[:2])[::-1]).astype(int) for edge in (low, high + 1))
     for k, (x, y), (right, top) in zip(drawn, first, last, strict=True):
-        found[y:top, x:right] = np.minimum(found[y:top, x:right], ahead[k])
-    return found
+        part = found[y:top, x:right]
+        part[part[..., 0] > ahead[k]] = ahead[k], *shift[k]
 
 
 def beside_nearer(distances: Array) -> Mask:
@@ -114,11 +206,17 @@ class _Found(NamedTuple):
     place
         (n, 2) position in the picture, 0 to 1, of what is shown.
     hidden
-        (n,) whether what should be visible is hidden in the picture.
+        (n,) whether what should be visible is hidden in the picture, or has left.
+    along
+        (n,) metres along the ray, at which it should be.
+    is_there
+        (n,) whether it moves by itself, and is found where it should be.
     """
 
     place: NDArray[np.float64]
     hidden: Mask
+    along: NDArray[np.float64]
+    is_there: Mask
 
 
 def _place_of(picture: View, points: Array) -> NDArray[np.float64]:
@@ -137,57 +235,111 @@ def _near_points(picture: View, view: View, nearest: Array, at: Array) -> tuple[
     return rays, viewer + nearest[:, None] * rays
 
 
-def _search(picture: View, distances: Array, view: View, nearest: Array, at: Array) -> _Found:
-    """Find what positions (n, 2) of another camera's screen show. Other arguments: see `_near_points`."""
+def _search(
+    picture: View,
+    distances: Array,
+    view: View,
+    nearest: Array,
+    at: Array,
+    velocities: Array | None,
+    start_shift: Array | None = None,
+) -> _Found:
+    """Find what positions (n, 2) of another camera's screen show. Other arguments: see `_near_points`, `sources`.
+
+    start_shift: by how much (n, 3) the surface has moved by itself that is looked for; None: it stays.
+    """
     _, viewer, axis = seen_from(picture, view)
+    moves = np.full(len(at), start_shift is not None)
+    shift = np.zeros((len(at), 3)) if start_shift is None else start_shift
     rays, points = _near_points(picture, view, nearest, at)
+    points = points - shift
     place = behind = _place_of(picture, points)
     ahead = farthest = look_up(distances, place)
     along, expected = nearest, points[:, 2]
+    elapsed = view.camera.time - picture.camera.time
     for _ in range(FIXED_POINT_STEPS):
         direction = np.column_stack([(2 * place - 1) * np.array(picture.half_extent), np.ones_like(ahead)])
-        seen = (direction * ahead[:, None] - viewer) @ axis
+        if velocities is not None:
+            moves = look_up(velocities[..., 3], place) > 0
+            shift = elapsed * np.stack([look_up(velocities[..., k], place) for k in range(3)], -1)
+        seen = (direction * ahead[:, None] + shift - viewer) @ axis
         if axis @ viewer > 0:
             scaled = along * ahead / np.where(expected > 0, expected, np.nan)
             seen = np.where(expected > 0, np.sqrt(np.maximum(seen, DAMPING * scaled) * scaled), seen)
         along = np.maximum(seen, 1e-2)
-        points = viewer + along[:, None] * rays
+        points = viewer + along[:, None] * rays - shift
         place, expected = _place_of(picture, points), points[:, 2]
         ahead = look_up(distances, place)
         behind = np.where((ahead > farthest)[:, None], place, behind)
         farthest = np.maximum(farthest, ahead)
-    hidden = np.asarray(ahead < HIDDEN * expected)
-    return _Found(np.where(hidden[:, None], behind, place), hidden)
+    does_move = np.zeros(len(at), bool) if velocities is None else look_up(velocities[..., 3], place) > 0
+    hidden = np.asarray(ahead < HIDDEN * expected) | (does_move & ~moves)
+    is_there = moves & does_move & (np.abs(ahead - expected) < (1 - HIDDEN) * expected)
+    return _Found(np.where(hidden[:, None], behind, place), hidden, along.astype(float), is_there)
 
 
-def roughness(distances: Array) -> NDArray[np.float64]:
+def _surfaces_on(picture: View, distances: Array, view: View, at: Array, velocities: Array | None) -> _Found:
+    """Find what positions (n, 2) of another camera's screen show, where anything may have come that moves by itself.
+
+    Other arguments: see `sources`.
+    """
+    cell = at * np.array(view.size) / CELL
+    nearest = nearest_seen(picture, distances, view)
+    stays = _search(picture, distances, view, _of_cell(nearest, cell), at, velocities)
+    if velocities is None:
+        return stays
+    moved = nearest_moved(picture, distances, view, velocities)
+    start = np.stack([_of_cell(moved[..., k], cell) for k in range(4)], -1)
+    came = _search(picture, distances, view, start[:, 0], at, velocities, start[:, 1:])
+    better = (start[:, 0] < BEYOND) & came.is_there & (stays.hidden | (came.along < stays.along))
+    return _Found(
+        np.where(better[:, None], came.place, stays.place),
+        np.where(better, came.hidden, stays.hidden),
+        np.where(better, came.along, stays.along),
+        better,
+    )
+
+
+def _of_cell(cells: Array, cell: Array) -> NDArray[np.float64]:
+    """Return the values of `cells` (rows, columns) at positions (n, 2), in cells."""
+    return look_up(cells, cell / cells.shape[::-1])
+
+
+def roughness(distances: Array, velocities: Array | None = None) -> NDArray[np.float64]:
     """Return how far from planar the cells of a picture are, as shaders/reprojection/roughness.frag measures it.
 
     Parameters
     ----------
     distances
         (h, w) metres, lower row first.
+    velocities
+        (h, w, 4), see `velocities_in`; None: nothing moves by itself.
 
     Returns
     -------
     NDArray[np.float64]
         (⌈h / ROUGHNESS_CELL⌉, ⌈w / ROUGHNESS_CELL⌉), 1/m: largest difference of an inverse distance from the plane
-        through those at the corners.
+        through those at the corners; `MOVES` where anything moves by itself.
     """
     inverse = 1 / _cells(distances, ROUGHNESS_CELL, np.arange(ROUGHNESS_CELL + 1))
     first, right, up, both = (inverse[..., y, x, None, None] for y in (0, -1) for x in (0, -1))
     slope_x, slope_y = ((right + both - first - up) / 2, (up + both - first - right) / 2)
     part = np.arange(ROUGHNESS_CELL + 1) / ROUGHNESS_CELL - 0.5
     plane = (first + right + up + both) / 4 + slope_x * part + slope_y * part[:, None]
-    return np.asarray(np.abs(inverse - plane).max((2, 3)))
+    found = np.asarray(np.abs(inverse - plane).max((2, 3)))
+    if velocities is not None:
+        found[_cells(velocities[..., 3], ROUGHNESS_CELL, np.arange(ROUGHNESS_CELL + 1)).max((2, 3)) > 0] = MOVES
+    return found
 
 
-def tiles(picture: View, distances: Array, view: View) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def tiles(
+    picture: View, distances: Array, view: View, velocities: Array | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return how the tiles of a screen are drawn, and the sources of their corners (shaders/reprojection/classes.frag).
 
     Parameters
     ----------
-    picture, distances, view
+    picture, distances, view, velocities
         See `sources`.
 
     Returns
@@ -200,19 +352,23 @@ def tiles(picture: View, distances: Array, view: View) -> tuple[NDArray[np.int64
     size, viewer = np.array(view.size), seen_from(picture, view)[1]
     columns, rows = -(-size // TILE)
     nearest = nearest_seen(picture, distances, view)
+    moved = None if velocities is None else nearest_moved(picture, distances, view, velocities)[..., 0]
     lattice = np.indices((2 * rows + 1, 2 * columns + 1))[::-1].reshape(2, -1).T * TILE / 2
-    found = _search(picture, distances, view, look_up(nearest, lattice / CELL / nearest.shape[::-1]), lattice / size)
+    found = _search(picture, distances, view, _of_cell(nearest, lattice / CELL), lattice / size, velocities)
     place, seen = found.place.reshape(2 * rows + 1, -1, 2), ~found.hidden.reshape(2 * rows + 1, -1)
-    corners, pixels, rough = place[::2, ::2], np.array(picture.size), roughness(distances)
+    corners, pixels, rough = place[::2, ::2], np.array(picture.size), roughness(distances, velocities)
     classes = np.full((rows, columns), int(TileClass.SEARCHED))
     for row, column in np.ndindex(rows, columns):
         at = np.array([(column + x, row + y) for y in (0, 1) for x in (0, 1)]) * TILE / size
-        ahead = look_up(nearest, (np.array([[column, row]]) + 0.5) * TILE / CELL / nearest.shape[::-1])
-        near = _place_of(picture, _near_points(picture, view, ahead.repeat(4), at)[1])
+        middle = (np.array([[column, row]]) + 0.5) * TILE / CELL
+        near = _place_of(picture, _near_points(picture, view, _of_cell(nearest, middle).repeat(4), at)[1])
         nine = np.s_[2 * row : 2 * row + 3, 2 * column : 2 * column + 3]
         low, high = place[nine].min((0, 1)), place[nine].max((0, 1))
         if (low < 0).any() or (high > 1).any():
             classes[row, column] = TileClass.AROUND
+            continue
+        if moved is not None and _of_cell(moved, middle)[0] < BEYOND:
+            classes[row, column] = TileClass.MOVED
             continue
         off = np.linalg.norm((place[nine] - _between(corners[row : row + 2, column : column + 2], 3)) * pixels, axis=-1)
         parallax = view.focal_pixels * np.linalg.norm(
@@ -222,7 +378,8 @@ def tiles(picture: View, distances: Array, view: View) -> tuple[NDArray[np.int64
         last = np.minimum((np.maximum(high, near.max(0)).clip(0, 1) * pixels).astype(int), pixels - 1) // ROUGHNESS_CELL
         if (last - first < MOST_CELLS).all() and seen[nine].all() and off.max() < TOLERANCE:
             most = rough[first[1] : last[1] + 1, first[0] : last[0] + 1].max()
-            classes[row, column] = TileClass.SMOOTH if most * parallax < TOLERANCE else TileClass.SEARCHED
+            is_smooth = most < MOVES and most * parallax < TOLERANCE
+            classes[row, column] = TileClass.SMOOTH if is_smooth else TileClass.SEARCHED
     return classes, corners
 
 
@@ -233,7 +390,7 @@ def _between(corners: Array, count: int, at: Array | None = None) -> NDArray[np.
     return np.asarray(lower + part[..., None] * (upper - lower))
 
 
-def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
+def sources(picture: View, distances: Array, view: View, velocities: Array | None = None) -> NDArray[np.float64]:
     """Return the position in a picture from which each pixel of another view is filled.
 
     The surface on a pixel's ray is found by fixed-point iteration, which alternates between its distance and its
@@ -248,7 +405,9 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     distances
         (h, w) metres along the picture's view axis, lower row first; `BEYOND` where nothing is.
     view
-        The other view, of W × H pixels.
+        The other view, of W × H pixels, of another moment where surfaces move by themselves.
+    velocities
+        (h, w, 4) of these, see `velocities_in`; None: nothing moves by itself.
 
     Returns
     -------
@@ -257,8 +416,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     """
     width, height = view.size
     pixel = np.indices((height, width))[::-1].reshape(2, -1).T
-    near = nearest_seen(picture, distances, view)[pixel[:, 1] // CELL, pixel[:, 0] // CELL]
-    place, hidden = _search(picture, distances, view, near, (pixel + 0.5) / view.size)
+    place, hidden, _, _ = _surfaces_on(picture, distances, view, (pixel + 0.5) / view.size, velocities)
     alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
     inside = place.clip(0, 1)
     beyond = np.abs(place - inside) % (2 * REFLECTED)  # mirrored back and forth
@@ -266,7 +424,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     size = np.array(picture.size)
     found: NDArray[np.float64] = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place)
     found = found.reshape(height, width, 2)
-    classes, corners = tiles(picture, distances, view)
+    classes, corners = tiles(picture, distances, view, velocities)
     at = (np.arange(TILE) + 0.5) / TILE
     for row, column in np.argwhere(classes == TileClass.SMOOTH):
         tile = found[row * TILE : (row + 1) * TILE, column * TILE : (column + 1) * TILE]

@@ -161,7 +161,8 @@ class SceneFrames:
         assert targets is not None and fitted is not None and source is not None
         near, far = fitted.depth_range
         self.scale = source.scale
-        self._reprojection.take(targets, replace(source, near=near, far=far))
+        moving = self._renderer.world.moving(source)
+        self._reprojection.take(targets, replace(source, near=near, far=far), moving)
 
     def _note(self, seconds: float) -> None:
         """Record how long a frame took."""

@@ -8,7 +8,8 @@ shaders/reprojection/reprojection.frag, its twin in NumPy `reference.reprojectio
 """
 
 import math
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import moderngl
@@ -19,7 +20,9 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.render.image import Image
+from depthwalk.render.reprojection.cell_size import CELL
 from depthwalk.render.reprojection.depth_picture import DepthPicture, DepthPictures
+from depthwalk.render.reprojection.moving_surfaces import MovingImages, MovingSurfaces
 from depthwalk.render.reprojection.picture_cells import CELL_COLUMNS, CELL_ROWS, VERTEX_SHADER, fill_cells, places
 from depthwalk.render.reprojection.smooth_tiles import VERTEX_SHADER as TILE_VERTEX_SHADER
 from depthwalk.render.reprojection.smooth_tiles import SmoothTiles, TileClass
@@ -27,17 +30,16 @@ from depthwalk.render.reprojection.surround import Surround
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.field_of_view import shows, spread_rays
 from depthwalk.render.view.view import View
+from depthwalk.render.world.moving_objects import MovingObjects
 from depthwalk.types import Mask
 
 BEYOND = 1e6  # metres: the distance that stands for the sky, where nothing was drawn
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 DAMPING = 0.75  # least length of a step along a ray ahead, over that which is right for a floor; see search.glsl
-CELL = 16  # pixels along the side of a cell; the nearest surface of each cell is known
 _Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 _CORNERS = places(1)  # of these cells
 _JUDGED = 16, 12  # columns and rows of rays that estimate how much of a view a picture holds
 REFLECTED = 0.1  # part of the picture's width or height, along each edge, that is mirrored beyond it
-STRIDE = 2  # pixels between those of a cell that are sampled for the nearest surface; narrower things may be missed
 LEAST_AHEAD = 0.01  # metres: cells that come nearer to the new camera are not drawn
 HIDDEN = 0.95  # a surface nearer than this part of the distance at which a search ends hides what it looks for
 
@@ -60,18 +62,28 @@ def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[n
     return axes @ view.ray_from_screen, axes @ (view.position - picture.position), axes @ view.axes[2]
 
 
-class _Picture(NamedTuple):
-    """Hold a picture, the distance of the nearest surface in each cell of `CELL` pixels, and how plane it is."""
+@dataclass
+class _Picture:
+    """Hold a picture, the distance of the nearest surface in each cell of `CELL` pixels, and how plane it is.
+
+    `moving` holds how its surfaces move by themselves, once any of them may; `moves` says whether they do.
+    """
 
     drawn: DepthPicture
     nearest: Image
     roughness: Image
+    moving: MovingImages | None = None
+    moves: bool = False
 
 
 class _Cells(NamedTuple):
-    """Hold, for each cell of the screen, how far ahead of the viewer its nearest surface is."""
+    """Hold, for each cell of the screen, how far ahead of the viewer its nearest surface is.
+
+    `moved` holds that of the nearest surface that moves by itself, and by how much it has moved, metres.
+    """
 
     nearest: Image
+    moved: Image
     depth: moderngl.Texture
 
 
@@ -93,15 +105,15 @@ class Reprojection:
         vertex = "common/fullscreen.vert"
         self._copy = Program(self._gl, vertex, "still_picture/place.frag")
         self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
-        self._moved = Program(self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
+        self._moved = Variants(
+            partial(Program, self._gl, "reprojection/moved_cell.vert", "reprojection/moved_cell.frag")
+        )
         self._programs = Variants(
             lambda defines: Program(self._gl, VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
         )
-        self._tile_programs = {
-            tile_class: Program(self._gl, TILE_VERTEX_SHADER, "reprojection/reprojection.frag", defines=defines)
-            for tile_class, defines in ((TileClass.SEARCHED, ()), (TileClass.AROUND, ("AROUND",)))
-        }
+        self._tile_programs = Variants(partial(Program, self._gl, TILE_VERTEX_SHADER, "reprojection/reprojection.frag"))
         self._tiles = SmoothTiles(self._gl)
+        self._surfaces = MovingSurfaces(self._gl)
         self._pictures = DepthPictures(self._gl)
         self.surround = Surround(self._gl, self._pictures)
         self.view: View | None = None
@@ -119,23 +131,29 @@ class Reprojection:
             self._drawn = _Picture(self._pictures.make(size), nearest, roughness)
         return self._drawn.drawn.colours.framebuffer
 
-    def take(self, targets: Targets, view: View) -> None:
+    def take(self, targets: Targets, view: View, moving: MovingObjects | None = None) -> None:
         """Make what was drawn into `canvas` the finished picture.
 
         Parameters
         ----------
         targets : those that the picture was drawn with, which hold its depth.
         view : the view of the picture, near and far plane fitted, of the size of the canvas.
+        moving : what moves by itself, as it was at the picture's moment; None: nothing ever does.
         """
         if self._drawn is None:
             raise ValueError("no picture was drawn: there is no canvas yet")
-        picture, nearest, roughness = self._drawn
+        drawn, picture, nearest = self._drawn, self._drawn.drawn, self._drawn.nearest
         self._pictures.keep_distances(picture, targets, view)
         picture.distances.texture.use(0)
         self._nearest.set(distances=0)
         with self._gl.state(into=nearest.framebuffer):
             self._nearest.fill()
-        self._tiles.measure(picture.distances.texture, roughness)
+        drawn.moves, velocities = moving is not None, None
+        if moving is not None:
+            drawn.moving = drawn.moving or self._surfaces.make(picture.size)
+            self._surfaces.measure(drawn.moving, picture.distances.texture, view, moving)
+            velocities = drawn.moving.velocities.texture
+        self._tiles.measure(picture.distances.texture, drawn.roughness, velocities)
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
         self.surround.take(picture, view)
@@ -160,7 +178,7 @@ class Reprojection:
         seen = seen_from(self.view, view)
         if not self._rehearsed:
             self._rehearse(view, seen, screen)
-        if seen[1].any():
+        if seen[1].any() or (self._shown.moves and self._elapsed(view)):
             self._show_moved(view, seen, screen)
         else:
             self._show_turned(view, seen, screen)
@@ -168,14 +186,27 @@ class Reprojection:
     def _show_moved(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Show the picture to a camera that stands elsewhere; `seen` is what `seen_from` returns."""
         assert self.view is not None and self._shown is not None
-        self._move_cells(view.size, *seen[:2])
-        search = self._search_uniforms(view.size, seen)
-        self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3)
+        self._move_cells(view, *seen[:2])
+        defines = ("MOVING",) if self._shown.moves else ()
+        search = self._search_uniforms(view, seen)
+        self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3, defines)
         shown = search | self._picture_uniforms(view)
-        for tile_class, program in self._tile_programs.items():
+        moved = (*defines, "MOVED") if self._shown.moves else ()
+        programs = {
+            TileClass.SEARCHED: self._tile_programs[defines],
+            TileClass.AROUND: self._tile_programs[*moved, "AROUND"],
+        }
+        if self._shown.moves:
+            programs[TileClass.MOVED] = self._tile_programs[moved]
+        for tile_class, program in programs.items():
             around = self._around_uniforms(view, 5) if tile_class == TileClass.AROUND else {}
             program.set(**shown, **around)
-        self._tiles.draw(screen, self._tile_programs, picture=0, unit=3)
+        self._tiles.draw(screen, programs, picture=0, unit=3)
+
+    def _elapsed(self, view: View) -> float:
+        """Return the seconds from the moment of the finished picture to that of a view."""
+        assert self.view is not None
+        return view.camera.time - self.view.camera.time
 
     def _show_turned(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Show the picture to a camera that stands where the picture's camera stood."""
@@ -184,7 +215,7 @@ class Reprojection:
         same = (self.view.camera.position, self.view.camera.target) == (view.camera.position, view.camera.target)
         is_part = math.isclose(self.view.focal_pixels, view.focal_pixels) and wide % 2 == high % 2 == 0
         defines = ("EXACT",) if same and is_part else ("TURNED",)
-        uniforms = self._search_uniforms(view.size, seen) | self._picture_uniforms(view)
+        uniforms = self._search_uniforms(view, seen) | self._picture_uniforms(view)
         uniforms["margin"] = wide // 2, high // 2
         lacking = self._lacking(seen[0])
         with self._gl.state(into=screen):
@@ -203,9 +234,16 @@ class Reprojection:
         world = {"world_from_screen": tuple(view.ray_from_screen.T.ravel())}
         return world | self.surround.use(view, unit, unit + 1)
 
-    def _search_uniforms(self, size: tuple[int, int], seen: _Seen) -> dict[str, object]:
-        """Bind the distances of the finished picture; return the uniforms to search it from a screen of `size`."""
+    def _search_uniforms(self, view: View, seen: _Seen) -> dict[str, object]:
+        """Bind the distances of the finished picture; return the uniforms to search it from the screen of a view."""
         assert self.view is not None and self._shown is not None
+        moving: dict[str, object] = {}
+        if self._shown.moves and self._shown.moving is not None:
+            self._shown.moving.velocities.texture.use(7)
+            moving = {"velocities": 7, "elapsed": self._elapsed(view)}
+            if self._cells is not None:
+                self._cells.moved.texture.use(8)
+                moving["nearest_moved"] = 8
         rays, viewer, axis = seen
         self._shown.drawn.distances.texture.use(1)
         if self._cells is not None:
@@ -213,11 +251,12 @@ class Reprojection:
         return {
             "distances": 1,
             "nearest": 2,
-            "cells_shown": tuple(side / (CELL * math.ceil(side / CELL)) for side in size),
+            "cells_shown": tuple(side / (CELL * math.ceil(side / CELL)) for side in view.size),
             "ray_from_screen": tuple(rays.T.ravel()),
             "viewer": tuple(viewer),
             "axis": tuple(axis),
             "half_extent": self.view.half_extent,
+            **moving,
         }
 
     def _fill(self, defines: tuple[str, ...], cells: Mask, uniforms: dict[str, object]) -> None:
@@ -229,7 +268,7 @@ class Reprojection:
     def _rehearse(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Draw once with each program, so that no later picture waits for the driver's compiler."""
         self._show_moved(view, seen, screen)
-        whole, uniforms = screen.viewport, self._search_uniforms(view.size, seen) | self._picture_uniforms(view)
+        whole, uniforms = screen.viewport, self._search_uniforms(view, seen) | self._picture_uniforms(view)
         screen.viewport = (0, 0, 1, 1)
         try:
             with self._gl.state(into=screen):
@@ -248,27 +287,37 @@ class Reprojection:
         corners = np.dstack([_CORNERS, np.ones(_CORNERS.shape[:2])])
         return np.asarray(~shows(self.view, corners @ rays.T).all(1))
 
-    def _move_cells(self, size: tuple[int, int], rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> None:
-        """Find how far ahead the nearest surface is in each cell of a screen of `size`, see `seen_from`."""
+    def _move_cells(self, view: View, rays: NDArray[np.float64], viewer: NDArray[np.float64]) -> None:
+        """Find how far ahead the nearest surface is in each cell of the screen of a view, see `seen_from`."""
         assert self.view is not None and self._shown is not None
+        size = view.size
         count = -(-size[0] // CELL), -(-size[1] // CELL)
         if self._cells is None or self._cells.nearest.texture.size != count:
             self._free_cells()
-            texture, depth = self._gl.texture(count, 1, "f4"), self._gl.depth_texture(count)
-            self._cells = _Cells(Image(texture, self._gl.framebuffer([texture], depth)), depth)
-        nearest = self._cells.nearest
-        nearest.framebuffer.clear(BEYOND, depth=1.0)
-        self._shown.nearest.texture.use(0)
-        self._moved.set(
-            nearest=0,
-            picture_size=self.view.size,
-            half_extent=self.view.half_extent,
-            viewer=tuple(viewer),
-            screen_from_ray=tuple(np.linalg.inv(rays).T.ravel()),
-            screen_cells=(size[0] / CELL, size[1] / CELL),
-        )
-        with self._gl.state(into=nearest.framebuffer, depth_test=LESS):
-            self._moved.rectangles(math.prod(self._shown.nearest.texture.size))
+            depth = self._gl.depth_texture(count)
+            textures = self._gl.texture(count, 1, "f4"), self._gl.texture(count, 4, "f4")
+            nearest, moved = (Image(texture, self._gl.framebuffer([texture], depth)) for texture in textures)
+            self._cells = _Cells(nearest, moved, depth)
+        kinds: list[tuple[tuple[str, ...], moderngl.Texture, Image]] = [
+            ((), self._shown.nearest.texture, self._cells.nearest)
+        ]
+        if self._shown.moves and self._shown.moving is not None:
+            kinds.append((("MOVING",), self._shown.moving.nearest.texture, self._cells.moved))
+        for defines, texture, into in kinds:
+            into.framebuffer.clear(BEYOND, depth=1.0)
+            texture.use(0)
+            program = self._moved[defines]
+            program.set(
+                nearest=0,
+                picture_size=self.view.size,
+                half_extent=self.view.half_extent,
+                viewer=tuple(viewer),
+                screen_from_ray=tuple(np.linalg.inv(rays).T.ravel()),
+                screen_cells=(size[0] / CELL, size[1] / CELL),
+                elapsed=self._elapsed(view),
+            )
+            with self._gl.state(into=into.framebuffer, depth_test=LESS):
+                program.rectangles(math.prod(texture.size))
 
     def unseen(self, view: View) -> float:
         """Return the part of `view`, 0 to 1, that neither the finished picture nor the surround holds.
@@ -297,9 +346,9 @@ class Reprojection:
         if self.view is None:
             return math.inf
         seen = seen_from(self.view, view)
-        self._move_cells(view.size, *seen[:2])
+        self._move_cells(view, *seen[:2])
         program, (texture, framebuffer) = self._distance
-        program.set(**self._search_uniforms(view.size, seen), place_asked=(across, 1 - down))
+        program.set(**self._search_uniforms(view, seen), place_asked=(across, 1 - down))
         with self._gl.state(into=framebuffer):
             program.fill()
         (distance,) = np.frombuffer(texture.read(), np.float32).tolist()
@@ -309,21 +358,23 @@ class Reprojection:
     def _distance(self) -> tuple[Program, Image]:
         """Return the program that finds one distance, compiled on first use, and the texel that it draws into."""
         shaders = "common/fullscreen.vert", "reprojection/reprojection.frag"
-        return Program(self._gl, *shaders, defines=("DISTANCE",)), Image.make(self._gl, (1, 1), 1, "f4")
+        defines = ("DISTANCE", "MOVING", "MOVED") if self._shown is not None and self._shown.moves else ("DISTANCE",)
+        return Program(self._gl, *shaders, defines=defines), Image.make(self._gl, (1, 1), 1, "f4")
 
     def _free_cells(self) -> None:
         if self._cells is not None:
-            nearest, depth = self._cells
-            nearest.free(self._gl)
-            self._gl.free(depth)
+            self._cells.nearest.free(self._gl)
+            self._cells.moved.free(self._gl)
+            self._gl.free(self._cells.depth)
         self._cells = None
 
     def _free_drawn(self) -> None:
         if self._drawn is not None:
-            picture, nearest, roughness = self._drawn
-            self._pictures.free(picture)
-            nearest.free(self._gl)
-            roughness.free(self._gl)
+            self._pictures.free(self._drawn.drawn)
+            self._drawn.nearest.free(self._gl)
+            self._drawn.roughness.free(self._gl)
+            if self._drawn.moving is not None:
+                self._surfaces.free(self._drawn.moving)
         self._drawn = None
 
     def release(self) -> None:

@@ -7,18 +7,20 @@ its pixels may lie. The twin in NumPy is `reference.reprojection`.
 """
 
 from enum import IntEnum
+from functools import partial
 from typing import NamedTuple
 
 import moderngl
 
 from depthwalk.gpu.device import PROGRAM_POINT_SIZE, Scope
 from depthwalk.gpu.failures import GpuError
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.image import Image
 
 TILE = 16  # pixels along a tile of the screen
 ROUGHNESS_CELL = 4  # pixels along a cell of the picture, for which it is stored how far from plane it is
 MOST_CELLS = 12  # along either axis, that a smooth tile may lie in: near surfaces may spread a tile over many
+MOVES = 1e9  # the roughness of cells in which anything moves by itself; no other is as rough
 TOLERANCE = 1.0  # pixels by which an interpolated place may be off
 VERTEX_SHADER = "reprojection/tile.vert"  # of the programs that draw tiles
 
@@ -29,6 +31,7 @@ class TileClass(IntEnum):
     SMOOTH = 0  # interpolated
     SEARCHED = 1  # a search for each pixel
     AROUND = 2  # likewise, and some may lie beyond the edges of the picture
+    MOVED = 3  # likewise, and to some a surface may have come that moves by itself
 
 
 class _Found(NamedTuple):
@@ -49,9 +52,10 @@ class SmoothTiles:
     def __init__(self, gl: Scope) -> None:
         self._gl = gl
         vertex = "common/fullscreen.vert"
-        self._roughness = Program(gl, vertex, "reprojection/roughness.frag")
-        self._find = Program(gl, vertex, "reprojection/places.frag")
-        self._classify = Program(gl, vertex, "reprojection/classes.frag")
+        self._roughness, self._find, self._classify = (
+            Variants(partial(Program, gl, vertex, f"reprojection/{name}.frag"))
+            for name in ("roughness", "places", "classes")
+        )
         self._smooth = Program(gl, VERTEX_SHADER, "reprojection/smooth.frag")
         self._made: _Found | None = None
 
@@ -60,15 +64,30 @@ class SmoothTiles:
         columns, rows = (-(-side // ROUGHNESS_CELL) for side in size)
         return Image.make(self._gl, (columns, rows), 1, "f4")
 
-    def measure(self, distances: moderngl.Texture, roughness: Image) -> None:
-        """Measure how far from plane the cells of a finished picture are, see shaders/reprojection/roughness.frag."""
+    def measure(
+        self, distances: moderngl.Texture, roughness: Image, velocities: moderngl.Texture | None = None
+    ) -> None:
+        """Measure how far from plane the cells of a finished picture are, see shaders/reprojection/roughness.frag.
+
+        velocities: of surfaces that move by themselves; None: nothing does.
+        """
         distances.use(0)
-        self._roughness.set(distances=0)
+        program = self._roughness[() if velocities is None else ("MOVING",)]
+        program.set(distances=0)
+        if velocities is not None:
+            velocities.use(1)
+            program.set(velocities=1)
         with self._gl.state(into=roughness.framebuffer):
-            self._roughness.fill()
+            program.fill()
 
     def classify(
-        self, size: tuple[int, int], roughness: Image, search: dict[str, object], focal_pixels: float, unit: int
+        self,
+        size: tuple[int, int],
+        roughness: Image,
+        search: dict[str, object],
+        focal_pixels: float,
+        unit: int,
+        defines: tuple[str, ...] = (),
     ) -> None:
         """Decide how the tiles of a screen are drawn.
 
@@ -79,6 +98,7 @@ class SmoothTiles:
         search : the uniforms of shaders/reprojection/search.glsl, whose textures are bound.
         focal_pixels : of the screen.
         unit : the first of two texture units that none of these uses.
+        defines : of search.glsl.
 
         Raises
         ------
@@ -91,14 +111,15 @@ class SmoothTiles:
         assert self._made is not None
         places, classes = self._made
         pixel = 1 / size[0], 1 / size[1]
-        self._find.set(**search, pixel=pixel)
+        find, classify = self._find[defines], self._classify[defines]
+        find.set(**search, pixel=pixel)
         with self._gl.state(into=places.framebuffer):
-            self._find.fill()
+            find.fill()
         places.texture.use(unit)
         roughness.texture.use(unit + 1)
-        self._classify.set(**search, pixel=pixel, focal_pixels=focal_pixels, places=unit, roughness=unit + 1)
+        classify.set(**search, pixel=pixel, focal_pixels=focal_pixels, places=unit, roughness=unit + 1)
         with self._gl.state(into=classes.framebuffer):
-            self._classify.fill()
+            classify.fill()
 
     def draw(
         self, screen: moderngl.Framebuffer, programs: dict[TileClass, Program], *, picture: int, unit: int

@@ -1,6 +1,7 @@
 """Keep the scene's objects in arrays as they are drawn, until they move or their representation changes."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from depthwalk.render.world.spatial_cells import SpatialCells, in_sight, sort_in
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array, Ints, Mask, Rows
+
+if TYPE_CHECKING:
+    from depthwalk.render.world.moving_objects import MovingObjects
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -289,6 +293,20 @@ class RenderWorld:
 
         self.moved(show_moment(self._scene, seconds))
         self._moment, self._moments = seconds, self._moments + 1
+
+    def moving(self, view: View) -> "MovingObjects | None":
+        """Return how what is animated moves at the moment of a view that was drawn last; None where nothing ever does.
+
+        Only what the view may show counts.
+        """
+        if self._scene.animations is None:
+            return None
+        from depthwalk.render.world.moving_objects import moving_objects  # here: most scenes stand still
+
+        def seen(rows: Rows) -> Rows:
+            return in_sight(view, self.bounds(), 0.0, rows)[0]
+
+        return moving_objects(self._scene, view.camera.time, self.owners(), seen, self.cylinders)
 
     def moved(self, changed: slice | Rows | None = None) -> None:
         """Update the arrays for objects that moved; call this after `set_node_transform`.

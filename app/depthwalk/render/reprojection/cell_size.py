@@ -1,0 +1,4 @@
+"""Define the size of the cells of a finished picture, for which the nearest surface is known."""
+
+CELL = 16  # pixels along the side of a cell
+STRIDE = 2  # pixels between those of a cell that are sampled for the nearest surface; narrower things may be missed
