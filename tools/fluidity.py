@@ -12,6 +12,7 @@ counts except the first second after the first picture.
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -162,7 +163,7 @@ def walk(scene: Scene, camera_of: Callable[[float], Camera], seconds: float, war
             show(camera_of(0.0), 0.0)  # the walk begins once there is a picture
             begin = before = time.perf_counter()
             while (now := time.perf_counter()) < begin + warm + seconds:
-                camera = camera_of(now - begin)
+                camera = replace(camera_of(now - begin), time=0.0 if scene.animations is None else now - begin)
                 show(camera, now - before)
                 spent, began, before = now - before, before, now
                 if began < begin + warm:

@@ -10,9 +10,6 @@ uniform sampler2D places;       // of places.frag
 uniform sampler2D roughness;    // of roughness.frag
 uniform vec2 pixel;             // of the screen, as a part of it
 uniform float focal_pixels;     // of the screen
-#ifdef MOVING
-uniform sampler2D nearest_moved;    // of search.glsl
-#endif
 
 layout(location = 0) out float tile_class;
 
@@ -53,10 +50,10 @@ void main() {
             for (int x = first.x; x <= last.x; ++x) most = max(most, texelFetch(roughness, ivec2(x, y), 0).r);
     bool is_within = all(greaterThanEqual(seen_low, vec2(0.0))) && all(lessThanEqual(seen_high, vec2(1.0)));
     bool is_smooth = is_small && all_seen > 0.0 && off < TOLERANCE && most * parallax < TOLERANCE;
-    bool has_come = false;
-#ifdef MOVING
-    is_smooth = is_smooth && most < MOVES;
-    has_come = texture(nearest_moved, (vec2(tile) + 0.5) * float(TILE) * pixel * cells_shown).r < BEYOND;
+    bool may_move = false;
+#ifdef MOVED
+    float came = texture(nearest_moved, (vec2(tile) + 0.5) * float(TILE) * pixel * cells_shown).r;
+    may_move = came < BEYOND || most >= MOVES || !is_small;
 #endif
-    tile_class = float(!is_within ? CLASS_AROUND : has_come ? CLASS_MOVED : is_smooth ? CLASS_SMOOTH : CLASS_SEARCHED);
+    tile_class = float(!is_within ? CLASS_AROUND : may_move ? CLASS_MOVED : is_smooth ? CLASS_SMOOTH : CLASS_SEARCHED);
 }

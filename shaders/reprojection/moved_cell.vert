@@ -1,11 +1,11 @@
 // Places each cell of a finished picture where a camera that has moved sees the nearest surface in it: a rectangle about the
 // cell, as far ahead as that surface. Coordinates are those of reprojection.frag.
 //
-// MOVING: that of the nearest surface that moves by itself.
+// MOVED: that of the nearest surface that moves by itself.
 #from depthwalk.render.reprojection.cell_size import CELL
 #from depthwalk.render.reprojection.reprojection import BEYOND, LEAST_AHEAD
-uniform sampler2D nearest;          // of each cell, metres; with MOVING its velocity, m/s, and metres
-uniform float elapsed;              // with MOVING: seconds since the picture's moment
+uniform sampler2D nearest;          // of each cell, metres; with MOVED its velocity, m/s, and metres
+uniform float elapsed;              // with MOVED: seconds since the picture's moment
 uniform vec2 picture_size;          // pixels
 uniform vec2 half_extent;           // tangents of half the picture's angles
 uniform vec3 viewer;                // the new camera
@@ -21,7 +21,7 @@ void main() {
     int columns = textureSize(nearest, 0).x;
     ivec2 cell = ivec2(gl_InstanceID % columns, gl_InstanceID / columns);
     vec4 surface = texelFetch(nearest, cell, 0);
-#ifdef MOVING
+#ifdef MOVED
     float distance = surface.w;
     shift = elapsed * surface.xyz;
 #else

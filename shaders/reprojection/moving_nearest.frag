@@ -1,5 +1,5 @@
 // Writes the velocity of the nearest surface that moves in each cell of a finished picture, and its distance ahead, metres.
-#from depthwalk.render.reprojection.cell_size import CELL, STRIDE
+#from depthwalk.render.reprojection.cell_size import CELL, MOVING_STRIDE
 #from depthwalk.render.reprojection.reprojection import BEYOND
 uniform sampler2D distances;
 uniform sampler2D velocities;   // of velocity.frag
@@ -9,8 +9,8 @@ layout(location = 0) out vec4 nearest;  // m/s; w: metres
 void main() {
     ivec2 first = ivec2(gl_FragCoord.xy) * CELL, last = textureSize(distances, 0) - 1;
     nearest = vec4(0.0, 0.0, 0.0, BEYOND);
-    for (int y = STRIDE / 2; y < CELL; y += STRIDE)
-        for (int x = STRIDE / 2; x < CELL; x += STRIDE) {
+    for (int y = MOVING_STRIDE / 2; y < CELL; y += MOVING_STRIDE)
+        for (int x = MOVING_STRIDE / 2; x < CELL; x += MOVING_STRIDE) {
             ivec2 texel = min(first + ivec2(x, y), last);
             vec4 moves = texelFetch(velocities, texel, 0);
             float ahead = abs(texelFetch(distances, texel, 0).r);

@@ -1,7 +1,7 @@
 // Shows a finished picture as it appears to a camera that has moved since. Twin: reference/reprojection.py.
 //
 // EXACT: the camera is that of the picture; TURNED: it is at the same position. AROUND: beyond the picture's edges, shows what
-// earlier pictures saw there. MOVING: surfaces may move by themselves; MOVED: one that does may show here. DISTANCE: writes how far ahead the surface at one place of the screen is, not its colour.
+// earlier pictures saw there. MOVED: something may show that moves by itself. DISTANCE: writes how far ahead the surface at one place of the screen is, not its colour.
 #from depthwalk.render.reprojection.reprojection import BEYOND, REFLECTED
 #include "reprojection/search.glsl"
 #ifdef AROUND

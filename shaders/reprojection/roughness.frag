@@ -1,10 +1,12 @@
 // Measures how far from plane each cell of a finished picture is: the largest deviation of an inverse distance in it from the
 // plane through those at its corners, 1/m. A plane of the scene has inverse distances that are linear in the picture.
 //
-// MOVING: `MOVES` where anything in the cell moves by itself.
+// MOVED: `MOVES` where anything moves by itself in the cell of `CELL` pixels around it.
+#from depthwalk.render.reprojection.cell_size import CELL
+#from depthwalk.render.reprojection.reprojection import BEYOND
 #from depthwalk.render.reprojection.smooth_tiles import MOVES, ROUGHNESS_CELL
 uniform sampler2D distances;
-uniform sampler2D velocities;   // with MOVING, of velocity.frag
+uniform sampler2D moving;   // with MOVED, of moving_nearest.frag
 
 layout(location = 0) out float roughness;
 
@@ -24,10 +26,7 @@ void main() {
     for (int y = 0; y <= ROUGHNESS_CELL; ++y)
         for (int x = 0; x <= ROUGHNESS_CELL; ++x)
             roughness = max(roughness, abs(inverse_at(first + ivec2(x, y)) - middle - dot(slope, vec2(x, y))));
-#ifdef MOVING
-    ivec2 last = textureSize(velocities, 0) - 1;
-    for (int y = 0; y <= ROUGHNESS_CELL; ++y)
-        for (int x = 0; x <= ROUGHNESS_CELL; ++x)
-            if (texelFetch(velocities, min(first + ivec2(x, y), last), 0).w > 0.0) roughness = MOVES;
+#ifdef MOVED
+    if (texelFetch(moving, first / CELL, 0).w < BEYOND) roughness = MOVES;
 #endif
 }

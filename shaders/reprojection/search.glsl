@@ -15,11 +15,9 @@ uniform mat3 ray_from_screen;   // takes (x, y, 1), −1 to 1, to the ray of the
 uniform vec3 viewer;            // the new camera
 uniform vec3 axis;              // its view axis, unit
 uniform vec2 half_extent;       // tangents of half the picture's angles
-#ifdef MOVING
+#ifdef MOVED
 uniform sampler2D velocities;   // of surfaces that move by themselves, m/s (velocity.frag)
 uniform float elapsed;          // seconds since the picture's moment
-#endif
-#ifdef MOVED
 uniform sampler2D nearest_moved;    // the nearest of these ahead of the new camera, by cells of the screen; gba: its `shift_at`
 #endif
 
@@ -42,7 +40,7 @@ float nearest_along(vec2 place) { return texture(nearest, place * cells_shown).r
 
 // Returns by how much the surface at a place of the picture has moved by itself since, metres; w: 1 where it moves, else 0.
 vec4 shift_at(vec2 place) {
-#ifdef MOVING
+#ifdef MOVED
     return texture(velocities, place) * vec4(vec3(elapsed), 1.0);
 #else
     return vec4(0.0);

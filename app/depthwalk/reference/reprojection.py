@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.reprojection.cell_size import CELL, STRIDE
+from depthwalk.render.reprojection.cell_size import CELL, MOVING_STRIDE, STRIDE
 from depthwalk.render.reprojection.moving_surfaces import BASE, GROWN
 from depthwalk.render.reprojection.reprojection import (
     BEYOND,
@@ -101,7 +101,7 @@ def nearest_moving(distances: Array, velocities: Array) -> NDArray[np.float64]:
     NDArray[np.float64]
         (⌈h / CELL⌉, ⌈w / CELL⌉, 4) velocity, m/s, and distance, metres; `BEYOND` where nothing moves.
     """
-    steps = np.arange(STRIDE // 2, CELL, STRIDE)
+    steps = np.arange(MOVING_STRIDE // 2, CELL, MOVING_STRIDE)
     ahead = _cells(np.where(velocities[..., 3] > 0, distances, BEYOND), CELL, steps)
     first = ahead.reshape(*ahead.shape[:2], -1).argmin(-1)[..., None]
     columns = [_cells(velocities[..., k], CELL, steps) for k in range(3)]
@@ -319,7 +319,7 @@ def roughness(distances: Array, velocities: Array | None = None) -> NDArray[np.f
     -------
     NDArray[np.float64]
         (⌈h / ROUGHNESS_CELL⌉, ⌈w / ROUGHNESS_CELL⌉), 1/m: largest difference of an inverse distance from the plane
-        through those at the corners; `MOVES` where anything moves by itself.
+        through those at the corners; `MOVES` where anything moves by itself in the cell of `CELL` pixels around it.
     """
     inverse = 1 / _cells(distances, ROUGHNESS_CELL, np.arange(ROUGHNESS_CELL + 1))
     first, right, up, both = (inverse[..., y, x, None, None] for y in (0, -1) for x in (0, -1))
@@ -328,7 +328,8 @@ def roughness(distances: Array, velocities: Array | None = None) -> NDArray[np.f
     plane = (first + right + up + both) / 4 + slope_x * part + slope_y * part[:, None]
     found = np.asarray(np.abs(inverse - plane).max((2, 3)))
     if velocities is not None:
-        found[_cells(velocities[..., 3], ROUGHNESS_CELL, np.arange(ROUGHNESS_CELL + 1)).max((2, 3)) > 0] = MOVES
+        row, column = (np.arange(count) * ROUGHNESS_CELL // CELL for count in found.shape)
+        found[nearest_moving(distances, velocities)[row[:, None], column, 3] < BEYOND] = MOVES
     return found
 
 
@@ -354,7 +355,7 @@ def tiles(
     nearest = nearest_seen(picture, distances, view)
     moved = None if velocities is None else nearest_moved(picture, distances, view, velocities)[..., 0]
     lattice = np.indices((2 * rows + 1, 2 * columns + 1))[::-1].reshape(2, -1).T * TILE / 2
-    found = _search(picture, distances, view, _of_cell(nearest, lattice / CELL), lattice / size, velocities)
+    found = _search(picture, distances, view, _of_cell(nearest, lattice / CELL), lattice / size, None)
     place, seen = found.place.reshape(2 * rows + 1, -1, 2), ~found.hidden.reshape(2 * rows + 1, -1)
     corners, pixels, rough = place[::2, ::2], np.array(picture.size), roughness(distances, velocities)
     classes = np.full((rows, columns), int(TileClass.SEARCHED))
@@ -367,19 +368,18 @@ def tiles(
         if (low < 0).any() or (high > 1).any():
             classes[row, column] = TileClass.AROUND
             continue
-        if moved is not None and _of_cell(moved, middle)[0] < BEYOND:
-            classes[row, column] = TileClass.MOVED
-            continue
         off = np.linalg.norm((place[nine] - _between(corners[row : row + 2, column : column + 2], 3)) * pixels, axis=-1)
         parallax = view.focal_pixels * np.linalg.norm(
             (low + high - 1) * np.array(picture.half_extent) * viewer[2] - viewer[:2]
         )
         first = (np.minimum(low, near.min(0)).clip(0, 1) * pixels).astype(int) // ROUGHNESS_CELL
         last = np.minimum((np.maximum(high, near.max(0)).clip(0, 1) * pixels).astype(int), pixels - 1) // ROUGHNESS_CELL
-        if (last - first < MOST_CELLS).all() and seen[nine].all() and off.max() < TOLERANCE:
-            most = rough[first[1] : last[1] + 1, first[0] : last[0] + 1].max()
-            is_smooth = most < MOVES and most * parallax < TOLERANCE
-            classes[row, column] = TileClass.SMOOTH if is_smooth else TileClass.SEARCHED
+        is_small = bool((last - first < MOST_CELLS).all())
+        most = rough[first[1] : last[1] + 1, first[0] : last[0] + 1].max() if is_small else 0.0
+        if moved is not None and (_of_cell(moved, middle)[0] < BEYOND or most >= MOVES or not is_small):
+            classes[row, column] = TileClass.MOVED
+        elif is_small and seen[nine].all() and off.max() < TOLERANCE and most * parallax < TOLERANCE:
+            classes[row, column] = TileClass.SMOOTH
     return classes, corners
 
 
@@ -416,7 +416,13 @@ def sources(picture: View, distances: Array, view: View, velocities: Array | Non
     """
     width, height = view.size
     pixel = np.indices((height, width))[::-1].reshape(2, -1).T
-    place, hidden, _, _ = _surfaces_on(picture, distances, view, (pixel + 0.5) / view.size, velocities)
+    classes, corners = tiles(picture, distances, view, velocities)
+    at = (pixel + 0.5) / view.size
+    place, hidden = _surfaces_on(picture, distances, view, at, None)[:2]
+    if velocities is not None:
+        there, covered = _surfaces_on(picture, distances, view, at, velocities)[:2]
+        may_move = np.isin(classes, (TileClass.MOVED, TileClass.AROUND))[pixel[:, 1] // TILE, pixel[:, 0] // TILE]
+        place, hidden = np.where(may_move[:, None], there, place), np.where(may_move, covered, hidden)
     alone = hidden | (look_up(beside_nearer(distances).astype(float), place) > 0)
     inside = place.clip(0, 1)
     beyond = np.abs(place - inside) % (2 * REFLECTED)  # mirrored back and forth
@@ -424,7 +430,6 @@ def sources(picture: View, distances: Array, view: View, velocities: Array | Non
     size = np.array(picture.size)
     found: NDArray[np.float64] = np.where(alone[:, None], (np.floor(place * size) + 0.5) / size, place)
     found = found.reshape(height, width, 2)
-    classes, corners = tiles(picture, distances, view, velocities)
     at = (np.arange(TILE) + 0.5) / TILE
     for row, column in np.argwhere(classes == TileClass.SMOOTH):
         tile = found[row * TILE : (row + 1) * TILE, column * TILE : (column + 1) * TILE]

@@ -148,12 +148,12 @@ class Reprojection:
         self._nearest.set(distances=0)
         with self._gl.state(into=nearest.framebuffer):
             self._nearest.fill()
-        drawn.moves, velocities = moving is not None, None
+        drawn.moves, nearest_moving = moving is not None, None
         if moving is not None:
             drawn.moving = drawn.moving or self._surfaces.make(picture.size)
             self._surfaces.measure(drawn.moving, picture.distances.texture, view, moving)
-            velocities = drawn.moving.velocities.texture
-        self._tiles.measure(picture.distances.texture, drawn.roughness, velocities)
+            nearest_moving = drawn.moving.nearest.texture
+        self._tiles.measure(picture.distances.texture, drawn.roughness, nearest_moving)
         self._shown, self._drawn = self._drawn, self._shown
         self.view = view
         self.surround.take(picture, view)
@@ -187,13 +187,12 @@ class Reprojection:
         """Show the picture to a camera that stands elsewhere; `seen` is what `seen_from` returns."""
         assert self.view is not None and self._shown is not None
         self._move_cells(view, *seen[:2])
-        defines = ("MOVING",) if self._shown.moves else ()
+        moved = ("MOVED",) if self._shown.moves else ()
         search = self._search_uniforms(view, seen)
-        self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3, defines)
+        self._tiles.classify(view.size, self._shown.roughness, search, view.focal_pixels, 3, moved)
         shown = search | self._picture_uniforms(view)
-        moved = (*defines, "MOVED") if self._shown.moves else ()
         programs = {
-            TileClass.SEARCHED: self._tile_programs[defines],
+            TileClass.SEARCHED: self._tile_programs[()],
             TileClass.AROUND: self._tile_programs[*moved, "AROUND"],
         }
         if self._shown.moves:
@@ -302,7 +301,7 @@ class Reprojection:
             ((), self._shown.nearest.texture, self._cells.nearest)
         ]
         if self._shown.moves and self._shown.moving is not None:
-            kinds.append((("MOVING",), self._shown.moving.nearest.texture, self._cells.moved))
+            kinds.append((("MOVED",), self._shown.moving.nearest.texture, self._cells.moved))
         for defines, texture, into in kinds:
             into.framebuffer.clear(BEYOND, depth=1.0)
             texture.use(0)
@@ -358,7 +357,7 @@ class Reprojection:
     def _distance(self) -> tuple[Program, Image]:
         """Return the program that finds one distance, compiled on first use, and the texel that it draws into."""
         shaders = "common/fullscreen.vert", "reprojection/reprojection.frag"
-        defines = ("DISTANCE", "MOVING", "MOVED") if self._shown is not None and self._shown.moves else ("DISTANCE",)
+        defines = ("DISTANCE", "MOVED") if self._shown is not None and self._shown.moves else ("DISTANCE",)
         return Program(self._gl, *shaders, defines=defines), Image.make(self._gl, (1, 1), 1, "f4")
 
     def _free_cells(self) -> None:

@@ -31,7 +31,7 @@ class TileClass(IntEnum):
     SMOOTH = 0  # interpolated
     SEARCHED = 1  # a search for each pixel
     AROUND = 2  # likewise, and some may lie beyond the edges of the picture
-    MOVED = 3  # likewise, and to some a surface may have come that moves by itself
+    MOVED = 3  # likewise, for surfaces too that move by themselves
 
 
 class _Found(NamedTuple):
@@ -52,9 +52,9 @@ class SmoothTiles:
     def __init__(self, gl: Scope) -> None:
         self._gl = gl
         vertex = "common/fullscreen.vert"
-        self._roughness, self._find, self._classify = (
-            Variants(partial(Program, gl, vertex, f"reprojection/{name}.frag"))
-            for name in ("roughness", "places", "classes")
+        self._find = Program(gl, vertex, "reprojection/places.frag")
+        self._roughness, self._classify = (
+            Variants(partial(Program, gl, vertex, f"reprojection/{name}.frag")) for name in ("roughness", "classes")
         )
         self._smooth = Program(gl, VERTEX_SHADER, "reprojection/smooth.frag")
         self._made: _Found | None = None
@@ -64,19 +64,17 @@ class SmoothTiles:
         columns, rows = (-(-side // ROUGHNESS_CELL) for side in size)
         return Image.make(self._gl, (columns, rows), 1, "f4")
 
-    def measure(
-        self, distances: moderngl.Texture, roughness: Image, velocities: moderngl.Texture | None = None
-    ) -> None:
+    def measure(self, distances: moderngl.Texture, roughness: Image, moving: moderngl.Texture | None = None) -> None:
         """Measure how far from plane the cells of a finished picture are, see shaders/reprojection/roughness.frag.
 
-        velocities: of surfaces that move by themselves; None: nothing does.
+        moving: the nearest surfaces that move by themselves, see `MovingImages`; None: nothing does.
         """
         distances.use(0)
-        program = self._roughness[() if velocities is None else ("MOVING",)]
+        program = self._roughness[() if moving is None else ("MOVED",)]
         program.set(distances=0)
-        if velocities is not None:
-            velocities.use(1)
-            program.set(velocities=1)
+        if moving is not None:
+            moving.use(1)
+            program.set(moving=1)
         with self._gl.state(into=roughness.framebuffer):
             program.fill()
 
@@ -98,7 +96,7 @@ class SmoothTiles:
         search : the uniforms of shaders/reprojection/search.glsl, whose textures are bound.
         focal_pixels : of the screen.
         unit : the first of two texture units that none of these uses.
-        defines : of search.glsl.
+        defines : of classes.frag.
 
         Raises
         ------
@@ -111,7 +109,7 @@ class SmoothTiles:
         assert self._made is not None
         places, classes = self._made
         pixel = 1 / size[0], 1 / size[1]
-        find, classify = self._find[defines], self._classify[defines]
+        find, classify = self._find, self._classify[defines]
         find.set(**search, pixel=pixel)
         with self._gl.state(into=places.framebuffer):
             find.fill()
