@@ -125,6 +125,37 @@ def test_camera_options_replace_the_scenes(run: Callable[..., Any], tiny_scene: 
 
 
 @pytest.mark.gl
+def test_a_moment_of_animations_is_shown(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
+    """The ball rises by 1 m in a second, so that after half of one it is seen half a metre higher."""
+    moves = "{asset: ball, animation: {interpolation: linear, keyframes: [{time: 0}, {time: 1, position: [0, 1, 0]}]}}"
+    tiny_scene.write_text(tiny_scene.read_text().replace("{asset: ball}", moves))
+    assert moves in tiny_scene.read_text()
+    middles = []
+    for number, moment in enumerate(("0", "0.5", "2.5")):
+        out = tmp_path / f"{number}.exr"
+        run("render", tiny_scene, "-o", out, "--representation", "mesh", "--time", moment, *SMALL)
+        with OpenEXR.File(str(out), separate_channels=True) as file:
+            middles.append(np.argwhere(np.isfinite(file.parts[0].channels["Z"].pixels)).mean(0)[0])
+    assert middles[0] - middles[1] == pytest.approx(0.5 * 64 / (2 * 4 * np.tan(np.radians(22.5))), rel=0.15)
+    assert middles[2] == middles[1]  # it begins again
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--time", "nan"), "--time nan: must be a number of seconds up to 1000000"),
+        (("--time", "1", "--path", "walk.yaml"), "--time: animations run along with --path; leave out one of the two"),
+    ],
+)
+def test_moments_that_cannot_be_shown(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, options: tuple[str, ...], message: str
+) -> None:
+    given = [str(tiny_scene.parent / option) if option == "walk.yaml" else option for option in options]
+    result = run("render", tiny_scene, "-o", tmp_path / "{frame}.png", *given)
+    assert result.exit_code == 2 and message in result.stderr
+
+
+@pytest.mark.gl
 def test_a_picture_of_the_sky_lights_a_mesh(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     """Red light from everywhere, from a file that lies elsewhere; turned, it looks the same."""
     sky = tmp_path / "red.png"

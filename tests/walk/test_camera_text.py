@@ -2,6 +2,7 @@
 
 import math
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ def test_zero_has_no_sign() -> None:
 def test_options_say_the_same_camera() -> None:
     camera = Camera((1.0, 2.0, 3.0), (-0.5, 0.25, 0.0), math.radians(47.5))
     position, target, angle = shlex.split(camera_options(camera))[1::2]
+    assert camera_options(replace(camera, time=2.5)) == f"{camera_options(camera)} --time 2.5"
     read = parse_camera(position, target, float(angle)).apply(Camera((9, 9, 9), (0, 0, 0), 1.0))
     assert (read.position, read.target) == (camera.position, camera.target)
     assert read.fov == pytest.approx(camera.fov)

@@ -1,6 +1,7 @@
 """Where a camera will be."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -31,6 +32,15 @@ def test_who_stands_still_stays() -> None:
         motion.follow(at(step * 0.02), 0.02)
     motion.follow(at(0.08), 0.02)
     assert motion.ahead(0.5) == at(0.08)
+
+
+def test_the_moment_goes_on_only_while_animations_run() -> None:
+    motion, still = Motion(), at(0)
+    for step in range(5):
+        motion.follow(replace(still, time=1 + step * 0.02), 0.02)
+    assert motion.ahead(0.5).time == pytest.approx(1.58) and motion.ahead(0.5).position == still.position
+    motion.follow(replace(still, time=1.08), 0.02)
+    assert motion.ahead(0.5).time == 1.08
 
 
 def test_before_the_first_camera_there_is_no_answer() -> None:

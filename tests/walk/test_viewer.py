@@ -85,6 +85,22 @@ def test_without_a_path_it_says_so() -> None:
     assert "--path" in walk.toast
 
 
+def test_animations_run_until_they_are_stopped() -> None:
+    walk = state()
+    walk.advance(1.0)
+    walk.toggle_animation()
+    assert walk.camera.time == 0 and walk.toast == "Nothing in this scene is animated"
+    walk.scene = cast(Scene, SimpleNamespace(**vars(walk.scene) | {"animations": object()}))
+    walk.advance(1.0)
+    walk.advance(0.5)
+    walk.toggle_animation()
+    walk.advance(4.0)
+    assert walk.camera.time == 1.5 and walk.toast == "Animations stopped at 1.50 s"
+    walk.toggle_animation()
+    walk.advance(0.25)
+    assert walk.camera.time == 1.75 and walk.toast == "Animations go on"
+
+
 def test_walking_stands_on_the_scenes_ground() -> None:
     walk = state(path=False, ground=GroundParams(height=3.0))
     walk.toggle_walking()
@@ -204,7 +220,7 @@ def test_who_is_placed_in_the_air_flies() -> None:
 )
 def test_surfaces_stop_who_walks_where_the_scene_says_so(walks: bool, collide: bool, stops: bool) -> None:
     walk = state()
-    walk.scene = cast(Scene, SimpleNamespace(environment=walk.scene.environment, walk=WalkParams(collide=collide)))
+    walk.scene = cast(Scene, SimpleNamespace(**vars(walk.scene) | {"walk": WalkParams(collide=collide)}))
     walk.obstacles = among(box([-5, 0, -0.2], [5, 3, 0]))
     walk.walker.walking = walks
     walk.held.press(Move.FORWARD)
