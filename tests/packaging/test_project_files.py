@@ -154,10 +154,14 @@ def test_the_scenes_of_readme_and_tutorial_load(tmp_path: Path) -> None:
     tutorial = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     file, loaded = tmp_path / "court.yaml", []
     *shown, walk = re.findall(r"```yaml\n(.+?)```", README + tutorial, re.DOTALL)
-    for text in shown:
+    for number, text in enumerate(shown):
+        if text.startswith("  - "):  # a further object
+            text = shown[1].replace("objects:\n", f"objects:\n{text}")
+            assert number > 1
         file.write_text(text, encoding="utf-8")
         loaded.append(load_scene(file))
-    assert [len(scene.objects) for scene in loaded] == [15 + 60, 2 + 36 + 2 + 60, 1]
+    assert [len(scene.objects) for scene in loaded] == [15 + 60, 100, 1, 101]
+    assert [scene.animations is not None for scene in loaded] == [False, False, False, True]
     assert {"corner", "pot"} <= set(loaded[1].nodes.name)
     file.write_text(walk, encoding="utf-8")
     assert len(load_path(file).frames()) == 61
