@@ -156,7 +156,7 @@ def test_the_scenes_of_readme_and_tutorial_load(tmp_path: Path) -> None:
     *shown, walk = re.findall(r"```yaml\n(.+?)```", README + tutorial, re.DOTALL)
     for number, text in enumerate(shown):
         if text.startswith("  - "):  # a further object
-            text = shown[1].replace("objects:\n", f"objects:\n{text}")
+            text = shown[1].replace("objects:\n", f"objects:\n{text}", 1)
             assert number > 1
         file.write_text(text, encoding="utf-8")
         loaded.append(load_scene(file))
