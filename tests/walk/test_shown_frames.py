@@ -105,6 +105,27 @@ def test_it_rests_until_something_changes(sliced: Window) -> None:
     assert sliced.finished > drawn
 
 
+def test_while_nothing_moves_a_picture_is_not_shown_again(sliced: Window) -> None:
+    """Until a frame is finished, the viewer moves, or settings change, which a later frame shows."""
+    sliced.rest()
+    sliced.round(0.1)
+    camera = Camera((0.1, 1.2, 4.0), (0.1, 0.6, 0.0), 0.8)
+    skipped = 0
+    for _ in range(500):
+        sliced.frames.note(camera, 0.02, SIZE)
+        if sliced.frames.is_current:
+            break
+        if sliced.frames.is_shown:
+            skipped += 1
+        else:
+            sliced.frames.draw(View(camera, SIZE), sliced.screen)
+        sliced.frames.work()
+    assert sliced.frames.is_current and skipped > 5
+    shown = sliced.pixels()
+    sliced.frames.draw(View(camera, SIZE), sliced.screen)
+    assert (sliced.pixels() == shown).all()
+
+
 def test_a_frame_that_was_begun_can_be_finished_at_once(sliced: Window) -> None:
     sliced.rest()
     sliced.round(0.1)

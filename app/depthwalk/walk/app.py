@@ -286,16 +286,25 @@ class Walk:
         self.state.pull_focus(dt)
         self._report_background()
         if min(*self.window.size, *self.window.buffer_size) > 0:
-            rests = self._shows_all(dt)
-            self.state.times.note(dt, shows=not rests)
+            unchanged = self._is_unchanged(dt)
+            rests = unchanged and self.frames.is_current
+            shows = not (unchanged and (rests or self.frames.is_shown))
+            self.state.times.note(dt, shows=shows)
             if rests:
                 self._clock.wait(self.gamepad.patience(_RESTING_SECONDS))
+                return
+            if not shows:
+                self._go_on()
                 return
             self._draw(dt)
         else:  # minimised
             self.state.times.note(dt, shows=False)
             time.sleep(_IDLE_SECONDS)
         self.window.swap_buffers()
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Continue with the next frame, and with what is prepared in the background."""
         self.frames.work()
         take_events()
         self.background.begin_deferred()
@@ -303,8 +312,8 @@ class Walk:
         if self.background.progress is not None and self._camera_before == camera and self.state.recorder is None:
             self._clock.wait(self._clock.now + _STILL_SECONDS - time.perf_counter())  # leaves the cores to baking
 
-    def _shows_all(self, dt: float) -> bool:
-        """Return whether the window already shows everything there is to show."""
+    def _is_unchanged(self, dt: float) -> bool:
+        """Return whether nothing but a further frame could change what the window shows."""
         state = self.state
         self.frames.note(state.camera, dt, self.window.buffer_size, state.jumps)
         content = (
@@ -318,7 +327,7 @@ class Walk:
             self.background.progress,
         )
         widgets_rest = self._widget_rounds.are_over(content, self.input.had_events())
-        return widgets_rest and self.frames.is_current and not self._screenshot_due and state.recorder is None
+        return widgets_rest and not self._screenshot_due and state.recorder is None
 
     def _report_background(self) -> None:
         """Report what could not be prepared in the background; set the walking speed once the whole scene is shown."""

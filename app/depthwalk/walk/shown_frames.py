@@ -93,6 +93,20 @@ class ShownFrames:
         )
 
     @property
+    def is_shown(self) -> bool:
+        """Return whether the window shows the last finished picture from where the viewer is.
+
+        Then showing it again would change nothing, and all time is left for the next frame.
+        """
+        shown = self._view
+        return (
+            self.in_slices
+            and not (self._unshown or self._has_jumped)
+            and shown is not None
+            and (shown.camera, shown.size) == (self._camera, self._known[0])
+        )
+
+    @property
     def _is_settled(self) -> bool:
         """Return whether further frames would be no better than the last one, or than the still picture."""
         plan = self._renderer.plan
@@ -201,8 +215,7 @@ class ShownFrames:
         elif not self._is_settled:
             self._unshown |= self._draw_slice(self._view)
         elif self._is_refined_at_rest and not self._still.is_finished:
-            seconds = longest(self._renderer.settings.reprojection.slice / 1e3)
-            self._unshown |= self._still.advance(self._view, seconds)
+            self._unshown |= self._still.advance(self._view, self._slice_seconds(self._view))
 
     def _looks_around(self, view: View) -> bool:
         """Return whether the surroundings of `view` are being drawn now, beginning with them if they are needed."""
@@ -293,6 +306,8 @@ class ShownFrames:
         self._scene_frames.begin(camera, view, moves)
 
     def _slice_seconds(self, view: View) -> float:
+        if not self._moved:
+            return longest(self._renderer.settings.reprojection.slice / 1e3)
         return self._scene_frames.slice_seconds(view, self._motion.turn_rate)
 
     def _advance(self, seconds: float) -> bool:

@@ -40,6 +40,7 @@ _Seen = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 _CORNERS = places(1)  # of these cells
 _JUDGED = 16, 12  # columns and rows of rays that estimate how much of a view a picture holds
 REFLECTED = 0.1  # part of the picture's width or height, along each edge, that is mirrored beyond it
+MOST_ELAPSED = 0.3  # seconds that things go on moving in a picture: turns are no straight lines
 LEAST_AHEAD = 0.01  # metres: cells that come nearer to the new camera are not drawn
 HIDDEN = 0.95  # a surface nearer than this part of the distance at which a search ends hides what it looks for
 
@@ -203,9 +204,9 @@ class Reprojection:
         self._tiles.draw(screen, programs, picture=0, unit=3)
 
     def _elapsed(self, view: View) -> float:
-        """Return the seconds from the moment of the finished picture to that of a view."""
+        """Return the seconds from the moment of the finished picture to that of a view, within `MOST_ELAPSED`."""
         assert self.view is not None
-        return view.camera.time - self.view.camera.time
+        return min(max(view.camera.time - self.view.camera.time, -MOST_ELAPSED), MOST_ELAPSED)
 
     def _show_turned(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Show the picture to a camera that stands where the picture's camera stood."""
