@@ -14,6 +14,9 @@ from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 
 
+BEHIND = 0.002  # metres that backs count as farther away than they are
+
+
 class DmeshPass(Pass[Params]):
     """Draw the objects of `frame.plan.dmesh` as triangles between their depth samples."""
 
@@ -37,9 +40,13 @@ class DmeshPass(Pass[Params]):
         first_object_id = frame.plan.first_object_id + len(frame.plan.composite.records)
         for number, batches in frame.plan.dmesh.by_asset():
             asset = frame.assets.depth_object(number)
-            defines = (*asset.defines, *frame.targets.defines)
+            backs = ("BACKS",) if asset.shows_backs else ()
+            defines = (*asset.defines, *frame.targets.defines, *backs)
             program, array = self._programs[defines], asset.array(self._arrays[defines], number)
             asset.use_geometry(program, frame.common.lod)
+            if backs:
+                near, far = frame.view.depth_range
+                program.set(depth_scale=near * far / (far - near))
             with self.gl.state(
                 into=frame.targets.visibility,
                 depth_test=LESS,
