@@ -14,7 +14,8 @@ import sys
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Protocol
+from types import SimpleNamespace
+from typing import Protocol, cast
 
 import moderngl
 import numpy as np
@@ -32,6 +33,7 @@ from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
 from depthwalk.walk import NoDisplayError, app
 from depthwalk.walk.window import larger_size, open_window
+from walks import state
 from window_program import PATIENCE, SCENE, Program, User, names
 
 missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
@@ -419,6 +421,13 @@ def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(NoDisplayError, match=r"cannot open a window: .*DISPLAY"):
         open_window("none", (64, 64))
+
+
+@pytest.mark.parametrize("files", [["a.ply"], ["a.ply", "b.ply"]])
+def test_of_several_dropped_files_the_first_is_opened(files: list[str]) -> None:
+    walk = SimpleNamespace(state=state(), next_file=None)
+    app.Walk._drop(cast(app.Walk, walk), [Path(file) for file in files])
+    assert walk.next_file == Path("a.ply") and ("Only a.ply is opened" in walk.state.toast) == (len(files) > 1)
 
 
 LOST = """

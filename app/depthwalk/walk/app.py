@@ -375,8 +375,10 @@ class Walk:
         self._watch.accept(change)
 
     def _drop(self, files: list[Path]) -> None:
-        """Open the first of the files that were dropped on the window."""
+        """Open the first of the files that were dropped on the window; tell if there are others."""
         self.next_file = files[0]
+        if len(files) > 1:
+            self.state.tell(f"Only {files[0].name} is opened: a window shows one scene or model")
 
     def _draw(self, dt: float) -> None:
         """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""
