@@ -13,7 +13,6 @@ from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 
-
 BEHIND = 0.002  # metres that backs count as farther away than they are
 
 
