@@ -346,7 +346,13 @@ def scene_of(
     render = RenderSettings.model_validate({"lod": {"magnification": 0}})
     names = [SimpleNamespace(name=f"asset {number}") for number in range(int(np.max(asset, initial=-1)) + 1)]
     scene = SimpleNamespace(
-        objects=objects, environment=Environment(**environment), render=render, assets=names, advice={}, animations=None
+        objects=objects,
+        environment=Environment(**environment),
+        render=render,
+        assets=names,
+        advice={},
+        animations=None,
+        moved=None,
     )
     return cast(Scene, scene)
 

@@ -26,6 +26,7 @@ from depthwalk.types import Rows
 
 VIEW = View(Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0), (320, 200), near=0.5, far=40.0)
 OBJECTS = SimpleNamespace(asset=np.arange(2))  # the asset of each of two objects
+NONE = np.zeros(0, np.int64)
 DARK = {"sun": {"intensity": 0.0}}
 
 
@@ -49,7 +50,12 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 500]], np.float32), np.ones(2, np.float32))
     world = SimpleNamespace(
-        bounds=lambda: bounds, objects=lambda: OBJECTS, ground_height=0.0, arrays=lambda: None, changes=0
+        bounds=lambda: bounds,
+        objects=lambda: OBJECTS,
+        ground_height=0.0,
+        arrays=lambda: None,
+        changes=0,
+        moving_rows=lambda: NONE,
     )
     uploads = SimpleNamespace(resident=lambda rows: rows == 0, are_resident=lambda assets: assets == 0)
     uploads.is_mesh_resident = None
@@ -133,7 +139,12 @@ def test_maps_are_planned_again_only_when_something_changed(monkeypatch: pytest.
     monkeypatch.setattr(shadow_planner, "shadow_map", shadow_map)
     monkeypatch.setattr(shadow_planner, "find_casters", find_casters)
     world = SimpleNamespace(
-        bounds=lambda: bounds, objects=lambda: OBJECTS, ground_height=0.0, arrays=lambda: None, changes=0
+        bounds=lambda: bounds,
+        objects=lambda: OBJECTS,
+        ground_height=0.0,
+        arrays=lambda: None,
+        changes=0,
+        moving_rows=lambda: NONE,
     )
     on_gpu, meshes = [True, False], [False]
     uploads = SimpleNamespace(

@@ -12,7 +12,15 @@ from depthwalk.params import Memo
 from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.fallback_rule import IsResident, MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades, shadow_extent
-from depthwalk.render.shadows.casters import LightView, ShadowMap, Shadows, find_casters, sees_same, shadow_map
+from depthwalk.render.shadows.casters import (
+    LightView,
+    MovingCasters,
+    ShadowMap,
+    Shadows,
+    find_casters,
+    sees_same,
+    shadow_map,
+)
 from depthwalk.render.shadows.seen_prism import SeenPrism
 from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot, shadow_lamps
 from depthwalk.render.view.bounds import Bounds
@@ -38,7 +46,7 @@ class _Found:
     """
 
     view: LightView
-    changes: int
+    changes: tuple[int, int]
     rows: Rows
     assets: Rows
 
@@ -67,7 +75,7 @@ class _Planned:
     """
 
     map: ShadowMap
-    changes: int
+    changes: tuple[int, int]
     resident: Rows
     detail: _Detail
     asked: list[tuple[Rows, Mask]]
@@ -142,7 +150,8 @@ class ShadowPlanner:
             spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[LightView] = [*cascades, *spots]
             bounds = self._world.bounds()
-            found = [self._found_in(number, map_view, bounds) for number, map_view in enumerate(views)]
+            moving = self._world.moving_rows() if may_wait else np.zeros(0, np.int64)
+            found = [self._found_in(number, map_view, bounds, moving) for number, map_view in enumerate(views)]
             if cascades and not may_wait:
                 prism = SeenPrism.of(view, cascades[0].axes, params.distance)
                 for number, cascade in enumerate(cascades):
@@ -151,6 +160,8 @@ class ShadowPlanner:
                     found[number] = replace(found[number], rows=met, assets=self._assets(met))
         with self._timers.measure_cpu("upload"):
             casters = _resident(found, uploads)
+            if len(moving):
+                moving = moving[uploads.resident(moving)]
         with self._timers.measure_cpu("plan"):
             # Far from the viewer edges are small on the screen, so farther maps of the sun may have fewer triangles.
             fraction = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
@@ -166,6 +177,7 @@ class ShadowPlanner:
                         chooses=may_wait,
                     ),
                     uploads.is_mesh_resident,
+                    moving,
                 )
                 for number, (map_view, rows, part) in enumerate(zip(views, casters, fraction, strict=True))
             ]
@@ -182,25 +194,57 @@ class ShadowPlanner:
             self._shadowed = state, shadow_extent(self._world.bounds(), to_sun, self._world.ground_height)
         return self._shadowed[1]
 
-    def _found_in(self, number: int, view: LightView, bounds: Bounds) -> _Found:
-        """Return the objects that cast shadows in the map with the `number`, found again if anything has changed."""
-        found, changes = self._found.get(number), self._world.changes
+    def _found_in(self, number: int, view: LightView, bounds: Bounds, moving: Rows) -> _Found:
+        """Return the objects that cast shadows in the map with the `number`, found again if anything has changed.
+
+        The rows `moving` are left out.
+        """
+        found, changes = self._found.get(number), self._changes(moving)
         if found is None or found.changes != changes or not sees_same(found.view, view):
             rows = find_casters(view, bounds)
+            rows = rows[~np.isin(rows, moving)] if len(moving) else rows
             found = self._found[number] = _Found(view=view, changes=changes, rows=rows, assets=self._assets(rows))
         return found
+
+    def _changes(self, moving: Rows) -> tuple[int, int]:
+        """Return what changes with anything but the rows `moving`."""
+        return len(moving), self._world.edits if len(moving) else self._world.changes
 
     def _assets(self, rows: Rows) -> Rows:
         """Return the distinct assets of the objects `rows`, in their order."""
         asset = self._world.objects().asset[rows]
         return asset[np.sort(np.unique(asset, return_index=True)[1])]
 
-    def _map(self, number: int, view: LightView, rows: Rows, detail: _Detail, is_resident: IsResident) -> ShadowMap:
+    def _map(
+        self, number: int, view: LightView, rows: Rows, detail: _Detail, is_resident: IsResident, moving: Rows
+    ) -> ShadowMap:
         """Return the map with the `number`, planned again only if something that it depends on has changed.
 
-        rows: (m,) of the casters on the GPU.
+        rows: (m,) of the casters on the GPU. moving: (k,) rows that move by themselves, and are not among these.
         """
-        planned, changes = self._planned.get(number), self._world.changes
+        map_ = self._still_map(number, view, rows, detail, is_resident, self._changes(moving))
+        if not len(moving):
+            return map_
+        rule = _rule(detail, is_resident)
+
+        def of_view(shown: LightView) -> MovingCasters:
+            bounds = self._world.bounds()
+            cast = moving[find_casters(shown, bounds.take(moving))]
+            drawn = shadow_map(shown, cast, self._world.arrays(), rule, detail.chooses)
+            return MovingCasters(map=drawn, rectangle=shown.rectangle(bounds.take(cast)))
+
+        return replace(map_, moving=of_view)
+
+    def _still_map(
+        self,
+        number: int,
+        view: LightView,
+        rows: Rows,
+        detail: _Detail,
+        is_resident: IsResident,
+        changes: tuple[int, int],
+    ) -> ShadowMap:
+        planned = self._planned.get(number)
         if (
             planned is not None
             and (planned.changes, planned.detail) == (changes, detail)
@@ -216,13 +260,7 @@ class ShadowPlanner:
             asked.append((meshes, answer))
             return answer
 
-        rule = MeshFallbackRule(
-            magnification=detail.magnification,
-            is_resident=noted,
-            error=detail.error,
-            triangles_per_pixel=detail.triangles_per_texel,
-        )
-        map_ = shadow_map(view, rows, self._world.arrays(), rule, detail.chooses)
+        map_ = shadow_map(view, rows, self._world.arrays(), _rule(detail, noted), detail.chooses)
         self._planned[number] = _Planned(map=map_, changes=changes, resident=rows, detail=detail, asked=asked)
         return map_
 
@@ -233,6 +271,16 @@ class ShadowPlanner:
             log.warning(
                 "%d visible lamps should cast shadows, but render.shadows.lamps allows only %d", requested, allowed
             )
+
+
+def _rule(detail: _Detail, is_resident: IsResident) -> MeshFallbackRule:
+    """Return the rule by which meshes cast in place of depth images."""
+    return MeshFallbackRule(
+        magnification=detail.magnification,
+        is_resident=is_resident,
+        error=detail.error,
+        triangles_per_pixel=detail.triangles_per_texel,
+    )
 
 
 def _resident(found: Sequence[_Found], uploads: FrameResidency) -> list[Rows]:

@@ -19,7 +19,8 @@ from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.resources.mesh_object import CUT_OUT_LAYOUT, POSITION_LAYOUT, MeshObject
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.shadows.cascades import Cascade
-from depthwalk.render.shadows.casters import ShadowMap
+from depthwalk.render.shadows.casters import Rectangle, ShadowMap
+from depthwalk.render.shadows.moving_shadows import MovingShadows
 from depthwalk.render.shadows.shadow_atlas import ShadowAtlas
 from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
 from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
@@ -60,6 +61,9 @@ class ShadowsPass(Pass[ShadowParams]):
         self._of_lamps = ShadowAtlas(gl, columns=4)
         self._beside = ShadowAtlas(gl, columns=1)  # one map of the sun, drawn over several frames
         self._copy = Program(gl, "common/fullscreen.vert", "shadows/copy.frag")
+        # The same maps, with what moves by itself.
+        self._sun_with_moving = MovingShadows(ShadowAtlas(gl, columns=COLUMNS))
+        self._lamps_with_moving = MovingShadows(ShadowAtlas(gl, columns=4))
         self._unfinished: _UnfinishedMap | None = None
         self._shown = False  # whether the last frame had shadow maps
 
@@ -85,12 +89,17 @@ class ShadowsPass(Pass[ShadowParams]):
         if shadows.lamps:
             texture = self._of_lamps.fit(params.lamps, params.lamp_resolution)
             yield from self._draw_maps(frame, self._of_lamps, self._of_lamps.stale(shadows.lamps))
+            moving = self._lamps_with_moving
+            if self._moves(shadows.lamps, moving):
+                texture = moving.atlas.fit(params.lamps, params.lamp_resolution)
+                yield from self._draw_moving(frame, self._of_lamps, moving, shadows.lamps)
             targets.lamp_maps = LampMaps(texture=texture, params=params)
         if shadows.sun:
             yield from self._draw_sun_maps(frame, params, shadows.sun)
         if shadows.sun is None:
             self._of_sun.release()
             self._beside.release()
+            self._sun_with_moving.release()
             self._unfinished = None
         self._shown = bool(shadows.lamps or shadows.sun)
 
@@ -104,6 +113,10 @@ class ShadowsPass(Pass[ShadowParams]):
         yield from self._draw_maps(frame, self._of_sun, due, _CLAMPED)
         yield from self._draw_portion(frame, waiting)
         frame.plan.noted["shadow_maps_waiting"] = len(self._of_sun.stale(waiting))
+        moving = self._sun_with_moving
+        if self._moves(requested, moving):
+            texture = moving.atlas.fit(len(maps), params.resolution)
+            yield from self._draw_moving(frame, self._of_sun, moving, requested, _CLAMPED)
         shown = [self._of_sun.shown(tile).view for tile in requested]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
         frame.targets.sun_maps = SunMaps(texture=texture, cascades=cascades, params=params)
@@ -117,6 +130,56 @@ class ShadowsPass(Pass[ShadowParams]):
             parts = list(shadow_map.grids.parts(PART_TRIANGLES))
             yield from self._draw_parts(frame, shadow_map, parts, atlas.framebuffer(tile), direct)
             self._finish(frame, shadow_map, atlas.framebuffer(tile), direct)
+
+    def _moves(self, requested: Mapping[int, ShadowMap], moving: MovingShadows) -> bool:
+        """Return whether any of the maps has casters that move by themselves; if none has, `moving` is released."""
+        moves = any(map_.moving is not None for map_ in requested.values())
+        if not moves:
+            moving.release()
+        return moves
+
+    def _draw_moving(
+        self,
+        frame: Frame,
+        still: ShadowAtlas,
+        moving: MovingShadows,
+        requested: Mapping[int, ShadowMap],
+        direct: tuple[int, ...] = (),
+    ) -> Iterator[None]:
+        """Draw what moves by itself into copies of the maps of `still`; stop after each map.
+
+        Only where it was before is the map copied again. A frame draws about as many triangles as it has time for;
+        other maps show it where it was. direct: see `gpu.state.State`.
+        """
+        assert still.texture is not None
+        still.texture.compare_func = ""  # it is copied, not compared with
+        most, drawn = frame.shadows.portion, 0
+        for late in moving.late(requested, still.shown):
+            if most is not None and drawn and drawn + late.triangles > most and not late.is_new:
+                continue
+            drawn += late.triangles
+            self._copy_part(still, moving.atlas, late.tile, moving.begin(late))
+            if late.casters is not None:
+                parts = list(late.casters.map.grids.parts(PART_TRIANGLES))
+                yield from self._draw_parts(frame, late.casters.map, parts, moving.atlas.framebuffer(late.tile), direct)
+                with self.gl.state(into=moving.atlas.framebuffer(late.tile), depth_test=LESS, direct=direct):
+                    self._draw_meshes(frame, late.casters.map)
+                yield
+        still.texture.compare_func = "<="
+
+    def _copy_part(self, source: ShadowAtlas, to: ShadowAtlas, tile: int, part: Rectangle) -> None:
+        """Copy a part of a tile to the same tile of another atlas of this size."""
+        left, bottom, width, height = part
+        if not width * height:
+            return
+        assert source.texture is not None
+        target = to.framebuffer(tile)
+        source.texture.use(0)
+        self._copy.set(map_texture=0, corner=(0, 0))
+        target.scissor = target.viewport[0] + left, target.viewport[1] + bottom, width, height
+        with self.gl.state(into=target, depth_test=ALWAYS):
+            self._copy.fill()
+        target.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
 
     def _draw_portion(self, frame: Frame, waiting: Mapping[int, ShadowMap]) -> Iterator[None]:
         """Continue one of the sun's maps that may wait, by as many triangles as a frame has time for, or to its end.
@@ -225,4 +288,6 @@ class ShadowsPass(Pass[ShadowParams]):
             arrays.forget()
         self._of_sun.forget()
         self._of_lamps.forget()
+        self._sun_with_moving.forget()
+        self._lamps_with_moving.forget()
         self._unfinished = None

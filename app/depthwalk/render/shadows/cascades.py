@@ -79,6 +79,17 @@ class Cascade:
         across = np.maximum(np.abs(right), np.abs(up)) < self.half + bounds.bounding_radius
         return np.asarray(across & (toward > -(DEPTH * self.half + bounds.bounding_radius)))
 
+    def rectangle(self, bounds: Bounds) -> tuple[int, int, int, int]:
+        """Return where n spheres may be in the map, texels: left, bottom, width and height; width 0 without any."""
+        if not len(bounds.bounding_radius):
+            return 0, 0, 0, 0
+        across = (bounds.centre - np.array(self.centre, np.float32)) @ self.axes[:2].T.astype(np.float32)
+        radius = bounds.bounding_radius[:, None]
+        low = np.floor(((across - radius).min(0) / self.half + 1) / 2 * self.resolution).clip(0, self.resolution)
+        high = np.ceil(((across + radius).max(0) / self.half + 1) / 2 * self.resolution).clip(0, self.resolution)
+        (left, bottom), (width, height) = low.astype(int).tolist(), (high - low).astype(int).tolist()
+        return left, bottom, width, height
+
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
         """Return the length that a texel of the map covers where spheres are; for the sun the same everywhere.
 

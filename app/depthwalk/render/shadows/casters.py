@@ -4,6 +4,7 @@ A light is a viewer like any other: the error of a level of detail and the magni
 in texels of the map, as they are in pixels of the picture.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,8 +23,26 @@ from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import SIMPLIFIED, Objects
 from depthwalk.types import Array, Rows
 
+Rectangle = tuple[int, int, int, int]
+"""Left, bottom, width and height of a part of a shadow map, texels."""
 LightView = Cascade | Spot
 """What a shadow map is seen through; `render.view.view_block.MapView` defines what shaders need of it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovingCasters:
+    """Hold what moves by itself and casts shadows in a map, which is drawn anew in each frame.
+
+    Attributes
+    ----------
+    map
+        The draws.
+    rectangle
+        Where in the map it may be.
+    """
+
+    map: "ShadowMap"
+    rectangle: Rectangle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,12 +59,16 @@ class ShadowMap:
         The meshes that cast shadows in the map.
     provisional
         Whether its casters are coarser than they should be, so that the first picture appears soon.
+    moving
+        Plans those of its casters that move by themselves, for the view of the map that is shown; None: none does, or
+        they are among the others.
     """
 
     view: LightView
     grids: DrawList
     meshes: DrawList
     provisional: bool = False
+    moving: Callable[[LightView], MovingCasters] | None = field(default=None, compare=False)
 
     @property
     def triangles(self) -> int:

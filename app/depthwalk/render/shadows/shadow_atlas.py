@@ -79,6 +79,16 @@ class ShadowAtlas:
         """Return the map that the tile numbered `tile` holds now, which may be that of an earlier frame."""
         return self._held[tile]
 
+    def holds(self, tile: int, shadow_map: ShadowMap) -> bool:
+        """Return whether a tile holds this very map, by the draws of which it was made."""
+        held = self._held.get(tile)
+        return (
+            held is not None
+            and held.grids is shadow_map.grids
+            and held.meshes is shadow_map.meshes
+            and shadow_map.sees_same(held)
+        )
+
     def provisional(self, stale: Mapping[int, ShadowMap]) -> set[int]:
         """Return the tiles of those `stale` maps for which the atlas holds a provisional map at the same place."""
         held = self._held

@@ -78,6 +78,11 @@ class Spot:
         ahead = (back < bounds.bounding_radius) & (-back < self.reach + bounds.bounding_radius)
         return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
 
+    def rectangle(self, bounds: Bounds) -> tuple[int, int, int, int]:
+        """Return where spheres may be in the map, texels, as `Cascade.rectangle` does: all of it, if there are any."""
+        side = self.resolution if len(bounds.bounding_radius) else 0
+        return 0, 0, side, side
+
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
         """Return the length that a texel of the map covers where spheres are, as `Cascade.texels` does."""
         distance = np.linalg.norm(bounds.centre - np.array(self.centre), axis=1)

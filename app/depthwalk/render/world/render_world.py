@@ -68,6 +68,7 @@ class RenderWorld:
         self._cells: SpatialCells | None = None
         self._generation = self._changes = 0
         self._moment: float | None = None
+        self._moving_rows: tuple[Ints, Rows] | None = None
         self._moments = 0  # how often `show_moment` moved something
         self._placeholders = Placeholders.none(len(library), len(scene.objects))
         self._viewer: Array | None = None
@@ -293,6 +294,15 @@ class RenderWorld:
 
         self.moved(show_moment(self._scene, seconds))
         self._moment, self._moments = seconds, self._moments + 1
+
+    def moving_rows(self) -> Rows:
+        """Return the rows (k,) of `objects` that animations move."""
+        if self._scene.moved is None:
+            return np.zeros(0, np.int64)
+        owners = self.owners()
+        if self._moving_rows is None or self._moving_rows[0] is not owners:
+            self._moving_rows = owners, rows_of(self._scene.moved.objects, owners)
+        return self._moving_rows[1]
 
     def moving(self, view: View) -> "MovingObjects | None":
         """Return how what is animated moves at the moment of a view that was drawn last; None where nothing ever does.
