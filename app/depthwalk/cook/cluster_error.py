@@ -26,6 +26,8 @@ _AREAS = 1 << 18  # triangles at a time
 # A triangle with edges of one metre whose colour is off by 1, black instead of white in one channel, looks as wrong as
 # one that is so many metres out of place (docs/experiments.md).
 _OFF_COLOUR = 0.5
+import os
+_OFF_NORMAL = float(os.environ.get("OFFN", "0"))
 
 
 class Colours(NamedTuple):
@@ -51,11 +53,12 @@ class Probes:
     Attributes
     ----------
     point : (n, 3) the points; the mesh has a size of about 1.
+    normal : (n, 3) their unit normals, as shaders interpolate them.
     colour : (n, 3) their colours, 0 to 1; (0, 3) for a mesh with one colour everywhere.
     cluster : (n,) the cluster that each belongs to, as the caller numbers them.
     """
 
-    def __init__(self, point: Array, triangles: Rows, colours: Array, cluster: Rows, groups: int) -> None:
+    def __init__(self, point: Array, triangles: Rows, normals: Array, colours: Array, cluster: Rows, groups: int) -> None:
         """Choose the points.
 
         Parameters
@@ -64,6 +67,8 @@ class Probes:
             (p, 3) positions of vertices.
         triangles
             (t, 3) rows of `point`.
+        normals
+            (t, 3, 3) the normals at the triangles' corners.
         colours
             (t, 3, 3) the colours at the triangles' corners, 0 to 1; (0, 3, 3) for a mesh with one colour everywhere.
         cluster
@@ -85,9 +90,10 @@ class Probes:
         self.point = np.concatenate([inside, point[chosen]]).astype(np.float64)
         row = np.concatenate([row, any_triangle[chosen]])
         self.cluster = cluster[row].astype(np.int64)
+        share = np.concatenate([share, triangles[any_triangle[chosen]] == chosen[:, None]])
+        self.normal = unit(np.einsum("nk,nkd->nd", share, normals[row]))
         self.colour = np.zeros((0, 3))
         if len(colours):
-            share = np.concatenate([share, triangles[any_triangle[chosen]] == chosen[:, None]])
             self.colour = np.einsum("nk,nkd->nd", share, colours[row])
 
     def thin_out(self, groups: int) -> None:
@@ -95,7 +101,7 @@ class Probes:
         count = max(_FEWEST, _PER_GROUP * groups)
         if len(self.point) > count:
             kept = np.sort(self._random.choice(len(self.point), count, replace=False))
-            self.point, self.cluster = self.point[kept], self.cluster[kept]
+            self.point, self.normal, self.cluster = self.point[kept], self.normal[kept], self.cluster[kept]
             if len(self.colour):
                 self.colour = self.colour[kept]
 
@@ -141,6 +147,19 @@ def group_errors(
         rows, triangles = np.arange(*firsts[number : number + 2]), np.arange(begins[number], ends[number])
         error[number] = _greatest_distance(rows, bound, triangles, distance)
     return np.sqrt(error), nearest
+
+
+def nearest_triangles(point: Array, of: Ints, corners: Array, group: Ints) -> Ints:
+    """Return the triangle (n,) of its group that each point is near; for parameters see `group_errors`.
+
+    Without compiled loops, it is that of the nearest of many points on the triangles.
+    """
+    if not (len(point) and len(corners)):
+        return np.zeros(len(point), np.int64)
+    none, metres = Colours.none(), np.zeros(0)
+    if loops := kernels.loaded():
+        return np.asarray(loops.nearest(point, of, corners, group, none.point, none.corner, metres)[1])
+    return _bounds(point, of, corners, group, _Distance(point, corners, none, metres))[1]
 
 
 class _Distance(NamedTuple):
@@ -198,6 +217,19 @@ def _greatest_distance(rows: Ints, bound: Array, triangles: Ints, distance: _Dis
         exact = distance.squared(some[:, None], triangles[None], bound[some][:, None]).min(1)
         greatest = max(greatest, float(np.minimum(exact, bound[some]).max(initial=0.0)))
     return greatest
+
+
+def normal_errors(probes: Array, of: Ints, groups: int, corners: Array, wanted: Array, normals: Array) -> Array:
+    """X."""
+    shown = unit(np.einsum("nk,nkd->nd", nearest_shares(probes, corners), normals))
+    facing = np.einsum("nd,nd->n", shown, wanted)
+    off = np.where(facing > 0, np.square(shown - wanted).sum(1), 0) * 2 * face_normals(corners)[1]
+    total, count = np.bincount(of, off, groups), np.bincount(of, facing > 0, groups)
+    return _OFF_NORMAL * np.sqrt(total / np.maximum(count, 1))
+
+
+def unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30))
 
 
 def spread_points(corners: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:

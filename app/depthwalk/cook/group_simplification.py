@@ -3,6 +3,7 @@
 All that a batch of groups needs is copied to arrays of its own, which are small whatever the size of the mesh.
 """
 
+import os
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.cluster_division import divided
-from depthwalk.cook.cluster_error import Colours, group_errors
+from depthwalk.cook.cluster_error import Colours, group_errors, nearest_shares, nearest_triangles, normal_errors
 from depthwalk.cook.cluster_table import Bounds, cluster_bounds
 from depthwalk.cook.group_collapse import collapse_groups
+from depthwalk.cook.cluster_error import unit
+from depthwalk.geometry.triangles import face_normals
+from depthwalk.cook.normal_fit import fitted_normals
 from depthwalk.cook.seamed_mesh import Vertices
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask, Rows
@@ -86,6 +90,7 @@ def simplify(
     group: Ints,
     locked: Mask,
     probe: Array,
+    probe_normal: Array,
     probe_colour: Array,
     probe_group: Ints,
 ) -> Batch:
@@ -126,14 +131,17 @@ def simplify(
     coarse, of = coarse[simplified[of]], of[simplified[of]]
     order, count = divided(point, place[coarse], vertices.part[coarse[:, 0]], of)
     coarse, of = coarse[order], of[order]
+    if not os.environ.get("NOFIT"):
+        look = _fit(surface.point[at].astype(np.float64), vertices, locked[at], triangles, group, simplified, coarse, of, point, look)
     follows = np.flatnonzero(simplified[probe_group])
     colours = Colours(probe_colour[follows], look[coarse, COLOURS]) if len(probe_colour) else None
     error, near = group_errors(probe[follows], probe_group[follows], point[place[coarse]], of, len(before), colours)
+    error = np.maximum(error, normal_errors(probe[follows], probe_group[follows], len(before), point[place[coarse[near]]], probe_normal[follows], look[coarse[near], :3]))
     followed = np.full(len(probe), -1)
     followed[follows] = np.repeat(np.arange(len(count)), count)[near]
     first = np.cumsum(count) - count
     # Vertices that moved are new ones, since finer clusters still use the old ones.
-    new = np.flatnonzero(_mask(coarse, len(used)) & moved[place])
+    new = np.flatnonzero(_mask(coarse, len(used)) & (moved | (~locked[at] if not os.environ.get('NOFIT') else False))[place])
     new_at, new_place = _renumbered(place[new])
     number = used.astype(np.int64)
     number[new] = len(surface.place) + np.arange(len(new))
@@ -151,6 +159,23 @@ def simplify(
         vertex_part=vertices.part[new].astype(np.int32),
         vertex_look=look[new].astype(np.float32),
     )
+
+
+def _fit(before, vertices, locked, triangles, group, simplified, coarse, of, point, look):
+    rows = np.flatnonzero(simplified[group])
+    fine = before[vertices.place[triangles[rows]]]
+    facing, area = face_normals(fine)
+    wanted = vertices.look[triangles[rows], :3].mean(1)
+    middle = fine.mean(1)
+    corners = point[vertices.place[coarse]]
+    near = nearest_triangles(middle, group[rows], corners, of)
+    same = np.flatnonzero((np.einsum("nd,nd->n", facing, face_normals(corners)[0][near]) > 0) & (area > 0))
+    shares = nearest_shares(middle[same], corners[near[same]])
+    used = _mask(coarse, len(look))
+    normal = unit(look[:, :3])
+    look = look.copy()
+    look[:, :3] = fitted_normals(normal, vertices.place, locked[vertices.place] | ~used, coarse[near[same]], shares, wanted[same], area[same])
+    return look
 
 
 def _renumbered(numbers: Rows) -> tuple[Rows, Ints]:
