@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from depthwalk.cook import kernels
+from depthwalk.cook.cluster_normals import unit
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask, Rows
@@ -26,8 +27,6 @@ _AREAS = 1 << 18  # triangles at a time
 # A triangle with edges of one metre whose colour is off by 1, black instead of white in one channel, looks as wrong as
 # one that is so many metres out of place (docs/experiments.md).
 _OFF_COLOUR = 0.5
-import os
-_OFF_NORMAL = float(os.environ.get("OFFN", "0"))
 
 
 class Colours(NamedTuple):
@@ -58,7 +57,9 @@ class Probes:
     cluster : (n,) the cluster that each belongs to, as the caller numbers them.
     """
 
-    def __init__(self, point: Array, triangles: Rows, normals: Array, colours: Array, cluster: Rows, groups: int) -> None:
+    def __init__(
+        self, point: Array, triangles: Rows, normals: Array, colours: Array, cluster: Rows, groups: int
+    ) -> None:
         """Choose the points.
 
         Parameters
@@ -149,19 +150,6 @@ def group_errors(
     return np.sqrt(error), nearest
 
 
-def nearest_triangles(point: Array, of: Ints, corners: Array, group: Ints) -> Ints:
-    """Return the triangle (n,) of its group that each point is near; for parameters see `group_errors`.
-
-    Without compiled loops, it is that of the nearest of many points on the triangles.
-    """
-    if not (len(point) and len(corners)):
-        return np.zeros(len(point), np.int64)
-    none, metres = Colours.none(), np.zeros(0)
-    if loops := kernels.loaded():
-        return np.asarray(loops.nearest(point, of, corners, group, none.point, none.corner, metres)[1])
-    return _bounds(point, of, corners, group, _Distance(point, corners, none, metres))[1]
-
-
 class _Distance(NamedTuple):
     """Compute squared distances between points (n, 3) and triangles (t, 3, 3) in place and colour, by their rows.
 
@@ -217,19 +205,6 @@ def _greatest_distance(rows: Ints, bound: Array, triangles: Ints, distance: _Dis
         exact = distance.squared(some[:, None], triangles[None], bound[some][:, None]).min(1)
         greatest = max(greatest, float(np.minimum(exact, bound[some]).max(initial=0.0)))
     return greatest
-
-
-def normal_errors(probes: Array, of: Ints, groups: int, corners: Array, wanted: Array, normals: Array) -> Array:
-    """X."""
-    shown = unit(np.einsum("nk,nkd->nd", nearest_shares(probes, corners), normals))
-    facing = np.einsum("nd,nd->n", shown, wanted)
-    off = np.where(facing > 0, np.square(shown - wanted).sum(1), 0) * 2 * face_normals(corners)[1]
-    total, count = np.bincount(of, off, groups), np.bincount(of, facing > 0, groups)
-    return _OFF_NORMAL * np.sqrt(total / np.maximum(count, 1))
-
-
-def unit(vectors: Array) -> Array:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30))
 
 
 def spread_points(corners: Array, count: int, random: np.random.Generator) -> tuple[Array, Ints]:
