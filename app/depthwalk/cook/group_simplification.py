@@ -50,10 +50,10 @@ class Surface:
 class Batch(NamedTuple):
     """Hold a batch of g groups, and what those that could be simplified became.
 
-    simplified: (g,) which could be; error: (g,) how far they are from the mesh, see `simplify`. triangles: (t, 3) rows of the
-    surface's vertices, and beyond those rows of the v new ones; size, part, group: (n,) triangles, part and group of
-    each cluster; bounds: theirs; probe: (m,) cluster of each probe, −1 where its group is not simplified. point: (p, 3)
-    new places; vertex_place, vertex_part, vertex_look: (v, …) new vertices.
+    simplified: (g,) which could be; error: (g,) how far they are from the mesh, see `simplify`. triangles: (t, 3) rows
+    of the surface's vertices, and beyond those rows of the v new ones; size, part, group: (n,) triangles, part and
+    group of each cluster; bounds: theirs; probe: (m,) cluster of each probe, −1 where its group is not simplified.
+    point: (p, 3) new places; vertex_place, vertex_part, vertex_look: (v, …) new vertices.
     """
 
     simplified: Mask
