@@ -9,7 +9,7 @@ from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.geometry.triangles import row_ids, sample_triangles
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.lod.cluster_selection import select_clusters
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Ints, Rows
 from shapes import sphere
 
 Point = tuple[float, float, float]
@@ -76,8 +76,37 @@ def border_width(ball: Mesh, clusters: MeshClusters, chosen: Rows) -> float:
 
 def _colours_at(points: Array, positions: Array, colours: Rows, faces: Rows) -> Array:
     """The colours (n, 3) of a surface where it is nearest to points (n, 3)."""
-    corners = positions[faces].astype(float)
+    nearest, shares = nearest_on(points, positions[faces].astype(float))
+    return np.asarray(np.einsum("nk,nkd->nd", shares, colours[faces[nearest]].astype(float)))
+
+
+def nearest_on(points: Array, corners: Array) -> tuple[Rows, Array]:
+    """The triangle (n,) of a surface (t, 3, 3) that is nearest to each point (n, 3), and the shares (n, 3) there."""
     some = np.array_split(points, 8)
     nearest = np.concatenate([squared_distances(here[:, None], corners[None]).argmin(1) for here in some])
-    shares = nearest_shares(points, corners[nearest])
-    return np.asarray(np.einsum("nk,nkd->nd", shares, colours[faces[nearest]].astype(float)))
+    return nearest, nearest_shares(points, corners[nearest])
+
+
+def grid(side: int) -> tuple[Array, Ints]:
+    """Points and triangles of a flat unit square with `side` squares along each edge."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(side + 1), np.arange(side + 1)))
+    corner = np.flatnonzero((x < side) & (y < side))
+    square = np.stack([corner, corner + 1, corner + side + 2, corner, corner + side + 2, corner + side + 1], 1)
+    return np.stack([x, y, 0 * x], 1) / side, square.reshape(-1, 3)
+
+
+def wavy(point: Array) -> Array:
+    """Unit normals (n, 3) of a surface with waves, at points (n, 3) of a flat square."""
+    normal = np.stack([0.5 * np.sin(9 * point[:, 0]), 0.5 * np.cos(7 * point[:, 1]), np.ones(len(point))], 1)
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+
+
+def normals_off(mesh: Mesh, clusters: MeshClusters, allowed: float) -> tuple[float, int]:
+    """Root mean square difference of the normals of a cut from the mesh's, and how many triangles it has."""
+    chosen = triangles_of(clusters, cut(clusters, (0, 1, 1e6), allowed / 1e6))
+    point = mesh.positions[mesh.faces].astype(float).mean(1)[::4]
+    wanted = mesh.normals[mesh.faces].astype(float).mean(1)[::4]
+    nearest, shares = nearest_on(point, clusters.positions[chosen].astype(float))
+    shown = np.einsum("nk,nkd->nd", shares, clusters.normals[chosen[nearest]])
+    one, other = (normal / np.linalg.norm(normal, axis=1, keepdims=True) for normal in (shown, wanted))
+    return float(np.sqrt(np.mean(np.square(one - other).sum(1)))), len(chosen)

@@ -7,7 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cluster_cuts import border_width, bordered, bumpy, cut, is_watertight, seamless, triangles_of
+from cluster_cuts import (
+    border_width,
+    bordered,
+    bumpy,
+    cut,
+    grid,
+    is_watertight,
+    normals_off,
+    seamless,
+    triangles_of,
+    wavy,
+)
 from depthwalk.cook import kernels
 from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cluster_division import divided
@@ -19,7 +30,7 @@ from depthwalk.geometry.triangles import face_normals, row_ids
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.kernels import compiled_code
 from depthwalk.types import Ints
-from shapes import joined, leaves, sphere
+from shapes import joined, leaves, mesh_of, sphere
 
 pytest.importorskip("numba")
 pytestmark = pytest.mark.slow
@@ -103,6 +114,16 @@ def test_colours_are_kept_as_well_as_by_numpy() -> None:
         chosen = cut(clusters, (0, 1, 11), 0.01)
         assert len(triangles_of(clusters, chosen)) < 0.3 * len(ball.faces)
         assert border_width(ball, clusters, chosen) < 0.05
+
+
+def test_normals_are_kept_as_well_as_by_numpy() -> None:
+    """Those of a flat square with waves, which alone say where triangles are needed."""
+    point, triangles = grid(48)
+    flat = mesh_of(point, triangles, wavy(point))
+    reference, compiled = both(flat)
+    for allowed in (0.1, 0.2):
+        (one, count), (other, same_count) = (normals_off(flat, clusters, allowed) for clusters in (reference, compiled))
+        assert count < 0.7 * len(triangles) and other < 1.2 * one and same_count < 1.2 * count
 
 
 def test_surfaces_are_as_near_with_as_few_triangles(ball: Mesh, compiled: MeshClusters) -> None:

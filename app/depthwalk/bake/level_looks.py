@@ -16,6 +16,10 @@ from depthwalk.geometry.triangles import face_normals, sample_batches
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.types import Array, Ints
 
+# A level with edges of one metre whose normals or colours are off by 1 looks as wrong as one whose surface is off by
+# this many metres: within a pixel of either, pictures of five models are as good as their depth images
+# (docs/measurements.md).
+LOOKS_WRONG = 8.0
 _MOST_SAMPLES = 100_000  # of a mesh: eight per vertex for a level of 25,000 triangles
 _SAMPLES_PER_TRIANGLE = 8
 _STAYS = 0.05  # weight of a vertex's initial normal and colour, where a sample has 1: for vertices with few samples

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.level_looks import chart_places, fitted_looks, sample_looks
+from depthwalk.bake.level_looks import LOOKS_WRONG, chart_places, fitted_looks, sample_looks
 from depthwalk.bake.params import FEWEST, RATIOS
 from depthwalk.bake.sampling import sample_surface
 from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
@@ -25,10 +25,6 @@ if TYPE_CHECKING:
 _HASTE = (3, 5, 7)
 _WORTH = 0.9  # of the finer level's triangles: a mesh with more than that is not worth a level
 _PROBES, _DISCS = 20_000, 200_000  # points on the mesh, and on a level, for measuring the distance between them
-# A level with edges of one metre whose normals or colours are off by 1 looks as wrong as one whose surface is off by
-# this many metres: within a pixel of either, pictures of five models are as good as their depth images
-# (docs/measurements.md).
-_LOOKS_WRONG = 8.0
 _INWARD = 0.1  # of the way from a corner to its face's centre, which is on the corner's own side of a seam
 
 
@@ -63,7 +59,7 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
             break
         level, off = appearance.transferred_to(points, faces)
         area = face_normals(points[faces])[1].sum()
-        looks = _LOOKS_WRONG * off * float(np.sqrt(2 * area / len(faces)))
+        looks = LOOKS_WRONG * off * float(np.sqrt(2 * area / len(faces)))
         levels.append(MeshLevel(level, max(_distance(probes, points[faces]), looks, levels[-1].error)))
     return tuple(levels)
 

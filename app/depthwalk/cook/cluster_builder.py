@@ -17,7 +17,7 @@ from depthwalk.cook.cluster_division import NORMAL_PLACE, divided
 from depthwalk.cook.cluster_error import Probes
 from depthwalk.cook.cluster_output import Output, no_clusters
 from depthwalk.cook.cluster_table import Clusters, Groups, cluster_bounds, enclosing
-from depthwalk.cook.group_simplification import COLOURS, Batch, Surface, shared_places, simplify
+from depthwalk.cook.group_simplification import COLOURS, NORMALS, Batch, Surface, shared_places, simplify
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.geometry.spatial_order import kd_tree_order, within_runs
 from depthwalk.geometry.triangles import row_ids
@@ -85,7 +85,8 @@ class _Builder:
         triangles, of = self._surface.corners(), np.repeat(pool.number, pool.count)
         colours = self._surface.look[:, COLOURS]
         varied = colours[self._surface.triangles] if (colours != colours[0]).any() else np.zeros((0, 3, 3))
-        probes = Probes(self._surface.point, triangles, varied, of, len(pool) // _GROUP)
+        normals = self._surface.look[self._surface.triangles, NORMALS]
+        probes = Probes(self._surface.point, triangles, normals, varied, of, len(pool) // _GROUP)
         stalled = 0
         while stalled < _STALLED and (len(pool) > 1 or pool.count[0] > _FEWEST):
             before = self._output.groups
@@ -169,6 +170,7 @@ class _Builder:
                 np.repeat(member[clusters] - batch[0], count),
                 locked,
                 probes.point[points],
+                probes.normal[points],
                 probes.colour[points] if len(probes.colour) else probes.colour,
                 probe_group[points] - batch[0],
             )

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from depthwalk.cook import kernels
+from depthwalk.cook.cluster_normals import unit
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask, Rows
@@ -51,11 +52,14 @@ class Probes:
     Attributes
     ----------
     point : (n, 3) the points; the mesh has a size of about 1.
+    normal : (n, 3) their unit normals, as shaders interpolate them.
     colour : (n, 3) their colours, 0 to 1; (0, 3) for a mesh with one colour everywhere.
     cluster : (n,) the cluster that each belongs to, as the caller numbers them.
     """
 
-    def __init__(self, point: Array, triangles: Rows, colours: Array, cluster: Rows, groups: int) -> None:
+    def __init__(
+        self, point: Array, triangles: Rows, normals: Array, colours: Array, cluster: Rows, groups: int
+    ) -> None:
         """Choose the points.
 
         Parameters
@@ -64,6 +68,8 @@ class Probes:
             (p, 3) positions of vertices.
         triangles
             (t, 3) rows of `point`.
+        normals
+            (t, 3, 3) the normals at the triangles' corners.
         colours
             (t, 3, 3) the colours at the triangles' corners, 0 to 1; (0, 3, 3) for a mesh with one colour everywhere.
         cluster
@@ -85,9 +91,10 @@ class Probes:
         self.point = np.concatenate([inside, point[chosen]]).astype(np.float64)
         row = np.concatenate([row, any_triangle[chosen]])
         self.cluster = cluster[row].astype(np.int64)
+        share = np.concatenate([share, triangles[any_triangle[chosen]] == chosen[:, None]])
+        self.normal = unit(np.einsum("nk,nkd->nd", share, normals[row]))
         self.colour = np.zeros((0, 3))
         if len(colours):
-            share = np.concatenate([share, triangles[any_triangle[chosen]] == chosen[:, None]])
             self.colour = np.einsum("nk,nkd->nd", share, colours[row])
 
     def thin_out(self, groups: int) -> None:
@@ -95,7 +102,7 @@ class Probes:
         count = max(_FEWEST, _PER_GROUP * groups)
         if len(self.point) > count:
             kept = np.sort(self._random.choice(len(self.point), count, replace=False))
-            self.point, self.cluster = self.point[kept], self.cluster[kept]
+            self.point, self.normal, self.cluster = self.point[kept], self.normal[kept], self.cluster[kept]
             if len(self.colour):
                 self.colour = self.colour[kept]
 

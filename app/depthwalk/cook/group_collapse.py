@@ -35,14 +35,12 @@ class Simplified(NamedTuple):
     group : (n,) the group of each.
     point : (p, 3) the places, some of which have moved.
     look : (v, k) the appearance of the vertices there.
-    moved : (p,) which places have moved.
     """
 
     triangles: Ints
     group: Ints
     point: Array
     look: Array
-    moved: Mask
 
 
 def collapse_groups(
@@ -91,7 +89,6 @@ def collapse_groups(
     random = np.random.default_rng(0)
     places = _places(point, vertices, triangles, colour)
     vertices = Vertices(place=vertices.place, part=vertices.part, look=vertices.look.copy())
-    moved = np.zeros(len(locked), bool)
     banned = np.zeros(0, np.int64)
     done_triangles, done_groups = [], []
     for _ in range(_MAX_ROUNDS):
@@ -114,11 +111,10 @@ def collapse_groups(
         # A random factor: where costs rise steadily, hardly any is the least in its surroundings.
         chosen = chosen.take(independent(edges, chosen, chosen.cost * random.uniform(1, _CHANCE, len(chosen.cost))))
         triangles, group, failed = _collapse(places, vertices, edges, triangles, group, chosen, locked, colour)
-        moved[chosen.end[chosen.free & ~failed]] = True
         banned = np.union1d(banned, chosen.key[failed])
     triangles, group = np.concatenate([*done_triangles, triangles]), np.concatenate([*done_groups, group])
     order = np.argsort(group, kind="stable")
-    return Simplified(triangles[order], group[order], places.point, vertices.look, moved)
+    return Simplified(triangles[order], group[order], places.point, vertices.look)
 
 
 def _places(point: Array, vertices: Vertices, triangles: Ints, colour: int | None) -> Places:

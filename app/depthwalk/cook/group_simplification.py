@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from depthwalk.cook.cluster_division import divided
 from depthwalk.cook.cluster_error import Colours, group_errors
+from depthwalk.cook.cluster_normals import fit_normals, normal_errors, unit
 from depthwalk.cook.cluster_table import Bounds, cluster_bounds
 from depthwalk.cook.group_collapse import collapse_groups
 from depthwalk.cook.seamed_mesh import Vertices
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask, Rows
 
-COLOURS = slice(3, 6)  # columns of a vertex's look, which is its normal, its colour and its texture coordinates
+# Columns of a vertex's look, which is its normal, its colour and its texture coordinates.
+NORMALS, COLOURS = slice(3), slice(3, 6)
 _PROGRESS = 0.85  # part of a group's triangles: if more are left, its clusters are grouped differently next time
 _BATCH = 1 << 20  # triangles at a time
 
@@ -48,10 +50,10 @@ class Surface:
 class Batch(NamedTuple):
     """Hold a batch of g groups, and what those that could be simplified became.
 
-    simplified: (g,) which could be; error: (g,) greatest distance of probes from them. triangles: (t, 3) rows of the
-    surface's vertices, and beyond those rows of the v new ones; size, part, group: (n,) triangles, part and group of
-    each cluster; bounds: theirs; probe: (m,) cluster of each probe, −1 where its group is not simplified. point: (p, 3)
-    new places; vertex_place, vertex_part, vertex_look: (v, …) new vertices.
+    simplified: (g,) which could be; error: (g,) how far they are from the mesh, see `simplify`. triangles: (t, 3) rows
+    of the surface's vertices, and beyond those rows of the v new ones; size, part, group: (n,) triangles, part and
+    group of each cluster; bounds: theirs; probe: (m,) cluster of each probe, −1 where its group is not simplified.
+    point: (p, 3) new places; vertex_place, vertex_part, vertex_look: (v, …) new vertices.
     """
 
     simplified: Mask
@@ -86,6 +88,7 @@ def simplify(
     group: Ints,
     locked: Mask,
     probe: Array,
+    probe_normal: Array,
     probe_colour: Array,
     probe_group: Ints,
 ) -> Batch:
@@ -99,21 +102,23 @@ def simplify(
         (t,) the triangles of the groups, and the group of each, from 0 on, ascending.
     locked
         (p,) places of the surface that stay where they are.
-    probe, probe_colour, probe_group
-        (m, 3) points of the mesh, their colours (m, 3), 0 to 1, and the group (m,) of each, ascending. Without colours,
-        (0, 3), the mesh is taken to have one colour everywhere.
+    probe, probe_normal, probe_colour, probe_group
+        (m, 3) points of the mesh, their unit normals (m, 3) and colours (m, 3), 0 to 1, and the group (m,) of each,
+        ascending. Without colours, (0, 3), the mesh is taken to have one colour everywhere.
 
     Returns
     -------
     Batch
-        The simplified groups.
+        The simplified groups. Their error is the greatest distance of the points from them, in place and in colour, or
+        that by which their normals are off, if this is larger.
     """
     used, triangles = _renumbered(surface.triangles[rows])
     at, place = _renumbered(surface.place[used])
     vertices = Vertices(place=place, part=surface.part[used].astype(np.int64), look=surface.look[used].astype(float))
     before = np.bincount(group)
-    coarse, of, point, look, moved = collapse_groups(
-        surface.point[at].astype(np.float64),
+    fine, normal = surface.point[at].astype(np.float64), vertices.look[:, NORMALS].copy()
+    coarse, of, point, look = collapse_groups(
+        fine,
         vertices,
         triangles,
         group,
@@ -126,14 +131,22 @@ def simplify(
     coarse, of = coarse[simplified[of]], of[simplified[of]]
     order, count = divided(point, place[coarse], vertices.part[coarse[:, 0]], of)
     coarse, of = coarse[order], of[order]
+    free = ~locked[at][place] & _mask(coarse, len(used))
+    replaced = triangles[simplified[group]]
+    look[:, NORMALS] = fit_normals(
+        unit(look[:, NORMALS]), place, ~free, point[place[coarse]], coarse, fine[place[replaced]], normal[replaced]
+    )
     follows = np.flatnonzero(simplified[probe_group])
     colours = Colours(probe_colour[follows], look[coarse, COLOURS]) if len(probe_colour) else None
     error, near = group_errors(probe[follows], probe_group[follows], point[place[coarse]], of, len(before), colours)
+    shown = coarse[near]
+    corners, normals = point[place[shown]], look[shown, NORMALS]
+    off = normal_errors(probe[follows], probe_normal[follows], probe_group[follows], corners, normals, len(before))
     followed = np.full(len(probe), -1)
     followed[follows] = np.repeat(np.arange(len(count)), count)[near]
     first = np.cumsum(count) - count
-    # Vertices that moved are new ones, since finer clusters still use the old ones.
-    new = np.flatnonzero(_mask(coarse, len(used)) & moved[place])
+    # Vertices inside of groups are new ones, since finer clusters still use the old ones.
+    new = np.flatnonzero(free)
     new_at, new_place = _renumbered(place[new])
     number = used.astype(np.int64)
     number[new] = len(surface.place) + np.arange(len(new))
@@ -144,7 +157,7 @@ def simplify(
         part=vertices.part[coarse[first, 0]],
         group=of[first],
         bounds=cluster_bounds(point, place[coarse], count),
-        error=error,
+        error=np.maximum(error, off),
         probe=followed,
         point=point[new_at].astype(np.float32),
         vertex_place=new_place.astype(np.int32),

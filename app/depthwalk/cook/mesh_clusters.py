@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-CLUSTERS_VERSION = 3  # raise it when the same mesh would be divided differently
+CLUSTERS_VERSION = 4  # raise it when the same mesh would be divided differently
 SIZE = 128  # most triangles of a cluster
 
 
@@ -33,7 +33,8 @@ class MeshClusters:
     made_by : (c,) the group whose simplification each cluster belongs to; −1 for triangles of the mesh itself.
     group : (c,) the group in which each cluster is simplified; −1 if it is not simplified further.
     level_first : (levels + 1,) first group of each level; the last is g.
-    error : (g,) distance of the simplified groups from the mesh, metres; at least that of their clusters.
+    error : (g,) distance of the simplified groups from the mesh in place, colour and normals, metres; at least that of
+        their clusters.
     group_centre, group_radius : (g, 3) and (g,) spheres that enclose the groups, and the spheres of the groups that
         made their clusters, metres, asset frame.
     """

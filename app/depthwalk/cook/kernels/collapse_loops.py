@@ -193,7 +193,6 @@ def _try(s: Surface, start: int, to: int) -> int:
             along += step**2
             inward += step * (s.target[axis] - end.point[axis])
         share = min(max(inward / max(along, 1e-300), 0.0), 1.0)
-        end.moved = True
         for axis in range(3):
             end.point[axis] = s.target[axis]
             end.normal[axis] += share * (gone.normal[axis] - end.normal[axis])
@@ -350,12 +349,12 @@ def collapse(
     wanted: Ints,
     locked: Mask,
     colour: int,
-) -> tuple[Ints, Ints, Array, Array, Mask]:
+) -> tuple[Ints, Ints, Array, Array]:
     """Simplify groups of triangles; see `cook.group_collapse.collapse_groups`.
 
     points: (p, 3); of: (v,) place of each vertex; part: (v,); looks: (v, k); triangles: (t, 3) in the order of their
     groups (t,); wanted: (g,); locked: (p,); colour: column of looks where colours begin, or −1. Returns the remaining
-    triangles, their groups, points, looks, and which places have moved.
+    triangles, their groups, points and looks.
     """
     s = surface_of(points, of, part, looks, triangles, locked, colour)
     left, left_group = np.empty(triangles.shape, np.int64), np.empty(len(group), np.int64)
@@ -372,9 +371,8 @@ def collapse(
                 left_group[count] = number
                 count += 1
         begin = end
-    point, moved = np.empty(points.shape), np.empty(len(points), np.bool_)
+    point = np.empty(points.shape)
     for number in range(len(points)):
-        moved[number] = s.places[number].moved
         for axis in range(3):
             point[number, axis] = s.places[number].point[axis]
-    return left[:count].copy(), left_group[:count].copy(), point, s.look, moved
+    return left[:count].copy(), left_group[:count].copy(), point, s.look

@@ -30,7 +30,6 @@ PLACE = np.dtype(
         ("seen", "i4"),  # stamp of the last list of neighbours that it was in
         ("slot", "i4"),  # its row in that list
         ("locked", "?"),
-        ("moved", "?"),
         ("special", "?"),  # see `seamed_mesh.special_places`
     ],
     align=True,
