@@ -88,6 +88,11 @@ def suggest(word: str, choices: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with a noun that takes an s for any but one: `1 model`, `12,000 triangles`."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
 def missing_file(path: Path) -> InputError:
     """Return the error that says why `path` is not a file: it is a folder, something else, or does not exist.
 

@@ -179,6 +179,19 @@ def test_instances_are_placements(tmp_path: Path) -> None:
     assert objects.scale / objects.scale[0] == pytest.approx(np.linspace(1, 3, count), rel=1e-5)
 
 
+def test_shape_keys_and_skins_are_converted_in_their_pose(tmp_path: Path) -> None:
+    glb = Glb()
+    moved = glb.accessor(np.tile([0.0, 4.0, 0.0], (4, 1)))
+    wedge(glb, targets=[{"POSITION": moved}])
+    joints = {"JOINTS_0": glb.accessor([(0, 0, 0, 0)] * 4, "u1"), "WEIGHTS_0": glb.accessor([(1, 0, 0, 0)] * 4)}
+    glb.mesh({"POSITION": glb.accessor(WEDGE)} | joints, FACES)
+    glb.header["skins"] = [{"joints": [2]}]
+    nodes = [{"mesh": 0, "weights": [0.5]}, {"mesh": 1, "skin": 0}, {"translation": [9, 0, 0]}]
+    path = glb.write(tmp_path / "a.glb", *nodes)
+    made = convert_gltf(path, tmp_path / "made")
+    assert difference(of_scene(made.scene), of_file(path)) < 1e-4
+
+
 def test_light_things_are_merged_and_heavy_ones_are_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(models, "HEAVY", 10)
     glb = Glb()
