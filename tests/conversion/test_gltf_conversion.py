@@ -258,6 +258,19 @@ def test_only_used_materials_and_pictures_go_with_a_mesh(tmp_path: Path) -> None
     assert all((made.scene.parent / name).read_bytes() == picture.read_bytes() for name in pictures)
 
 
+def test_a_missing_picture_is_told_with_the_file_that_names_it(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    glb = Glb()
+    wedge(glb, material=0)
+    glb.header["images"] = [{"uri": "gone.png"}]
+    glb.header["textures"] = [{"source": 0}]
+    glb.header["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    path = glb.write(tmp_path / "a.glb")
+    convert_gltf(path, tmp_path / "made")
+    assert f"{path}: picture 'gone.png' is missing; ignored" in caplog.messages
+
+
 def test_what_surrounds_the_viewer_has_no_depth_images(tmp_path: Path) -> None:
     glb = Glb()
     wedge(glb, 100)
@@ -312,6 +325,17 @@ def test_the_command_makes_a_folder_beside_the_file(copies: Path) -> None:
     assert (copies.parent / "scene" / "scene.yaml").is_file()
     again = CliRunner().invoke(app, ["convert", str(copies)])
     assert again.exit_code == 2 and again.stderr.count("\n") == 1 and "is not empty" in again.stderr
+
+
+def test_one_is_no_plural(tmp_path: Path) -> None:
+    glb = Glb()
+    wedge(glb)
+    run = CliRunner().invoke(app, ["convert", str(glb.write(tmp_path / "a.glb"))])
+    assert "a.yaml: 1 model, 1 object, 4 triangles" in run.stdout
+    one = Glb()
+    one.mesh({"POSITION": one.accessor(WEDGE[1:])}, None)
+    run = CliRunner().invoke(app, ["info", str(one.write(tmp_path / "b.glb"))])
+    assert "1 triangle, " in run.stdout
 
 
 def test_other_files_hold_no_scenes(tmp_path: Path) -> None:

@@ -98,7 +98,9 @@ class Tracks:
             "scale": np.array([float(f"{scale:.6g}") for scale in np.exp(track.values[:, 6])]),
         }
         defaults = {"yaw": 0.0, "pitch": 0.0, "roll": 0.0, "scale": 1.0}
-        values = {name: column[0].tolist() for name, column in columns.items() if column[0].tolist() != defaults.get(name)}
+        values = {
+            name: column[0].tolist() for name, column in columns.items() if column[0].tolist() != defaults.get(name)
+        }
         changing = {name: column.tolist() for name, column in columns.items() if np.ptp(column, axis=0).any()}
         if changing:
             times = np.round(track.times, 4).tolist()

@@ -23,6 +23,7 @@ TICK = 1e-4
 _REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
 _INTERPOLATIONS = "LINEAR", "STEP", "CUBICSPLINE"
 _MOST_KEYS = 10_000_000  # of all channels together: they take 300 MB
+_FEWEST_SECONDS = 0.01  # what takes less is no movement
 _MOST_SECONDS = 1e6  # as long as the keyframes of a scene file may take
 _FARTHEST = 1e12  # in values: products of a few such numbers are finite
 _DEEPEST = 64  # animated nodes that hang from each other: skeletons have half as many
@@ -273,8 +274,6 @@ def read_animation(header: Header, accessors: Accessors) -> Animation:
         return Animation(end=0.0, joints={}, notes=())
     channels, others, end = _channels(header, animations[0], accessors)
     notes = list(_notes(animations, others))
-    if 0 < len(channels) and end < 100 * TICK:
-        return Animation(end=0.0, joints={}, notes=(*notes, "the animation takes no time; nothing moves"))
     nodes, joints = header["nodes"], {}
     for number, of_node in channels.items():
         node = nodes[number]
@@ -285,6 +284,8 @@ def read_animation(header: Header, accessors: Accessors) -> Animation:
         if of_node:
             rest = {name: tuple(map(float, node.get(name, value))) for name, value in _REST.items()}
             joints[number] = _Joint(rest=rest, channels=of_node)
+    if joints and end < _FEWEST_SECONDS:
+        return Animation(end=0.0, joints={}, notes=(*notes, f"nothing moves: the animation takes only {end:g} s"))
     return Animation(end=round(end / TICK) * TICK, joints=joints, notes=tuple(notes))
 
 
