@@ -4,6 +4,7 @@ import json
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fuzz.case import Files
 from fuzz.container_changes import glb
@@ -93,7 +94,8 @@ def _moving(header: dict[str, Any], data: bytes) -> tuple[dict[str, Any], bytes]
     sizes = np.array([(1, 1, 1), (2, 2, 2), (0, 0, 0)], np.float32)
     first = len(moving["accessors"])
     kinds = ["SCALAR", "VEC4", "VEC3", "VEC4", "VEC3"]
-    for kind, values in zip(kinds, (times, turns, splined, whole, sizes), strict=True):
+    listed: list[NDArray[Any]] = [times, turns, splined, whole, sizes]
+    for kind, values in zip(kinds, listed, strict=True):
         view = {"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes}
         whole_numbers = {"componentType": 5122, "normalized": True} if values.dtype == np.int16 else {}
         accessor = {"bufferView": len(moving["bufferViews"]), "componentType": 5126, "count": len(values), "type": kind}

@@ -26,6 +26,7 @@ WEDGE = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)], float)
 FACES = (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 
+Nodes = list[dict[str, Any]]
 Curves = dict[tuple[int, str], tuple[str, list[float], NDArray[np.float64]]]
 """By node and property: the interpolation, times (k,), and values, (k, w) or of splines (3 k, w)."""
 
@@ -37,7 +38,7 @@ def _all_heavy(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "HEAVY", 4)
 
 
-def write(path: Path, nodes: list[dict[str, Any]], curves: Curves, **more: Any) -> Path:
+def write(path: Path, nodes: Nodes, curves: Curves, **more: Any) -> Path:
     """A file of two wedges, whose nodes move by `curves`."""
     glb = Glb()
     for size in (1.0, 0.5):
@@ -55,7 +56,7 @@ def write(path: Path, nodes: list[dict[str, Any]], curves: Curves, **more: Any) 
     return glb.write(path, *nodes, roots=[number for number in range(len(nodes)) if number not in children])
 
 
-def posed(nodes: list[dict[str, Any]], curves: Curves, moment: float) -> list[dict[str, Any]]:
+def posed(nodes: Nodes, curves: Curves, moment: float) -> Nodes:
     """The nodes as they are at a moment, computed by hand after appendix C of glTF 2.0."""
     placed = [dict(node) for node in nodes]
     for (node, name), curve in curves.items():
@@ -91,7 +92,7 @@ def value_of(
     return np.asarray(found / np.linalg.norm(found) if turns else found)
 
 
-def apart(made: Conversion, nodes: list[dict[str, Any]], curves: Curves, moment: float) -> float:
+def apart(made: Conversion, nodes: Nodes, curves: Curves, moment: float) -> float:
     """How far triangles of the scene are at a moment from where the nodes have them."""
     wanted = of_file(write(made.scene.parent.parent / "posed.glb", posed(nodes, curves, moment), {}))
     shown = of_scene(made.scene, moment)
@@ -99,7 +100,7 @@ def apart(made: Conversion, nodes: list[dict[str, Any]], curves: Curves, moment:
     return difference(shown, wanted)
 
 
-def converted(folder: Path, nodes: list[dict[str, Any]], curves: Curves, **more: Any) -> Conversion:
+def converted(folder: Path, nodes: Nodes, curves: Curves, **more: Any) -> Conversion:
     return convert_gltf(write(folder / "a.glb", nodes, curves, **more), folder / "made")
 
 
@@ -139,9 +140,9 @@ def curve(draw: st.DrawFn, name: str) -> tuple[str, list[float], NDArray[np.floa
 
 
 @st.composite
-def moving_trees(draw: st.DrawFn) -> tuple[list[dict[str, Any]], Curves]:
+def moving_trees(draw: st.DrawFn) -> tuple[Nodes, Curves]:
     """Nodes of two meshes, each hung below an earlier one or from the root, some of which move."""
-    nodes: list[dict[str, Any]] = []
+    nodes: Nodes = []
     curves: Curves = {}
     for number in range(draw(st.integers(1, 5))):
         turned = np.array(draw(TURNS))
@@ -163,7 +164,7 @@ def moving_trees(draw: st.DrawFn) -> tuple[list[dict[str, Any]], Curves]:
 @settings(max_examples=60, phases=[Phase.explicit, Phase.generate])
 @given(moving_trees(), st.lists(st.floats(0, 1), min_size=3, max_size=3))
 def test_any_tree_of_nodes_moves_the_same_way(
-    tmp_path_factory: pytest.TempPathFactory, tree: tuple[list[dict[str, Any]], Curves], parts: list[float]
+    tmp_path_factory: pytest.TempPathFactory, tree: tuple[Nodes, Curves], parts: list[float]
 ) -> None:
     nodes, curves = tree
     made = converted(tmp_path_factory.mktemp("tree"), nodes, curves)
@@ -185,7 +186,7 @@ def test_whole_turns_are_two_keyframes_and_go_on(tmp_path: Path) -> None:
     """Quarters of a turn about y, each of which is the shorter way, are one line from 0° to 360°."""
     quarters = np.array([turn(1, 90 * number) for number in range(5)])
     curves: Curves = {(0, "rotation"): ("LINEAR", [0.0, 1.0, 2.0, 3.0, 4.0], quarters)}
-    nodes = [{"children": [1]}, {"mesh": 0, "translation": [-0.5, 0, -1.5]}]  # the wedge's base is on the axis
+    nodes: Nodes = [{"children": [1]}, {"mesh": 0, "translation": [-0.5, 0, -1.5]}]  # the wedge's base is on the axis
     made = converted(tmp_path, nodes, curves)
     assert count_of_keyframes(load_scene(made.scene)) == 2 and not made.notes
     for moment in (0.3, 1.7, 3.9):
@@ -196,7 +197,7 @@ def test_whole_turns_are_two_keyframes_and_go_on(tmp_path: Path) -> None:
 def test_circles_are_as_many_keyframes_as_a_millimetre_takes(tmp_path: Path) -> None:
     quarters = np.array([turn(1, 90 * number) for number in range(5)])
     curves: Curves = {(0, "rotation"): ("LINEAR", [0.0, 1.0, 2.0, 3.0, 4.0], quarters)}
-    nodes = [{"children": [1]}, {"mesh": 0, "translation": [5, 0, 0]}]
+    nodes: Nodes = [{"children": [1]}, {"mesh": 0, "translation": [5, 0, 0]}]
     made = converted(tmp_path, nodes, curves)
     radius = math.hypot(5.5, 1.5) - 1e-9  # of the base's middle; an arc is off its chord by r (1 − cos(half of it))
     fewest = math.pi / math.acos(1 - 1e-3 / radius)
@@ -210,7 +211,7 @@ def test_all_objects_begin_again_together(tmp_path: Path) -> None:
         (0, "translation"): ("LINEAR", [0.0, 1.0], np.array([(0, 0, 0), (0, 4, 0)])),
         (1, "translation"): ("LINEAR", [2.0, 3.0], np.array([(9, 0, 0), (9, 4, 0)])),
     }
-    nodes = [{"mesh": 0}, {"mesh": 1, "translation": [9, 0, 0]}]
+    nodes: Nodes = [{"mesh": 0}, {"mesh": 1, "translation": [9, 0, 0]}]
     made = converted(tmp_path, nodes, curves)
     for moment in (0.5, 1.5, 2.5):
         assert apart(made, nodes, curves, moment) < 2e-3
@@ -224,7 +225,7 @@ def test_steps_jump(tmp_path: Path, beside: bool) -> None:
     curves: Curves = {(0, "translation"): ("STEP", [0.0, 0.7, 1.1, 1.3], steps)}
     if beside:
         curves[0, "rotation"] = ("LINEAR", [0.0, 2.0], np.array([turn(1, 0), turn(1, 100)]))
-    nodes = [{"mesh": 0}]
+    nodes: Nodes = [{"mesh": 0}]
     made = converted(tmp_path, nodes, curves)
     for moment in (0.0, 0.3, 0.69, 0.71, 1.0, 1.29):
         assert apart(made, nodes, curves, moment) < 8e-3
@@ -236,7 +237,7 @@ def test_steep_pitches_are_passed(tmp_path: Path) -> None:
     """A somersault about x goes through a pitch of ±90°, where yaw and roll are the same turn."""
     quarters = np.array([turn(0, 90 * number) for number in range(5)])
     curves: Curves = {(0, "rotation"): ("LINEAR", [0.0, 1.0, 2.0, 3.0, 4.0], quarters)}
-    nodes = [{"children": [1]}, {"mesh": 0}]
+    nodes: Nodes = [{"children": [1]}, {"mesh": 0}]
     made = converted(tmp_path, nodes, curves)
     assert max(apart(made, nodes, curves, moment) for moment in np.linspace(0, 3.99, 21)) < 6e-3
     curves = {(0, "rotation"): ("LINEAR", [0.0, 1.0], np.array([turn(0, 90), turn(2, 90)]))}  # begins there
@@ -247,7 +248,7 @@ def test_steep_pitches_are_passed(tmp_path: Path) -> None:
 
 def test_what_appears_grows_from_nothing(tmp_path: Path) -> None:
     curves: Curves = {(0, "scale"): ("LINEAR", [0.0, 1.0, 2.0], np.array([(0, 0, 0), (0, 0, 0), (1, 1, 1)]))}
-    nodes = [{"mesh": 0, "scale": [0, 0, 0]}]
+    nodes: Nodes = [{"mesh": 0, "scale": [0, 0, 0]}]
     made = converted(tmp_path, nodes, curves)
     assert made.objects == 1
     for moment in (0.5, 1.05, 1.5, 1.9):
@@ -270,7 +271,7 @@ def test_integers_stand_for_fractions_of_turns(tmp_path: Path) -> None:
 
 def test_copies_that_move_share_their_asset(tmp_path: Path) -> None:
     """Two copies of a wedge on a wheel, one of them turning itself, one beside it, which stands."""
-    nodes = [
+    nodes: Nodes = [
         {"children": [1, 2], "rotation": turn(0, 20)},
         {"mesh": 0, "name": "a", "translation": [3, 0, 0]},
         {"mesh": 0, "name": "b", "translation": [-3, 0, 0], "scale": [2, 2, 2]},
@@ -289,7 +290,7 @@ def test_copies_that_move_share_their_asset(tmp_path: Path) -> None:
 
 def test_light_things_that_move_are_not_merged_with_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(models, "HEAVY", 100)
-    nodes = [{"mesh": 0}, {"mesh": 0, "translation": [5, 0, 0]}, {"mesh": 1, "translation": [0, 0, 5]}]
+    nodes: Nodes = [{"mesh": 0}, {"mesh": 0, "translation": [5, 0, 0]}, {"mesh": 1, "translation": [0, 0, 5]}]
     curves: Curves = {(1, "translation"): ("LINEAR", [0.0, 1.0], np.array([(5, 0, 0), (5, 2, 0)]))}
     made = converted(tmp_path, nodes, curves)
     assert (made.models, made.objects) == (2, 2)
@@ -298,7 +299,7 @@ def test_light_things_that_move_are_not_merged_with_others(tmp_path: Path, monke
 
 def test_groups_in_which_something_moves_are_no_single_things(tmp_path: Path) -> None:
     """Two cars of a body and a wheel are one model each time, unless the wheel of one turns."""
-    nodes = [
+    nodes: Nodes = [
         {"mesh": 0, "children": [1]},
         {"mesh": 1, "translation": [2, 0, 0]},
         {"mesh": 0, "children": [3], "translation": [0, 0, 9]},
@@ -341,7 +342,7 @@ def test_what_a_scene_cannot_say_is_noted(tmp_path: Path) -> None:
     glb.header["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]
     light = {"extensions": {"KHR_lights_punctual": {"light": 0}}}
     glb.header["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point"}]}}
-    nodes = [{"mesh": 0, "children": [1, 2, 3]}, {"camera": 0}, light, {"mesh": 0, "skin": 0}]
+    nodes: Nodes = [{"mesh": 0, "children": [1, 2, 3]}, {"camera": 0}, light, {"mesh": 0, "skin": 0}]
     path = glb.write(tmp_path / "a.glb", *nodes, roots=[0])
     run = CliRunner().invoke(app, ["convert", str(path)])
     assert run.exit_code == 0, run.stderr
@@ -359,7 +360,7 @@ def test_what_a_scene_cannot_say_is_noted(tmp_path: Path) -> None:
 def test_what_takes_too_many_keyframes_stands_still(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(keyframes, "MAX_KEYFRAMES", 3)
     moves = np.array([(0, 1, 0), (0, 5, 0)])
-    nodes = [{"mesh": 0}, {"mesh": 1, "translation": [9, 0, 0]}]
+    nodes: Nodes = [{"mesh": 0}, {"mesh": 1, "translation": [9, 0, 0]}]
     curves: Curves = {(number, "translation"): ("LINEAR", [0.0, 1.0], moves) for number in (0, 1)}
     made = converted(tmp_path, nodes, curves)
     assert count_of_keyframes(load_scene(made.scene)) == 2
@@ -374,7 +375,7 @@ def test_what_takes_too_many_keyframes_stands_still(tmp_path: Path, monkeypatch:
 def test_nodes_held_at_one_place_stand_there(tmp_path: Path) -> None:
     """Exporters write channels for all nodes; what these keep where it is does not move, and is merged like others."""
     held = np.array([(3, 0, 0), (3, 0, 0)])
-    nodes = [{"mesh": 0}, {"mesh": 1}]
+    nodes: Nodes = [{"mesh": 0}, {"mesh": 1}]
     curves: Curves = {
         (0, "translation"): ("LINEAR", [0.0, 1.0], held),
         (1, "rotation"): ("LINEAR", [0.0, 1.0], np.array([turn(1, 0), turn(1, 60)])),

@@ -186,7 +186,7 @@ def test_shape_keys_and_skins_are_converted_in_their_pose(tmp_path: Path) -> Non
     joints = {"JOINTS_0": glb.accessor([(0, 0, 0, 0)] * 4, "u1"), "WEIGHTS_0": glb.accessor([(1, 0, 0, 0)] * 4)}
     glb.mesh({"POSITION": glb.accessor(WEDGE)} | joints, FACES)
     glb.header["skins"] = [{"joints": [2]}]
-    nodes = [{"mesh": 0, "weights": [0.5]}, {"mesh": 1, "skin": 0}, {"translation": [9, 0, 0]}]
+    nodes: list[dict[str, Any]] = [{"mesh": 0, "weights": [0.5]}, {"mesh": 1, "skin": 0}, {"translation": [9, 0, 0]}]
     path = glb.write(tmp_path / "a.glb", *nodes)
     made = convert_gltf(path, tmp_path / "made")
     assert difference(of_scene(made.scene), of_file(path)) < 1e-4

@@ -222,7 +222,7 @@ def _values(
 def _tolerance(assets: list[_Asset], every: NDArray[np.float64]) -> float:
     """Return how far beside its movement an object may be, metres, for those of a scene at `every` position (n, 3)."""
     largest = max(
-        float(np.linalg.norm(asset.extent.high - asset.extent.low)) * asset.model.scale.max() for asset in assets
+        float(np.linalg.norm(asset.extent.high - asset.extent.low) * asset.model.scale.max()) for asset in assets
     )
     return max(min(_APART, max(largest, float(np.ptp(every, axis=0).max())) * _APART_OF_SCENE), 1e-9)
 

@@ -130,8 +130,8 @@ class Tracks:
             samples = _refined(samples, movement, base, self._tolerance)
             self._work -= (len(samples.ticks) - len(ticks)) * movement.joint_count
             values = samples.values()
-            kept = _thinned(samples.ticks * TICK, values, (1 - _BEND) * _slack(values, self._tolerance))
-        times, values = (samples.ticks * TICK)[kept], values[kept]
+            kept = _thinned(samples.times, values, (1 - _BEND) * _slack(values, self._tolerance))
+        times, values = samples.times[kept], values[kept]
         if len(times) > self._keyframes or np.ptp(values[:, 3:6], axis=0).max() > 2 * math.radians(MAX_ANGLE - 360):
             return None
         middle = (values[:, 3:6].max(axis=0) + values[:, 3:6].min(axis=0)) / 2
@@ -172,10 +172,15 @@ class _Samples:
     rotation: _Numbers
     reshaped: _Numbers
 
+    @property
+    def times(self) -> _Numbers:
+        """The moments, seconds."""
+        return _seconds(self.ticks)
+
     @classmethod
     def of(cls, movement: Movement, base: _Numbers, ticks: NDArray[np.int64]) -> "_Samples":
         """Return samples of a movement, of the point `base` (3,)."""
-        placed = movement.matrices(ticks * TICK)
+        placed = movement.matrices(_seconds(ticks))
         if not (np.abs(placed) < 1e12).all():
             raise ValueError("a node moves out of reach")
         linear = placed[:, :3, :3]
@@ -213,6 +218,10 @@ class _Samples:
         rotation = self.rotation[np.maximum.accumulate(turned)]
         size = np.log(np.clip(self.scale, MIN_SCALE, MAX_SCALE))
         return np.column_stack([self.position, _unwrapped(rotation), size])
+
+
+def _seconds(ticks: NDArray[np.int64]) -> _Numbers:
+    return np.asarray(ticks * TICK, np.float64)
 
 
 def _unwrapped(rotation: _Numbers) -> _Numbers:

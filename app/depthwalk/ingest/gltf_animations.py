@@ -86,7 +86,7 @@ class Channel:
         """Whether the value never changes."""
         small = _STILL * max(1.0, float(np.abs(self.values).max()))
         bent = self.tangents is not None and float(np.abs(self.tangents).max()) > small
-        return not bent and bool(np.ptp(self.values, axis=0).max() <= small)
+        return len(self.times) == 1 or not bent and bool(np.ptp(self.values, axis=0).max() <= small)
 
 
 def _normalised(turn: _Numbers) -> _Numbers:

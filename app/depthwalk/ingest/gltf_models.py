@@ -75,7 +75,7 @@ class Models:
         self,
         header: Header,
         accessors: Accessors,
-        world: Mapping[int, _Matrices],
+        world: dict[int, _Matrices],
         movements: Mapping[int, Movement],
     ) -> None:
         """Prepare to look through a scene.
