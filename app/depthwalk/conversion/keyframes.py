@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.ingest.gltf_animations import TICK, Movement
+from depthwalk.ingest.gltf_animations import Movement
+from depthwalk.ingest.gltf_channels import TICK
 from depthwalk.limits import MAX_COORDINATE, MAX_KEYFRAMES
 from depthwalk.scene.animation_settings import MAX_ANGLE
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
