@@ -110,10 +110,10 @@ All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a s
 - The first camera and the lights are kept. Lights are dimmed together, until the sun has intensity 1 or, without one,
   the brightest lamp 10 at 1 m.
 - The first animation is kept, as far as it moves, turns and resizes nodes: each object that moves has an
-  [animation](#animation) of its own, which also holds what its parents do. Between its keyframes it is at most 1 mm (in
-  small scenes, 1/2000 of their size) and 0.1° off; a jump beside other movement takes 2 ms. Skins and shape keys stay at
-  rest, cameras and lights stand still; a movement that stretches or shears is shown without that. A scene file holds
-  100,000 keyframes. `convert` says what it leaves out.
+  [animation](#animation) of its own, which also holds what its parents do. Between its keyframes it is at most 1 mm
+  (in small scenes, 1/2000 of their size) and 0.1° off; a jump beside other movement takes 2 ms. Skins and shape keys
+  stay at rest, cameras and lights stand still; a movement that stretches or shears is shown without that. A scene
+  file holds 100,000 keyframes. `convert` says what it leaves out.
 """
 _ANIMATION = """Any node can move: a wheel turns, a group of figures goes around, a lift stops at each floor.
 

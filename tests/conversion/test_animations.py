@@ -233,6 +233,29 @@ def test_steps_jump(tmp_path: Path, beside: bool) -> None:
         assert count_of_keyframes(load_scene(made.scene)) == 3 and "interpolation: step" in made.scene.read_text()
 
 
+def test_a_far_jump_before_a_long_rest_is_within_reach(tmp_path: Path) -> None:
+    """Only curves leave the range of their keyframes, as far as they are steep."""
+    curves: Curves = {
+        (0, "translation"): ("STEP", [0.0, 1.0, 5e4], np.array([(0, 0, 0), (2000, 0, 0), (2000, 0, 0)])),
+        (0, "rotation"): ("LINEAR", [0.0, 5e4], np.array([turn(1, 0), turn(1, 90)])),
+    }
+    nodes: Nodes = [{"mesh": 0}]
+    made = converted(tmp_path, nodes, curves)
+    assert max(apart(made, nodes, curves, moment) for moment in (0.5, 1.5, 3e4)) < 0.02
+
+
+@pytest.mark.parametrize(("turns", "notes"), [(150, 0), (250, 1)])
+def test_more_turns_than_a_scene_file_counts(tmp_path: Path, turns: int, notes: int) -> None:
+    """Angles reach from −100 to 100 turns."""
+    times = np.arange(4 * turns + 1) / 4
+    curves: Curves = {(0, "rotation"): ("LINEAR", times.tolist(), np.array([turn(1, 360 * time) for time in times]))}
+    nodes: Nodes = [{"children": [1]}, {"mesh": 0, "translation": [-0.5, 0, -1.5]}]
+    made = converted(tmp_path, nodes, curves)
+    assert len(made.notes) == notes
+    if not notes:
+        assert max(apart(made, nodes, curves, moment) for moment in (0.1, 77.7, 149.9)) < 6e-3
+
+
 def test_steep_pitches_are_passed(tmp_path: Path) -> None:
     """A somersault about x goes through a pitch of ±90°, where yaw and roll are the same turn."""
     quarters = np.array([turn(0, 90 * number) for number in range(5)])

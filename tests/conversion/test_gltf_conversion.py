@@ -205,6 +205,20 @@ def test_light_things_are_merged_and_heavy_ones_are_not(tmp_path: Path, monkeypa
     assert difference(of_scene(made.scene), of_file(path)) < 1e-4
 
 
+def test_copies_that_are_merged_for_their_shapes_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four wedges are enough for a model if they are alike, and each alone is not."""
+    monkeypatch.setattr(models, "HEAVY", 16)
+    glb = Glb()
+    wedge(glb)
+    alike = [{"mesh": 0, "translation": [3 * number, 0, 0]} for number in range(4)]
+    made = convert_gltf(glb.write(tmp_path / "a.glb", *alike), tmp_path / "made")
+    assert (made.objects, made.notes) == (4, ())
+    for number, node in enumerate(alike):
+        node["scale"] = [1, 1 + number, 1]
+    made = convert_gltf(glb.write(tmp_path / "b.glb", *alike), tmp_path / "other")
+    assert made.objects == 1 and made.notes[0].startswith("4 objects merged with the surroundings")
+
+
 def test_cameras_and_lights_are_kept(tmp_path: Path) -> None:
     glb = Glb()
     wedge(glb)

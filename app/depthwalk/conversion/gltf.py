@@ -112,6 +112,9 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
         file.write_text("\n".join([f"# Made from {double_quoted(path.name)}", *_scene_lines(values)]) + "\n", "utf-8")
         load_scene(file)
         _replace(made, folder)
+    if merged := divided.merged:
+        why = "stretched, sheared or mirrored otherwise than the rest"
+        notes.append(f"{counted(merged, 'object')} merged with the surroundings: {why}")
     if flat := divided.flat:
         notes.append(f"{counted(flat, 'node')} left out: scaled to nothing")
     return Conversion(
@@ -230,7 +233,7 @@ def _tolerance(assets: list[_Asset], every: NDArray[np.float64]) -> float:
 def _movement_notes(tracks: Tracks, others: int) -> Iterator[str]:
     """Yield what is not as in the file, of what moves; `others` stand still besides those of the tracks."""
     if stopped := tracks.stopped + others:
-        kept = f"the file keeps {MAX_KEYFRAMES} keyframes"
+        kept = f"a scene file holds {MAX_KEYFRAMES:,} keyframes, and 200 turns of each"
         yield f"{counted(stopped, 'object')} that should move {'stands' if stopped == 1 else 'stand'} still; {kept}"
     if tracks.reshaped:
         moves = "moves without its" if tracks.reshaped == 1 else "move without their"

@@ -98,12 +98,16 @@ class Division:
         How many placements were left out, since they have no volume: their matrices are singular.
     stopped
         How many placements would move, but are surroundings since there are too many models.
+    merged
+        How many placements are surroundings since nodes stretch, shear or mirror them, each in another way: together
+        with all copies of their mesh, they would have been heavy enough for a model.
     """
 
     own: list[Model]
     surroundings: list[Model]
     flat: int
     stopped: int
+    merged: int
 
 
 def divide(models: Iterable[PlacedModel]) -> Division:
@@ -123,13 +127,16 @@ def divide(models: Iterable[PlacedModel]) -> Division:
     Division
         The models.
     """
-    shaped, flat = [], 0
+    shaped: list[Model] = []
+    all_copies: list[int] = []
+    flat = 0
     for given in models:
         model = replace(given, placements=_at_largest(given))
         solid = _is_solid(model.placements)
         flat += int(np.count_nonzero(~solid))
         if solid.any():
             shaped += [part for shape in _by_shape(_some(model, solid)) for part in _by_movement(shape)]
+            all_copies += [int(np.count_nonzero(solid)) * model.triangles] * (len(shaped) - len(all_copies))
     shown = [len(model.scale) * model.triangles for model in shaped]
     worthy = [number for number, model in enumerate(shaped) if shown[number] >= HEAVY or model.moves.any()]
     most = MAX_ASSETS - 1 - sum(shown) // _SURROUNDINGS
@@ -140,6 +147,11 @@ def divide(models: Iterable[PlacedModel]) -> Division:
         surroundings=_merged(others),
         flat=flat,
         stopped=sum(int(model.moves.sum()) for model in others),
+        merged=sum(
+            len(model.scale)
+            for number, model in enumerate(shaped)
+            if number not in chosen and shown[number] < HEAVY <= all_copies[number]
+        ),
     )
 
 
