@@ -27,6 +27,7 @@ GLTF_KEYS = (
     *("children", "mesh", "mode", "indices", "TEXCOORD_0", "COLOR_0", "NORMAL", "JOINTS_0", "count", "images"),
     *("scale", "rotation", "name", "skin", "camera", "targets", "KHR_texture_transform", "componentType"),
     *("normalTexture", "texCoord", "EXT_mesh_gpu_instancing", "KHR_lights_punctual", "light", "TRANSLATION", "nodes"),
+    *("animations", "channels", "sampler", "input", "output", "interpolation", "CUBICSPLINE", "STEP", "path", "node"),
 )
 YAML = _words(
     b"&a |*a|!!int |!!float |!!binary |<<: |---\n|...\n|%YAML 1.1\n|%TAG ! x\n|0x|0b|0o8|.inf|.nan|1e999|? |> ",

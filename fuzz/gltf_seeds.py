@@ -4,6 +4,7 @@ import json
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fuzz.case import Files
 from fuzz.container_changes import glb
@@ -82,6 +83,41 @@ def _stage(header: dict[str, Any]) -> dict[str, Any]:
     return stage
 
 
+def _moving(header: dict[str, Any], data: bytes) -> tuple[dict[str, Any], bytes]:
+    """Return a header of `_gltf`, and its buffer, with nodes that move in each way, one of them below another."""
+    moving: dict[str, Any] = json.loads(json.dumps(_stage(header)))
+    half = np.sqrt(0.5)
+    times = np.array([0.0, 0.5, 2.0], np.float32)
+    turns = np.array([(0, 0, 0, 1), (0, half, 0, half), (0, 1, 0, 0)], np.float32)
+    splined = np.array([((0, 0, 0), (0, row, 1), (1, 0, 0)) for row in range(3)], np.float32).reshape(9, 3)
+    whole = np.rint(turns * 32767).astype(np.int16)
+    sizes = np.array([(1, 1, 1), (2, 2, 2), (0, 0, 0)], np.float32)
+    first = len(moving["accessors"])
+    kinds = ["SCALAR", "VEC4", "VEC3", "VEC4", "VEC3"]
+    listed: list[NDArray[Any]] = [times, turns, splined, whole, sizes]
+    for kind, values in zip(kinds, listed, strict=True):
+        view = {"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes}
+        whole_numbers = {"componentType": 5122, "normalized": True} if values.dtype == np.int16 else {}
+        accessor = {"bufferView": len(moving["bufferViews"]), "componentType": 5126, "count": len(values), "type": kind}
+        moving["bufferViews"].append(view)
+        moving["accessors"].append(accessor | whole_numbers)
+        data += values.tobytes()
+    samplers = [
+        {"input": first, "output": first + 1},
+        {"input": first, "output": first + 2, "interpolation": "CUBICSPLINE"},
+        {"input": first, "output": first + 3, "interpolation": "STEP"},
+        {"input": first, "output": first + 4, "interpolation": "LINEAR"},
+    ]
+    targets = [(0, "rotation"), (1, "translation"), (3, "rotation"), (5, "scale"), (6, "translation")]
+    channels = [
+        {"sampler": sampler, "target": {"node": node, "path": path}}
+        for sampler, (node, path) in zip((0, 1, 2, 3, 1), targets, strict=True)
+    ]
+    moving["animations"] = [{"name": "turn", "samplers": samplers, "channels": channels}]
+    moving["buffers"][0]["byteLength"] = len(data)
+    return moving, data
+
+
 def gltfs() -> list[Files]:
     header, data = _gltf("skin.png", "mesh.bin")
     beside = {"mesh.bin": data, "skin.png": picture("PNG")}
@@ -100,6 +136,7 @@ def gltfs() -> list[Files]:
     }
     relief = json.loads(json.dumps(inner))
     relief["materials"][0]["normalTexture"] = {"index": 0, "scale": 0.5, "texCoord": 0}
+    moving, more = _moving(inner, data)
     made = [
         {"mesh.gltf": json.dumps(header).encode()} | beside,
         {"mesh.glb": glb(json.dumps(inner).encode(), data), "skin.png": picture("PNG")},
@@ -107,6 +144,7 @@ def gltfs() -> list[Files]:
         {"glass.glb": glb(json.dumps(glass).encode(), data), "skin.png": picture("PNG")},
         {"relief.glb": glb(json.dumps(relief).encode(), data), "skin.png": picture("PNG")},
         {"posed.glb": glb(json.dumps(_posed(inner)).encode(), data), "skin.png": picture("PNG")},
+        {"moving.glb": glb(json.dumps(moving).encode(), more), "skin.png": picture("PNG")},
         {"stage.glb": glb(json.dumps(_stage(inner)).encode(), data), "skin.png": picture("PNG")},
     ]
     return made + hostile("*.gl*", HOSTILE / "meshes")

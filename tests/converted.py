@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.reader import read_soup
+from depthwalk.scene.animation import show_moment
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 
@@ -19,9 +20,10 @@ def of_file(path: Path) -> NDArray[np.float64]:
     return np.asarray(soup.positions[soup.faces])
 
 
-def of_scene(path: Path) -> NDArray[np.float64]:
-    """The corners (F, 3, 3) of all triangles of a scene file."""
+def of_scene(path: Path, moment: float = 0.0) -> NDArray[np.float64]:
+    """The corners (F, 3, 3) of all triangles of a scene file, at a moment, seconds."""
     scene = load_scene(path)
+    show_moment(scene, moment)
     shown = []
     for row, asset in enumerate(scene.objects.asset):
         source = scene.assets[asset]

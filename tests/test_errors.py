@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from depthwalk.errors import InputError, UnbakableError, missing_file, suggest
+from depthwalk.errors import InputError, UnbakableError, counted, missing_file, suggest, suggest_file
 from depthwalk.scene.loader import load_scene
 
 
@@ -31,6 +31,19 @@ def test_a_misspelt_file_is_told_which_one_is_meant(tmp_path: Path) -> None:
     assert str(missing_file(tmp_path)) == f"{tmp_path}: is a folder"
     (link := tmp_path / "link.ply").symlink_to("gone.ply")
     assert str(missing_file(link)) == f"{link}: a link to 'gone.ply', which does not exist"
+
+
+def test_neither_a_folder_nor_the_name_itself_is_meant(tmp_path: Path) -> None:
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "gardens.yaml").mkdir()
+    (tmp_path / "rooms").touch()
+    assert suggest_file(tmp_path / "tests") == suggest_file(tmp_path / "test") == ""
+    assert suggest_file(tmp_path / "garden.yaml") == suggest_file(tmp_path / "rooms") == ""
+    assert suggest_file(tmp_path / "room") == "; did you mean 'rooms'?"
+
+
+def test_numbers_have_the_noun_that_fits() -> None:
+    assert [counted(number, "model") for number in (0, 1, 12000)] == ["0 models", "1 model", "12,000 models"]
 
 
 def test_a_scene_is_told_which_of_its_files_is_meant(tmp_path: Path) -> None:

@@ -88,6 +88,11 @@ def suggest(word: str, choices: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with a noun that takes an s for any but one: `1 model`, `12,000 triangles`."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
 def missing_file(path: Path) -> InputError:
     """Return the error that says why `path` is not a file: it is a folder, something else, or does not exist.
 
@@ -108,11 +113,13 @@ def suggest_file(path: Path) -> str:
     """Return `; did you mean 'x'?`, where x is the file in the same folder spelt most like `path`; or "".
 
     The ending must be the same, or nearly so, as with `a.yml` and `a.yaml`. A name without an ending also matches files
-    of that name with one, scenes first.
+    of that name with one, scenes first. Folders are never meant, nor what has the very name: it may be there, and be
+    something else.
     """
     try:
         with os.scandir(path.parent) as entries:
-            names = [Path(entry.name) for entry in islice(entries, _MAX_NAMES)]
+            some = islice(entries, _MAX_NAMES)
+            names = [Path(entry.name) for entry in some if entry.name != path.name and not entry.is_dir()]
     except (OSError, ValueError):  # the folder does not exist or may not be read, or there is a null character
         return ""
     endings = {name.suffix.lower() for name in names}

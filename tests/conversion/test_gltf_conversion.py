@@ -179,6 +179,19 @@ def test_instances_are_placements(tmp_path: Path) -> None:
     assert objects.scale / objects.scale[0] == pytest.approx(np.linspace(1, 3, count), rel=1e-5)
 
 
+def test_shape_keys_and_skins_are_converted_in_their_pose(tmp_path: Path) -> None:
+    glb = Glb()
+    moved = glb.accessor(np.tile([0.0, 4.0, 0.0], (4, 1)))
+    wedge(glb, targets=[{"POSITION": moved}])
+    joints = {"JOINTS_0": glb.accessor([(0, 0, 0, 0)] * 4, "u1"), "WEIGHTS_0": glb.accessor([(1, 0, 0, 0)] * 4)}
+    glb.mesh({"POSITION": glb.accessor(WEDGE)} | joints, FACES)
+    glb.header["skins"] = [{"joints": [2]}]
+    nodes: list[dict[str, Any]] = [{"mesh": 0, "weights": [0.5]}, {"mesh": 1, "skin": 0}, {"translation": [9, 0, 0]}]
+    path = glb.write(tmp_path / "a.glb", *nodes)
+    made = convert_gltf(path, tmp_path / "made")
+    assert difference(of_scene(made.scene), of_file(path)) < 1e-4
+
+
 def test_light_things_are_merged_and_heavy_ones_are_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(models, "HEAVY", 10)
     glb = Glb()
@@ -190,6 +203,20 @@ def test_light_things_are_merged_and_heavy_ones_are_not(tmp_path: Path, monkeypa
     made = convert_gltf(path, tmp_path / "made")
     assert (made.models, made.objects, made.triangles) == (2, 4, 20)
     assert difference(of_scene(made.scene), of_file(path)) < 1e-4
+
+
+def test_copies_that_are_merged_for_their_shapes_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four wedges are enough for a model if they are alike, and each alone is not."""
+    monkeypatch.setattr(models, "HEAVY", 16)
+    glb = Glb()
+    wedge(glb)
+    alike = [{"mesh": 0, "translation": [3 * number, 0, 0]} for number in range(4)]
+    made = convert_gltf(glb.write(tmp_path / "a.glb", *alike), tmp_path / "made")
+    assert (made.objects, made.notes) == (4, ())
+    for number, node in enumerate(alike):
+        node["scale"] = [1, 1 + number, 1]
+    made = convert_gltf(glb.write(tmp_path / "b.glb", *alike), tmp_path / "other")
+    assert made.objects == 1 and made.notes[0].startswith("4 objects merged with the surroundings")
 
 
 def test_cameras_and_lights_are_kept(tmp_path: Path) -> None:
@@ -243,6 +270,19 @@ def test_only_used_materials_and_pictures_go_with_a_mesh(tmp_path: Path) -> None
         assert len(header["materials"]) == len(header["textures"]) == len(header["images"]) == 1
     assert sorted(pictures) == ["textures/red-paint-1.png", "textures/wood-0.png"]
     assert all((made.scene.parent / name).read_bytes() == picture.read_bytes() for name in pictures)
+
+
+def test_a_missing_picture_is_told_with_the_file_that_names_it(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    glb = Glb()
+    wedge(glb, material=0)
+    glb.header["images"] = [{"uri": "gone.png"}]
+    glb.header["textures"] = [{"source": 0}]
+    glb.header["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    path = glb.write(tmp_path / "a.glb")
+    convert_gltf(path, tmp_path / "made")
+    assert f"{path}: picture 'gone.png' is missing; ignored" in caplog.messages
 
 
 def test_what_surrounds_the_viewer_has_no_depth_images(tmp_path: Path) -> None:
@@ -299,6 +339,17 @@ def test_the_command_makes_a_folder_beside_the_file(copies: Path) -> None:
     assert (copies.parent / "scene" / "scene.yaml").is_file()
     again = CliRunner().invoke(app, ["convert", str(copies)])
     assert again.exit_code == 2 and again.stderr.count("\n") == 1 and "is not empty" in again.stderr
+
+
+def test_one_is_no_plural(tmp_path: Path) -> None:
+    glb = Glb()
+    wedge(glb)
+    run = CliRunner().invoke(app, ["convert", str(glb.write(tmp_path / "a.glb"))])
+    assert "a.yaml: 1 model, 1 object, 4 triangles" in run.stdout
+    one = Glb()
+    one.mesh({"POSITION": one.accessor(WEDGE[1:])}, None)
+    run = CliRunner().invoke(app, ["info", str(one.write(tmp_path / "b.glb"))])
+    assert "1 triangle, " in run.stdout
 
 
 def test_other_files_hold_no_scenes(tmp_path: Path) -> None:

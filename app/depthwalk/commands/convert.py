@@ -7,7 +7,7 @@ import typer
 
 from depthwalk.commands.options import Quiet, Verbose, own_file
 from depthwalk.commands.program import guarded
-from depthwalk.errors import printable
+from depthwalk.errors import counted, printable
 
 
 @guarded
@@ -25,7 +25,7 @@ def main(
     """Make a scene of a glTF file, with a mesh file for each of its models.
 
     Copies of a model, also by EXT_mesh_gpu_instancing, become objects of one asset, which has depth images if it is
-    heavy; what is light is merged. The first camera and the lights are kept, animations are not.
+    heavy; what is light and stands still is merged. The first camera, the lights and the first animation are kept.
     """
     from depthwalk.commands.progress import asset_progress
     from depthwalk.conversion.gltf import convert_gltf
@@ -36,5 +36,6 @@ def main(
         made = convert_gltf(found, folder, report)
     for note in made.notes:
         print(printable(note))
-    print(printable(f"{made.scene}: {made.models} models, {made.objects} objects, {made.triangles} triangles"))
+    size = (made.models, "model"), (made.objects, "object"), (made.triangles, "triangle")
+    print(printable(f"{made.scene}: {', '.join(counted(*part) for part in size)}"))
     print(printable(f"to walk through it: depthwalk view {made.scene}"))

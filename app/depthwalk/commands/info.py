@@ -16,7 +16,7 @@ import depthwalk
 from depthwalk import limits
 from depthwalk.commands.options import Quiet, Verbose, named_file
 from depthwalk.commands.program import guarded
-from depthwalk.errors import InputError, missing_file, printable
+from depthwalk.errors import InputError, counted, missing_file, printable
 from depthwalk.ingest.formats import content
 
 if TYPE_CHECKING:
@@ -138,10 +138,10 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
     triangles = [_full_triangles(asset) for asset in scene.assets]
     if any(triangles):
-        yield "made of", f"{uses @ triangles:,} triangles"
+        yield "made of", counted(int(uses @ triangles), "triangle")
     for asset, count, most in zip(scene.assets, uses.tolist(), triangles, strict=True):
-        objects = f"{count} object" + ("" if count == 1 else "s")
-        yield f"asset {asset.name}", f"{own_file(asset).name}, {objects}" + (f" of {most:,} triangles" if most else "")
+        of_each = f" of {counted(most, 'triangle')}" if most else ""
+        yield f"asset {asset.name}", f"{own_file(asset).name}, {counted(count, 'object')}{of_each}"
     if scene.camera is not None:
         yield "camera", f"{_point(scene.camera.position)} to {_point(scene.camera.target)}"
 
@@ -221,7 +221,7 @@ def _left_out_row(left_out: float | None) -> Iterator[Row]:
 def _made_of_row(triangles: int | None) -> Iterator[Row]:
     """Yield the number of triangles of the mesh, if the file records it."""
     if triangles is not None:
-        yield "made of", f"{triangles:,} triangles"
+        yield "made of", counted(triangles, "triangle")
 
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
@@ -279,7 +279,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
         relief = material.normal_map
         bumps = "" if relief is None else f", normal map {relief.shape[1]} × {relief.shape[0]}"
         light = ", unlit" if material.unlit else ""
-        yield f"material {part.material}", f"{part.face_count} triangles, {image}{bumps}{through}{glow}{light}"
+        faces = counted(part.face_count, "triangle")
+        yield f"material {part.material}", f"{faces}, {image}{bumps}{through}{glow}{light}"
     if path.suffix.lower() in GLTF_SUFFIXES and (ignored := unread(read_header(path.read_bytes(), path))):
         yield "not read", ", ".join(ignored)
 

@@ -1,7 +1,7 @@
 """Convert the scene of a glTF file to a folder with a scene file and a mesh file for each of its models."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,20 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.conversion.environment import camera_values, environment_values
-from depthwalk.conversion.models import HEAVY, Model, divide
-from depthwalk.errors import InputError
+from depthwalk.conversion.keyframes import Tracks
+from depthwalk.conversion.models import HEAVY, Division, Model, divide
+from depthwalk.errors import InputError, counted
 from depthwalk.files import staging_folder
 from depthwalk.ingest.formats import GLTF_SUFFIXES
 from depthwalk.ingest.gltf_scene import GltfScene, damaged, read_gltf_scene
 from depthwalk.ingest.gltf_subset import SubsetWriter, file_name
 from depthwalk.ingest.loader import MeshExtent, measure_mesh
 from depthwalk.ingest.sources import Sources, find
-from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_MESH_TRIANGLES
+from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_KEYFRAMES, MAX_MESH_TRIANGLES
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.similarity import angles
 from depthwalk.scene.yaml_text import block_lines, double_quoted, flow_text
 
 _LISTED = 20  # copies of a model that the scene file lists, with their names; more are in a file of places
+_APART, _APART_OF_SCENE = 1e-3, 1 / 2000  # m, and part of the scene: how far beside its movement an object may be
 _ENCLOSED = 0.5  # part of the other objects that an object encloses which is their surroundings
 
 Report = Callable[[str, str], None]  # called with a model's name and the step that begins
@@ -54,11 +56,16 @@ class Conversion:
 
 @dataclass(frozen=True, kw_only=True)
 class _Asset:
-    """Hold a model whose mesh file is written: its name, its file's extent, and where its copies stand (n, 3)."""
+    """Hold a model whose mesh file is written.
+
+    name: of the asset. extent: of its file. base (3,): where in its file objects have their origin. position (n, 3):
+    where its copies stand.
+    """
 
     name: str
     model: Model
     extent: MeshExtent
+    base: NDArray[np.float64]
     position: NDArray[np.float64]
 
 
@@ -91,20 +98,25 @@ def convert_gltf(path: Path, folder: Path, report: Report = lambda name, step: N
     check_new(folder)
     sources = Sources()
     scene = read_gltf_scene(path, sources)
-    own, surroundings, flat = divide(scene.models)
-    _check(path, own, surroundings)
+    with damaged(path):
+        divided = divide(scene.models)
+    _check(path, divided)
     with staging_folder(folder.parent) as staging:
         made = Path(staging) / folder.name
         made.mkdir()
         with damaged(path):
-            assets = list(_write_models(scene, [*own, *surroundings], made, _external(path, sources), report))
-        values, notes = _values(path, scene, assets, made)
+            models = [*divided.own, *divided.surroundings]
+            assets = list(_write_models(path, scene, models, made, _external(path, sources), report))
+            values, notes = _values(path, scene, assets, made, divided.stopped)
         file = made / f"{file_name(path.stem, 'scene')}.yaml"
         file.write_text("\n".join([f"# Made from {double_quoted(path.name)}", *_scene_lines(values)]) + "\n", "utf-8")
         load_scene(file)
         _replace(made, folder)
-    if flat:
-        notes.append(f"{flat} nodes are left out, which are scaled to nothing")
+    if merged := divided.merged:
+        why = "stretched, sheared or mirrored otherwise than the rest"
+        notes.append(f"{counted(merged, 'object')} merged with the surroundings: {why}")
+    if flat := divided.flat:
+        notes.append(f"{counted(flat, 'node')} left out: scaled to nothing")
     return Conversion(
         scene=folder / file.name,
         models=len(assets),
@@ -131,14 +143,14 @@ def _replace(made: Path, folder: Path) -> None:
     os.rename(made, folder)
 
 
-def _check(path: Path, own: list[Model], surroundings: list[Model]) -> None:
+def _check(path: Path, divided: Division) -> None:
     """Raise InputError if there is nothing to show, or more than a scene holds."""
-    models = [*own, *surroundings]
+    models = [*divided.own, *divided.surroundings]
     if not models:
         raise InputError(f"{path}: its scene shows no triangles")
     if (count := sum(len(model.scale) for model in models)) > MAX_INSTANCES:
         raise InputError(f"{path}: {count} objects, the limit is {MAX_INSTANCES}")
-    if (triangles := sum(model.triangles for model in surroundings)) > MAX_MESH_TRIANGLES:
+    if (triangles := sum(model.triangles for model in divided.surroundings)) > MAX_MESH_TRIANGLES:
         raise InputError(f"{path}: {triangles} triangles of models beyond the most that a scene can have")
 
 
@@ -153,10 +165,15 @@ def _external(path: Path, sources: Sources) -> Callable[[str], bytes | None]:
 
 
 def _write_models(
-    scene: GltfScene, models: Iterable[Model], folder: Path, external: Callable[[str], bytes | None], report: Report
+    path: Path,
+    scene: GltfScene,
+    models: Iterable[Model],
+    folder: Path,
+    external: Callable[[str], bytes | None],
+    report: Report,
 ) -> Iterable[_Asset]:
     """Write a mesh file for each model into a folder, and yield them as assets with names of their own."""
-    writer = SubsetWriter(scene.header, scene.accessors, folder, external)
+    writer = SubsetWriter(path, scene.header, scene.accessors, folder, external)
     taken: set[str] = set()
     for model in models:
         name = _unused(file_name(model.name, "model"), taken)
@@ -168,7 +185,7 @@ def _write_models(
         middle = (extent.low + extent.high) / 2
         base = np.array([middle[0], extent.low[1], middle[2]])  # where `load_mesh` puts the origin
         moved = np.einsum("nij,j->ni", model.rotation, base) * model.scale[:, None]
-        yield _Asset(name=name, model=model, extent=extent, position=model.position + moved)
+        yield _Asset(name=name, model=model, extent=extent, base=base, position=model.position + moved)
 
 
 def _unused(name: str, taken: set[str]) -> str:
@@ -181,7 +198,9 @@ def _unused(name: str, taken: set[str]) -> str:
     return found
 
 
-def _values(path: Path, scene: GltfScene, assets: list[_Asset], folder: Path) -> tuple[dict[str, Any], list[str]]:
+def _values(
+    path: Path, scene: GltfScene, assets: list[_Asset], folder: Path, stopped: int
+) -> tuple[dict[str, Any], list[str]]:
     """Return the values of the scene file, whose files of places are written, and notes about it."""
     every = np.concatenate([asset.position for asset in assets])
     if (far := np.abs(every).max()) > MAX_COORDINATE:
@@ -190,6 +209,7 @@ def _values(path: Path, scene: GltfScene, assets: list[_Asset], folder: Path) ->
     values: dict[str, Any] = {"version": 1, "assets": {}, "objects": [], "environment": environment}
     if scene.cameras:
         values["camera"] = camera_values(scene.cameras[0])
+    tracks = Tracks(_tolerance(assets, every))
     viewers = np.array([camera.position for camera in scene.cameras]).reshape(-1, 3)
     for asset in assets:
         encloses = len(asset.position) == 1 and _encloses(asset, every, viewers)
@@ -198,8 +218,26 @@ def _values(path: Path, scene: GltfScene, assets: list[_Asset], folder: Path) ->
         if heavy and not encloses and asset.extent.is_bakeable:
             values["assets"][asset.name]["dpci"] = {}
         drawn = {"representation": "mesh-clusters"} if heavy and encloses else {}
-        values["objects"] += _objects(asset, drawn, folder)
-    return values, notes
+        values["objects"] += _still_objects(asset, drawn, folder) + _moving_objects(asset, drawn, tracks)
+    return values, [*notes, *scene.notes, *_movement_notes(tracks, stopped + scene.stopped)]
+
+
+def _tolerance(assets: list[_Asset], every: NDArray[np.float64]) -> float:
+    """Return how far beside its movement an object may be, metres, for those of a scene at `every` position (n, 3)."""
+    largest = max(
+        float(np.linalg.norm(asset.extent.high - asset.extent.low) * asset.model.scale.max()) for asset in assets
+    )
+    return max(min(_APART, max(largest, float(np.ptp(every, axis=0).max())) * _APART_OF_SCENE), 1e-9)
+
+
+def _movement_notes(tracks: Tracks, others: int) -> Iterator[str]:
+    """Yield what is not as in the file, of what moves; `others` stand still besides those of the tracks."""
+    if stopped := tracks.stopped + others:
+        kept = f"a scene file holds {MAX_KEYFRAMES:,} keyframes, and 200 turns of each"
+        yield f"{counted(stopped, 'object')} that should move {'stands' if stopped == 1 else 'stand'} still; {kept}"
+    if tracks.reshaped:
+        moves = "moves without its" if tracks.reshaped == 1 else "move without their"
+        yield f"{counted(tracks.reshaped, 'object')} {moves} change of shape: objects change their size alone"
 
 
 def _encloses(asset: _Asset, every: NDArray[np.float64], viewers: NDArray[np.float64]) -> bool:
@@ -218,13 +256,28 @@ def _encloses(asset: _Asset, every: NDArray[np.float64], viewers: NDArray[np.flo
     return bool(inside(viewers) or (others and inside(every) - 1 > _ENCLOSED * others))
 
 
-def _objects(asset: _Asset, drawn: dict[str, str], folder: Path) -> list[dict[str, Any]]:
-    """Return the entries of `objects` for the copies of a model; if these are many, their file is written."""
-    model = asset.model
+def _moving_objects(asset: _Asset, drawn: dict[str, str], tracks: Tracks) -> list[dict[str, Any]]:
+    """Return the entries of `objects` for the copies of a model that move."""
+    return [
+        ({"name": name[:100]} if name else {})
+        | {"asset": asset.name}
+        | drawn
+        | tracks.values(tracks.track(movement, asset.base))
+        for name, movement in zip(asset.model.names, asset.model.movements, strict=True)
+        if movement is not None
+    ]
+
+
+def _still_objects(asset: _Asset, drawn: dict[str, str], folder: Path) -> list[dict[str, Any]]:
+    """Return the entries of `objects` for the copies that stand still; if these are many, their file is written."""
+    still = ~asset.model.moves
+    if not still.any():
+        return []
+    model, position = asset.model.some(still), asset.position[still]
     yaw, pitch, roll = (np.degrees(angle) for angle in angles(model.rotation))
     if len(model.scale) > _LISTED:
         (folder / "places").mkdir(exist_ok=True)
-        columns = np.column_stack([asset.position, yaw, model.scale, pitch, roll])
+        columns = np.column_stack([position, yaw, model.scale, pitch, roll])
         used = 7 if np.abs(columns[:, 5:]).max() > 1e-4 else 5
         np.save(folder / "places" / f"{asset.name}.npy", columns[:, :used])
         return [{"places": {"asset": asset.name, "file": f"places/{asset.name}.npy"} | drawn}]
@@ -232,7 +285,7 @@ def _objects(asset: _Asset, drawn: dict[str, str], folder: Path) -> list[dict[st
     for row, name in enumerate(model.names):
         turned = {"yaw": yaw[row], "pitch": pitch[row], "roll": roll[row]}
         values: dict[str, Any] = {"name": name[:100]} if name else {}
-        values |= {"asset": asset.name, "position": [round(float(at), 6) + 0.0 for at in asset.position[row]]}
+        values |= {"asset": asset.name, "position": [round(float(at), 6) + 0.0 for at in position[row]]}
         values |= {key: round(float(angle), 6) for key, angle in turned.items() if abs(angle) > 1e-5}
         if abs(model.scale[row] - 1) > 1e-6:
             values["scale"] = float(f"{model.scale[row]:.7g}")
@@ -240,12 +293,24 @@ def _objects(asset: _Asset, drawn: dict[str, str], folder: Path) -> list[dict[st
     return objects
 
 
+def _object_lines(values: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of an object: one, or one more for each of its keyframes."""
+    if "animation" not in values:
+        yield f"  - {flow_text(values)}"
+        return
+    own = {key: value for key, value in values.items() if key != "animation"}
+    yield f"  - {flow_text(own)[:-1]}, animation: {{interpolation: {values['animation']['interpolation']}, keyframes: ["
+    keyframes = [f"      {flow_text(keyframe)}" for keyframe in values["animation"]["keyframes"]]
+    yield from (f"{line}," for line in keyframes[:-1])
+    yield f"{keyframes[-1]}]}}}}"
+
+
 def _scene_lines(values: dict[str, Any]) -> list[str]:
-    """Return the lines of the scene file, an object in each."""
+    """Return the lines of the scene file, an object in each, with its keyframes below it."""
     lines = []
     for key, value in values.items():
         if key == "objects":
-            lines += ["objects:", *(f"  - {flow_text(item)}" for item in value)]
+            lines += ["objects:", *(line for item in value for line in _object_lines(item))]
         elif key == "environment" and "lights" in value:
             lamps = [f"    - {flow_text(lamp)}" for lamp in value["lights"]]
             others = {name: child for name, child in value.items() if name != "lights"}

@@ -1,7 +1,8 @@
 """Divide what a glTF scene shows into models of their own and the rest, the surroundings.
 
 A node of glTF may stretch, shear or mirror its mesh, an object of a scene only turn and scale it. So placements of one
-mesh in several shapes become several models, each with the shape in its mesh file.
+mesh in several shapes become several models, each with the shape in its mesh file. What moves is never merged with
+anything.
 """
 
 from collections.abc import Iterable
@@ -10,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.ingest.gltf_scene import PlacedModel
+from depthwalk.ingest.gltf_animations import Movement
+from depthwalk.ingest.gltf_models import FARTHEST, PlacedModel
 from depthwalk.limits import MAX_ASSETS
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
 from depthwalk.types import Mask
@@ -44,6 +46,8 @@ class Model:
         Rotation matrices, scene from file, for column vectors.
     scale : (n,) float64
         Size relative to the file's.
+    movements
+        n movements of the file's frame, None for copies that stand still.
     names
         n names of nodes, "" for those without.
     triangles
@@ -56,15 +60,62 @@ class Model:
     position: NDArray[np.float64]
     rotation: _Matrices
     scale: NDArray[np.float64]
+    movements: tuple[Movement | None, ...]
     names: tuple[str, ...]
     triangles: int
 
+    @property
+    def moves(self) -> Mask:
+        """Which of the n copies move."""
+        return np.array([movement is not None for movement in self.movements], bool)
 
-def divide(models: Iterable[PlacedModel]) -> tuple[list[Model], list[Model], int]:
+    def some(self, which: Mask) -> "Model":
+        """Return the model with the copies that `which` (n,) says."""
+        if which.all():
+            return self
+        rows = np.flatnonzero(which)
+        return replace(
+            self,
+            position=self.position[rows],
+            rotation=self.rotation[rows],
+            scale=self.scale[rows],
+            movements=tuple(self.movements[row] for row in rows),
+            names=tuple(self.names[row] for row in rows),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Division:
+    """Hold what a scene is divided into.
+
+    Attributes
+    ----------
+    own
+        Models of their own: at most MAX_ASSETS less as many as there are surroundings, in the order of the file.
+    surroundings
+        Models of about a million triangles each, which stand at the origin.
+    flat
+        How many placements were left out, since they have no volume: their matrices are singular.
+    stopped
+        How many placements would move, but are surroundings since there are too many models.
+    merged
+        How many placements are surroundings since nodes stretch, shear or mirror them, each in another way: together
+        with all copies of their mesh, they would have been heavy enough for a model.
+    """
+
+    own: list[Model]
+    surroundings: list[Model]
+    flat: int
+    stopped: int
+    merged: int
+
+
+def divide(models: Iterable[PlacedModel]) -> Division:
     """Divide the models of a scene.
 
-    A model is on its own if all its copies have HEAVY triangles or more together. All others are surroundings, which
-    are merged as they stand: walls, floors, and things too light for a draw call of their own.
+    A model is on its own if all its copies have HEAVY triangles or more together, or for those of its copies that move.
+    All others are surroundings, which are merged as they stand: walls, floors, and things too light for a draw call of
+    their own.
 
     Parameters
     ----------
@@ -73,25 +124,35 @@ def divide(models: Iterable[PlacedModel]) -> tuple[list[Model], list[Model], int
 
     Returns
     -------
-    own
-        At most MAX_ASSETS less as many as there are surroundings, in the order of the file.
-    surroundings
-        Models of about a million triangles each, which stand at the origin.
-    flat
-        How many placements were left out, since they have no volume: their matrices are singular.
+    Division
+        The models.
     """
-    shaped, flat = [], 0
-    for model in models:
+    shaped: list[Model] = []
+    all_copies: list[int] = []
+    flat = 0
+    for given in models:
+        model = replace(given, placements=_at_largest(given))
         solid = _is_solid(model.placements)
         flat += int(np.count_nonzero(~solid))
         if solid.any():
-            shaped += _by_shape(_some(model, solid))
+            shaped += [part for shape in _by_shape(_some(model, solid)) for part in _by_movement(shape)]
+            all_copies += [int(np.count_nonzero(solid)) * model.triangles] * (len(shaped) - len(all_copies))
     shown = [len(model.scale) * model.triangles for model in shaped]
-    heavy = [number for number, triangles in enumerate(shown) if triangles >= HEAVY]
+    worthy = [number for number, model in enumerate(shaped) if shown[number] >= HEAVY or model.moves.any()]
     most = MAX_ASSETS - 1 - sum(shown) // _SURROUNDINGS
-    chosen = set(sorted(heavy, key=lambda number: -shown[number])[: max(most, 1)])
-    own = [model for number, model in enumerate(shaped) if number in chosen]
-    return own, _merged(model for number, model in enumerate(shaped) if number not in chosen), flat
+    chosen = set(sorted(worthy, key=lambda number: -shown[number])[: max(most, 1)])
+    others = [model for number, model in enumerate(shaped) if number not in chosen]
+    return Division(
+        own=[model for number, model in enumerate(shaped) if number in chosen],
+        surroundings=_merged(others),
+        flat=flat,
+        stopped=sum(int(model.moves.sum()) for model in others),
+        merged=sum(
+            len(model.scale)
+            for number, model in enumerate(shaped)
+            if number not in chosen and shown[number] < HEAVY <= all_copies[number]
+        ),
+    )
 
 
 def _is_solid(placements: _Matrices) -> Mask:
@@ -105,8 +166,40 @@ def _some(model: PlacedModel, which: Mask) -> PlacedModel:
     """Return a model with some of its placements."""
     if which.all():
         return model
-    names = tuple(name for name, kept in zip(model.names, which, strict=True) if kept)
-    return replace(model, placements=model.placements[which], names=names)
+    rows = np.flatnonzero(which)
+    return replace(
+        model,
+        placements=model.placements[rows],
+        movements=tuple(model.movements[row] for row in rows),
+        names=tuple(model.names[row] for row in rows),
+    )
+
+
+def _at_largest(model: PlacedModel) -> _Matrices:
+    """Return the placements (n, 4, 4) of a model; of those that move, one at which they are not much smaller than ever.
+
+    What is shrunk to nothing until it appears has its shape only then.
+    """
+    placements = model.placements
+    for row, movement in enumerate(model.movements):
+        if movement is None:
+            continue
+        tried = np.concatenate([placements[[row]], movement.sizes()])
+        if not (np.abs(tried) < FARTHEST).all():
+            raise ValueError(f"node {model.names[row]!r} moves out of reach")
+        volume = np.abs(np.linalg.det(tried[:, :3, :3]))
+        if volume[0] < volume.max() / 8:
+            placements = placements.copy() if placements is model.placements else placements
+            placements[row] = tried[volume.argmax()]
+    return placements
+
+
+def _by_movement(model: Model) -> list[Model]:
+    """Return a light model as two, if some of its copies move and others do not; these will be merged."""
+    moves = model.moves
+    if len(moves) * model.triangles >= HEAVY or moves.all() or not moves.any():
+        return [model]
+    return [model.some(moves), model.some(~moves)]
 
 
 def _by_shape(model: PlacedModel) -> list[Model]:
@@ -132,8 +225,10 @@ def _shaped(
 ) -> Model:
     """Return the model of the placements `rows` (m,), in one shape (3, 3), upright as most of them stand."""
     upright = _upright(rotation[rows])
-    shaped = np.eye(4)
+    shaped, inverse = np.eye(4), np.eye(4)
     shaped[:3, :3] = upright @ shape
+    inverse[:3, :3] = np.linalg.inv(shaped[:3, :3])
+    movements = [model.movements[row] for row in rows]
     return Model(
         name=model.name,
         meshes=model.meshes,
@@ -141,6 +236,7 @@ def _shaped(
         position=model.placements[rows, :3, 3],
         rotation=rotation[rows] @ upright.T,
         scale=scale,
+        movements=tuple(None if movement is None else movement.of(inverse) for movement in movements),
         names=tuple(model.names[row] for row in rows),
         triangles=model.triangles,
     )
@@ -218,6 +314,7 @@ def _at_origin(meshes: tuple[int, ...], matrices: _Matrices, triangles: int) -> 
         position=np.zeros((1, 3)),
         rotation=np.eye(3)[None],
         scale=np.ones(1),
+        movements=(None,),
         names=("",),
         triangles=triangles,
     )

@@ -134,8 +134,11 @@ class Accessors:
         return np.ascontiguousarray(strided).view(dtype)
 
     def _buffer(self, number: int) -> memoryview:
-        """Return the contents of a buffer."""
-        if number not in self._buffers:
+        """Return the contents of a buffer; of the one that `add` fills, what is there by now."""
+        if number == self._number:
+            if len(self._buffers.get(number, b"")) != len(self.added):
+                self._buffers[number] = memoryview(bytes(self.added))
+        elif number not in self._buffers:
             uri = self._header["buffers"][number].get("uri")
             if uri is None:
                 start = 28 + struct.unpack_from("<I", self._data, 12)[0]

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from depthwalk.ingest.gltf import object_under, objects_under
 
-_LIGHTS = "KHR_lights_punctual"
+LIGHTS = "KHR_lights_punctual"
+"""The extension by which nodes are lights."""
 
 Header = dict[str, Any]
 _Matrices = NDArray[np.float64]  # (4, 4), scene from node
@@ -71,9 +72,9 @@ def cameras(header: Header, world: dict[int, _Matrices]) -> Iterator[PlacedCamer
 
 def lights(header: Header, world: dict[int, _Matrices]) -> Iterator[PlacedLight]:
     """Yield the lights of the scene."""
-    listed = objects_under(object_under(object_under(header, "extensions"), _LIGHTS), "lights")
+    listed = objects_under(object_under(object_under(header, "extensions"), LIGHTS), "lights")
     for number, matrix in world.items():
-        extension = object_under(object_under(header["nodes"][number], "extensions"), _LIGHTS)
+        extension = object_under(object_under(header["nodes"][number], "extensions"), LIGHTS)
         if "light" not in extension:
             continue
         light = listed[extension["light"]]

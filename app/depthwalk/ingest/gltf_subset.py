@@ -39,11 +39,20 @@ class SubsetWriter:
     What is malformed in the header raises ValueError, TypeError or LookupError, as in `Accessors`.
     """
 
-    def __init__(self, header: Header, accessors: Accessors, folder: Path, external: Callable[[str], bytes | None]):
+    def __init__(
+        self,
+        source: Path,
+        header: Header,
+        accessors: Accessors,
+        folder: Path,
+        external: Callable[[str], bytes | None],
+    ) -> None:
         """Prepare to write files into a folder.
 
         Parameters
         ----------
+        source
+            The file that the header is of, for messages.
         header
             The JSON header.
         accessors
@@ -53,6 +62,7 @@ class SubsetWriter:
         external
             Returns the contents of the picture file that a URI names; None if there is none.
         """
+        self._source = source
         self._header, self._accessors, self._folder, self._external = header, accessors, folder, external
         self._pictures: dict[int, str | None] = {}  # URIs of the pictures that are written, by number
 
@@ -84,7 +94,7 @@ class SubsetWriter:
             data = self._contents(image)
             self._pictures[number] = None
             if data is None:
-                log.warning("%s: picture %s is missing; ignored", self._folder, quoted(str(image.get("uri"))[:80]))
+                log.warning("%s: picture %s is missing; ignored", self._source, quoted(str(image.get("uri"))[:80]))
             else:
                 name = f"{self._stem(image, number)}{_suffix(image, data)}"
                 (self._folder / PICTURES).mkdir(exist_ok=True)

@@ -93,10 +93,13 @@ class Animations:
         """Return bounds of what the curves reach: distances from the parents' origins, least and largest scales, (m,).
 
         A cubic segment leaves the range of its ends by at most 4/27 of each tangent times the segment's length.
+        Straight ones and steps do not.
         """
         length = np.diff(self.times, append=np.inf)
         length[self.first[1:] - 1] = 0
         slack = np.zeros_like(self.values)
+        straight = self.interpolation != INTERPOLATIONS.index("smooth")
+        length[np.repeat(straight, np.diff(self.first))] = 0
         slack[:-1] = (np.abs(self.tangents[:-1]) + np.abs(self.tangents[1:])) * length[:-1, None] * (4 / 27)
         slack[1:] = np.maximum(slack[1:], slack[:-1])  # on both sides of a keyframe
         low = np.minimum.reduceat(self.values - slack, self.first[:-1])
