@@ -11,9 +11,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from depthwalk.errors import InputError
 from depthwalk.scene.animation import animations, show_moment
-from depthwalk.scene.animation_settings import AnimationParams
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Nodes, Scene
+from depthwalk.scene.schema import AnimationParams
 from depthwalk.scene.similarity import identities
 
 SLIDE = "keyframes: [{time: 0, position: [0, 0, 0]}, {time: 2, position: [4, 0, 0]}]"

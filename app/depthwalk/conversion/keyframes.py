@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from depthwalk.ingest.gltf_animations import Movement
 from depthwalk.ingest.gltf_channels import TICK
 from depthwalk.limits import MAX_COORDINATE, MAX_KEYFRAMES
-from depthwalk.scene.animation_settings import MAX_ANGLE
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
+from depthwalk.scene.schema import MAX_ANGLE
 from depthwalk.scene.similarity import angles
 
 _TURN = math.radians(0.1)  # by which angles may be off

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.scene.animation_settings import AnimationParams
 from depthwalk.scene.scene import Nodes, Scene, place_nodes, place_objects
+from depthwalk.scene.schema import AnimationParams
 from depthwalk.scene.similarity import from_angles
 
 _POSITION, _ANGLES, _SCALE = slice(0, 3), slice(3, 6), 6  # columns of values

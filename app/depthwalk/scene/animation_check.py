@@ -6,7 +6,6 @@ import numpy as np
 
 from depthwalk.errors import InputError
 from depthwalk.scene.animation import Animations, Moved, animations, moved_by
-from depthwalk.scene.animation_settings import AnimationParams
 from depthwalk.scene.flatten import (
     MAX_WORLD_COORDINATE,
     MAX_WORLD_SCALE,
@@ -15,7 +14,7 @@ from depthwalk.scene.flatten import (
     ListedItem,
 )
 from depthwalk.scene.path import MIN_GAP
-from depthwalk.scene.schema import GroupParams, ObjectParams
+from depthwalk.scene.schema import AnimationParams, GroupParams, ObjectParams
 from depthwalk.scene.validate import Source, raise_all
 
 

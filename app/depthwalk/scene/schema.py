@@ -18,10 +18,10 @@ from depthwalk.limits import (
     MAX_DPCI_PARTS,
     MAX_DPCI_RESOLUTION,
     MAX_INSTANCES,
+    MAX_KEYFRAMES,
     MIN_DPCI_RESOLUTION,
 )
 from depthwalk.params import param, shown
-from depthwalk.scene.animation_settings import AnimationParams
 from depthwalk.scene.environment import CameraParams, Environment, WalkParams
 from depthwalk.scene.fields import (
     KIND,
@@ -252,6 +252,42 @@ RepresentationName = Literal[
 _LEFT_OUT = "if left out, auto for an asset with mesh and depth images, else the one that it has"
 
 
+_OWN = "if left out, the node's own"
+MAX_ANGLE = 36000  # degrees, a hundred turns
+
+
+class AnimationKeyParams(FileParams):
+    """Describe the placement of a node at one moment; what is left out is as the node itself says."""
+
+    time: float = param(..., "Time of the keyframe", unit="s", ge=0, le=1e6)
+    position: Vector | None = param(None, f"Position in the parent; {_OWN}", unit="m")
+    yaw: float | None = param(
+        None, f"Rotation about +Y; {_OWN}. 360 after 0 is a whole turn", unit="degrees", ge=-MAX_ANGLE, le=MAX_ANGLE
+    )
+    pitch: float | None = param(None, f"Rotation about +X; {_OWN}", unit="degrees", ge=-MAX_ANGLE, le=MAX_ANGLE)
+    roll: float | None = param(None, f"Rotation about +Z; {_OWN}", unit="degrees", ge=-MAX_ANGLE, le=MAX_ANGLE)
+    scale: Scale | None = param(None, f"Size of an object or a group; {_OWN}")
+
+
+class AnimationParams(FileParams):
+    """Describe how a node moves over time, together with everything below it."""
+
+    keyframes: Annotated[list[AnimationKeyParams], Field(min_length=2, max_length=MAX_KEYFRAMES)] = param(
+        ..., "Placements at different times, in order; before the first, the node stays there"
+    )
+    interpolation: Literal["smooth", "linear", "step"] = param(
+        "smooth",
+        "Between keyframes: along a smooth curve, at constant speed, or not at all until the next. Angles are "
+        "interpolated one by one",
+    )
+    repeat: Literal["loop", "ping-pong", "once"] = param(
+        "loop", "After the last keyframe: from the beginning again, back and forth, or stay there"
+    )
+    start: float = param(
+        0.0, "Moment at which it begins; negative: it has been going on for so long", unit="s", ge=-1e6, le=1e6
+    )
+
+
 class PlacedParams(FileParams):
     """Hold the keys that every node of the scene graph has."""
 
@@ -261,21 +297,23 @@ class PlacedParams(FileParams):
         "Position in the parent: where the centre of an object's base goes, about which it turns",
         unit="m",
     )
-    yaw: float = param(0.0, "Rotation about +Y, counter-clockwise seen from above", unit="degrees", ge=-36000, le=36000)
+    yaw: float = param(
+        0.0, "Rotation about +Y, counter-clockwise seen from above", unit="degrees", ge=-MAX_ANGLE, le=MAX_ANGLE
+    )
     pitch: float = param(
         0.0,
         "Rotation about +X, counter-clockwise seen from its tip, before that by `yaw`; 90: the top points towards +Z",
         unit="degrees",
-        ge=-36000,
-        le=36000,
+        ge=-MAX_ANGLE,
+        le=MAX_ANGLE,
     )
     roll: float = param(
         0.0,
         "Rotation about +Z, counter-clockwise seen from its tip, before that by `pitch`; 90: the top points towards "
         "−X, 180: upside down",
         unit="degrees",
-        ge=-36000,
-        le=36000,
+        ge=-MAX_ANGLE,
+        le=MAX_ANGLE,
     )
     animation: AnimationParams | None = param(None, "How the node moves over time, with everything below it")
 
