@@ -89,6 +89,7 @@ class AssetStore:
     def poll(self) -> bool:
         """Take over what the background has finished; return whether an asset can now be shown in another way."""
         if self.background is None:
+            self.meshes.reader.poll()  # a mesh that was near may have moved away, so that nobody asks for it any more
             return False
         self.translucent.poll()
         made, read = self.background.poll(), self.meshes.reader.poll()
