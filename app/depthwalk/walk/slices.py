@@ -108,8 +108,7 @@ class FrameSlices(Slices):
         """Return how long a slice may take: longer than in the settings if the viewer turns quickly.
 
         A frame is shown for as long as the next one takes. In that time the viewer must not turn past the margins, and
-        the longer the slices, the fewer pictures in between delay the frame. Where showing a picture takes longer than
-        a slice, as on a busy machine, slices take as long, so that half of the time is left for the frame.
+        the longer the slices, the fewer pictures in between delay the frame.
 
         Parameters
         ----------
@@ -127,7 +126,7 @@ class FrameSlices(Slices):
         spare = (2 * margin + _TURNED_PAST) * 2 * np.arctan(half_width)  # radians
         most = spare / max(turn_rate, 1e-6)
         wanted = self._between * work / (most - work) if most > work else np.inf
-        return float(np.clip(max(wanted, self._between), least, longest(least)))
+        return float(np.clip(wanted, least, longest(least)))
 
 
 def longest(least: float) -> float:
