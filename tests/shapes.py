@@ -352,7 +352,6 @@ def scene_of(
         assets=names,
         advice={},
         animations=None,
-        moved=None,
     )
     return cast(Scene, scene)
 

@@ -1,7 +1,8 @@
 // Shows a finished picture as it appears to a camera that has moved since. Twin: reference/reprojection.py.
 //
 // EXACT: the camera is that of the picture; TURNED: it is at the same position. AROUND: beyond the picture's edges, shows what
-// earlier pictures saw there. MOVED: something may show that moves by itself. DISTANCE: writes how far ahead the surface at one place of the screen is, not its colour.
+// earlier pictures saw there. MOVED: something may show that moves by itself. DISTANCE: writes how far ahead the surface at
+// one place of the screen is, not its colour.
 #from depthwalk.render.reprojection.reprojection import BEYOND, REFLECTED
 #include "reprojection/search.glsl"
 #ifdef AROUND
@@ -53,7 +54,7 @@ void main() {
 #ifdef DISTANCE
     vec2 place = mirrored(hidden ? found.behind : found.place);
     float ahead = abs(texture(distances, place).r);
-    distance_shown = ahead < BEYOND ? dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead + shift_at(place).xyz - viewer) : BEYOND;
+    distance_shown = ahead < BEYOND ? seen_ahead(place, ahead, shift_at(place).xyz) : BEYOND;
 #else
     // Beside a nearer surface a pixel is not filtered: a blend of four would include that surface's edge.
     screen = colour_at(hidden ? found.behind : found.place, hidden || found.ahead < 0.0);

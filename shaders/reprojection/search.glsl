@@ -47,13 +47,18 @@ vec4 shift_at(vec2 place) {
 #endif
 }
 
+// Returns how far ahead of the new camera a surface is that the picture shows `ahead` metres away, and that has moved by `shift`.
+float seen_ahead(vec2 place, float ahead, vec3 shift) {
+    return dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead + shift - viewer);
+}
+
 // Returns how far along a ray to look next. along: how far the last look was, a point that is `expected` metres ahead of the
 // picture's camera, in whose place the picture shows a surface `ahead` metres away that has moved by `shift`.
 //
 // The surface itself, seen from the new camera, is right for a wall across the way. Where the viewer has moved ahead, the
 // last look scaled like its distance is right for a floor or wall beside the way. The geometric mean does for both.
 float next_along(float along, float expected, float ahead, vec2 place, vec3 shift) {
-    float seen = dot(axis, vec3((2.0 * place - 1.0) * half_extent, 1.0) * ahead + shift - viewer);
+    float seen = seen_ahead(place, ahead, shift);
     if (dot(axis, viewer) <= 0.0 || expected <= 0.0) return max(seen, 1e-2);
     float scaled = along * ahead / expected;
     return max(sqrt(max(seen, DAMPING * scaled) * scaled), 1e-2);
@@ -83,8 +88,8 @@ bool is_hidden(Found found) {
     return abs(found.ahead) < HIDDEN * found.expected || found.assumed < found.moves;
 }
 
-// Returns what is on the ray through a place of the screen. A surface that moves is looked for first: it may have come in
-// front of what the picture shows there, farther than anything that stays moves in the picture.
+// Returns what is on the ray through a place of the screen: the nearer of what a search for a surface that stays finds, and one
+// for a surface that may have come there by itself.
 Found surface_on(vec3 ray, vec2 place) {
     Found stays = search(ray, nearest_along(place), vec4(0.0));
 #ifdef MOVED

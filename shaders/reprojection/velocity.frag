@@ -1,5 +1,5 @@
 // Writes how fast a surface moves that lies within a moving object's cylinder, as a part of that rigid body. Twin:
-// reference/reprojection.py.
+// reference/finished_picture.py.
 #from depthwalk.render.reprojection.moving_surfaces import BASE, GROWN
 uniform sampler2D distances;    // metres ahead, of either sign
 uniform vec2 half_extent;       // tangents of half the picture's angles

@@ -22,8 +22,8 @@ from depthwalk.types import Array, Ints
 LOOKS_WRONG = 8.0
 _MOST_SAMPLES = 100_000  # of a mesh: eight per vertex for a level of 25,000 triangles
 _SAMPLES_PER_TRIANGLE = 8
-_STAYS = 0.05  # weight of a vertex's initial normal and colour, where a sample has 1: for vertices with few samples
-_SHORT = 0.1  # length below which a fitted normal is meaningless, as where both sides of a leaf are merged
+STAYS = 0.05  # weight of a vertex's initial normal and colour, where a sample has 1: for vertices with few samples
+SHORT = 0.1  # length below which a fitted normal is meaningless, as where both sides of a leaf are merged
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +69,7 @@ def sample_looks(mesh: Mesh, chart: Ints, apart: float) -> SurfaceSamples:
     return SurfaceSamples(
         place=chart_places(points, chart[vertices[:, 0]], apart),
         facing=normals[triangles],
-        normal=_unit(normal),
+        normal=unit(normal),
         colour=_interpolated(weights, mesh.colours[vertices]),
     )
 
@@ -112,12 +112,12 @@ def fitted_looks(level: Mesh, samples: SurfaceSamples, chart: Ints, apart: float
     at = coo_array((weights.ravel(), (rows, vertices.ravel())), (count, total)).tocsr()
     before = np.column_stack([level.normals, level.colours]).astype(np.float64)
     wanted = np.column_stack([samples.normal[used], samples.colour[used]])
-    normal_equations = (at.T @ at + diags_array(np.full(total, _STAYS))).tocsc()
-    fitted = splu(normal_equations, permc_spec="MMD_AT_PLUS_A").solve(at.T @ wanted + _STAYS * before)
+    normal_equations = (at.T @ at + diags_array(np.full(total, STAYS))).tocsc()
+    fitted = splu(normal_equations, permc_spec="MMD_AT_PLUS_A").solve(at.T @ wanted + STAYS * before)
     length = np.linalg.norm(fitted[:, :3], axis=1, keepdims=True)
-    normals = np.where(length > _SHORT, fitted[:, :3] / np.maximum(length, _SHORT), level.normals)
+    normals = np.where(length > SHORT, fitted[:, :3] / np.maximum(length, SHORT), level.normals)
     colours = np.clip(np.round(fitted[:, 3:]), 0, 255).astype(np.uint8)
-    shown = _unit(_interpolated(weights, normals[vertices]))
+    shown = unit(_interpolated(weights, normals[vertices]))
     off = (_interpolated(weights, colours[vertices]) - samples.colour[used]) / 255
     left = max(_root_mean_square(shown - samples.normal[used]), _root_mean_square(off)) if count else 2.0
     return replace(level, normals=normals.astype(np.float32), colours=colours), left
@@ -165,7 +165,7 @@ def _root_mean_square(vectors: Array) -> float:
     return float(np.sqrt(np.mean(np.sum(vectors**2, 1))))
 
 
-def _unit(vectors: Array) -> Array:
+def unit(vectors: Array) -> Array:
     """Return vectors (n, 3) normalised to unit length; zero vectors stay 0."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-9))
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.ingest.gltf_animations import Movement
-from depthwalk.ingest.gltf_channels import TICK
+from depthwalk.ingest.gltf_channels import FARTHEST, TICK
 from depthwalk.limits import MAX_COORDINATE, MAX_KEYFRAMES
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
 from depthwalk.scene.schema import MAX_ANGLE
@@ -182,7 +182,7 @@ class _Samples:
     def of(cls, movement: Movement, base: _Numbers, ticks: NDArray[np.int64]) -> "_Samples":
         """Return samples of a movement, of the point `base` (3,)."""
         placed = movement.matrices(_seconds(ticks))
-        if not (np.abs(placed) < 1e12).all():
+        if not (np.abs(placed) < FARTHEST).all():
             raise ValueError("a node moves out of reach")
         linear = placed[:, :3, :3]
         left, stretch, right = np.linalg.svd(linear)

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.ingest.gltf_animations import Movement
-from depthwalk.ingest.gltf_models import FARTHEST, PlacedModel
+from depthwalk.ingest.gltf_channels import FARTHEST
+from depthwalk.ingest.gltf_models import PlacedModel
 from depthwalk.limits import MAX_ASSETS
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
 from depthwalk.types import Mask

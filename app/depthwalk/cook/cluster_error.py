@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from depthwalk.bake.level_looks import unit
 from depthwalk.cook import kernels
-from depthwalk.cook.cluster_normals import unit
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints, Mask, Rows

@@ -11,13 +11,11 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from depthwalk.bake.level_looks import LOOKS_WRONG, barycentric
+from depthwalk.bake.level_looks import LOOKS_WRONG, SHORT, STAYS, barycentric, unit
 from depthwalk.geometry.triangles import face_normals, row_ids
 from depthwalk.types import Array, Ints, Mask
 
 _STEPS = 3  # of conjugate gradients: a vertex depends little on those that are not beside it
-_STAYS = 0.05  # weight of a vertex's own normal, where a sample of mean weight has 1: for vertices with few samples
-_SHORT = 0.1  # length below which a fitted normal is meaningless, as where both sides of a leaf are merged
 
 
 def fit_normals(
@@ -87,11 +85,6 @@ def normal_errors(point: Array, normal: Array, of: Ints, corners: Array, normals
     return np.asarray(LOOKS_WRONG * np.sqrt(total / np.maximum(count, 1)))
 
 
-def unit(vectors: Array) -> Array:
-    """Return vectors (n, 3) at unit length; zero vectors stay 0."""
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30))
-
-
 def _least_squares(normal: Array, fixed: Mask, vertices: Ints, shares: Array, wanted: Array, weight: Array) -> Array:
     """Return normals (v, 3) of vertices, of which some are `fixed` (v,), that fit samples.
 
@@ -103,13 +96,13 @@ def _least_squares(normal: Array, fixed: Mask, vertices: Ints, shares: Array, wa
     ends = np.arange(0, 3 * len(vertices) + 1, 3)
     shown = csr_array((values.ravel(), vertices.ravel(), ends), shape=(len(vertices), len(normal)))
     back, free = shown.T.tocsr(), ~fixed[:, None]
-    scale = free / (_STAYS + np.bincount(vertices.ravel(), np.square(values).ravel(), len(normal)))[:, None]
+    scale = free / (STAYS + np.bincount(vertices.ravel(), np.square(values).ravel(), len(normal)))[:, None]
     scale = scale.astype(np.float32)
     # Conjugate gradients, from the normals that the vertices have; scaled by the diagonal of the matrix (Jacobi).
     found, left = np.zeros_like(begin), back @ (weight * wanted.astype(np.float32) - shown @ begin)
     along, squared = scale * left, (scale * left * left).sum(0)
     for _ in range(_STEPS):
-        image = _STAYS * along + back @ (shown @ along)
+        image = STAYS * along + back @ (shown @ along)
         step = squared / np.maximum((along * image).sum(0), 1e-30)
         found += step * along
         left -= step * image
@@ -117,7 +110,7 @@ def _least_squares(normal: Array, fixed: Mask, vertices: Ints, shares: Array, wa
         along = scale * left + squared / np.maximum(before, 1e-30) * along
     fitted = normal + found
     length = np.linalg.norm(fitted, axis=1, keepdims=True)
-    return np.where(free & (length > _SHORT), fitted / np.maximum(length, _SHORT), normal)
+    return np.where(free & (length > SHORT), fitted / np.maximum(length, SHORT), normal)
 
 
 def _centres(values: Array) -> Array:

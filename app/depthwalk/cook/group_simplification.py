@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.level_looks import unit
 from depthwalk.cook.cluster_division import divided
 from depthwalk.cook.cluster_error import Colours, group_errors
-from depthwalk.cook.cluster_normals import fit_normals, normal_errors, unit
+from depthwalk.cook.cluster_normals import fit_normals, normal_errors
 from depthwalk.cook.cluster_table import Bounds, cluster_bounds
 from depthwalk.cook.group_collapse import collapse_groups
 from depthwalk.cook.seamed_mesh import Vertices

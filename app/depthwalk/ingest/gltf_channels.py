@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.hermite import hermite
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.limits import MAX_KEYFRAMES
 
@@ -18,9 +19,11 @@ TICK = 1e-4
 REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
 """The properties of nodes that change their matrices, and what they are unless a node says otherwise."""
 
+FARTHEST = 1e12
+"""In values and matrices: products of a few such numbers are finite."""
+
 _INTERPOLATIONS = "LINEAR", "STEP", "CUBICSPLINE"
 _MOST_SECONDS = 1e6  # as long as the keyframes of a scene file may take
-_FARTHEST = 1e12  # in values: products of a few such numbers are finite
 _STILL = 1e-6  # relative difference of values that do not change
 
 Header = dict[str, Any]
@@ -64,11 +67,7 @@ class Channel:
             return self._unit(np.where(part < 1, before, after))
         if self.tangents is not None:
             leaving, arriving = self.tangents[1, key] * length[:, None], self.tangents[0, key + 1] * length[:, None]
-            rest = 1 - part
-            return self._unit(
-                rest * rest * ((1 + 2 * part) * before + part * leaving)
-                + part * part * ((1 + 2 * rest) * after - rest * arriving)
-            )
+            return self._unit(hermite(before, after, leaving, arriving, part))
         return _slerp(before, after, part) if self.is_rotation else before + (after - before) * part
 
     def _unit(self, values: _Numbers) -> _Numbers:
@@ -138,7 +137,7 @@ def read_channel(header: Header, sampler: Header, path: str, accessors: Accessor
         raise ValueError("keyframes do not ascend")
     splined, width = kind == "CUBICSPLINE", len(REST[path])
     values = accessors.read(sampler["output"], 3 * count if splined else count).astype(np.float64)
-    if values.shape[1] != width or not (np.abs(values) < _FARTHEST).all():
+    if values.shape[1] != width or not (np.abs(values) < FARTHEST).all():
         raise ValueError(f"the keyframes of a {path} are not {width} numbers within reach")
     by_key = values.reshape(count, -1, width)
     return Channel(

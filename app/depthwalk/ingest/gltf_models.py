@@ -16,11 +16,9 @@ from depthwalk.geometry.quaternions import matrices
 from depthwalk.ingest import gltf
 from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_animations import Movement
+from depthwalk.ingest.gltf_channels import FARTHEST, normalised
 from depthwalk.ingest.gltf_pose import local_matrix
 from depthwalk.limits import MAX_INSTANCES, MAX_KEYFRAMES
-
-FARTHEST = 1e12
-"""In matrices: products of a few such numbers are finite."""
 
 _MOST_MESHES = 256  # of a model: copied groups of more are no single things
 _REPEATS = 2.0  # triangles of a model, over those of its distinct meshes: a group that repeats more is no single thing
@@ -243,7 +241,7 @@ class Models:
         every = np.tile(np.eye(4), (max(count, 1), 1, 1))
         if "ROTATION" in listed:
             turn = self._accessors.read(listed["ROTATION"], count).astype(np.float64)
-            every[:, :3, :3] = matrices(turn / np.maximum(np.linalg.norm(turn, axis=1, keepdims=True), 1e-12))
+            every[:, :3, :3] = matrices(normalised(turn))
         if "SCALE" in listed:
             every[:, :3, :3] *= self._accessors.read(listed["SCALE"], count)[:, None, :]
         if "TRANSLATION" in listed:

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.reprojection.cell_size import CELL, MOVING_STRIDE, STRIDE
-from depthwalk.render.reprojection.moving_surfaces import BASE, GROWN
+from depthwalk.reference.finished_picture import beside_nearer, nearest_in_cells, nearest_moving, roughness
+from depthwalk.render.reprojection.cell_size import CELL
 from depthwalk.render.reprojection.reprojection import (
     BEYOND,
     DAMPING,
@@ -14,100 +14,14 @@ from depthwalk.render.reprojection.reprojection import (
     HIDDEN,
     LEAST_AHEAD,
     REFLECTED,
+    elapsed,
     seen_from,
 )
 from depthwalk.render.reprojection.smooth_tiles import MOST_CELLS, MOVES, ROUGHNESS_CELL, TILE, TOLERANCE, TileClass
 from depthwalk.render.view.view import View
-from depthwalk.render.world.moving_objects import MovingObjects
 from depthwalk.types import Array, Mask
 
 _CORNERS = np.array([[0, 1, 0, 1], [0, 0, 1, 1]])  # of a cell: to the right and up
-
-
-def nearest_in_cells(distances: Array) -> NDArray[np.float64]:
-    """Return the least distance in each cell of a picture, as shaders/reprojection/nearest.frag finds it.
-
-    Parameters
-    ----------
-    distances
-        (h, w) metres, lower row first.
-
-    Returns
-    -------
-    NDArray[np.float64]
-        (⌈h / CELL⌉, ⌈w / CELL⌉) metres.
-    """
-    steps = np.append(np.arange(STRIDE // 2, CELL, STRIDE), 0)
-    return np.asarray(_cells(distances, CELL, steps).min((2, 3)))
-
-
-def _cells(distances: Array, edge: int, steps: NDArray[np.integer]) -> NDArray[np.float64]:
-    """Return those pixels of each cell of a picture that are `steps` (k,) from its first: (rows, columns, k, k).
-
-    edge: of a cell, pixels. Beyond the picture, its last pixels are repeated.
-    """
-    rows, columns = (
-        (np.arange(-(-side // edge))[:, None] * edge + steps).clip(0, side - 1) for side in distances.shape
-    )
-    return np.asarray(distances[rows[:, None, :, None], columns[None, :, None, :]], np.float64)
-
-
-def velocities_in(picture: View, distances: Array, moving: MovingObjects) -> NDArray[np.float64]:
-    """Return how fast each pixel's surface moves by itself, as shaders/reprojection/velocity.frag finds it.
-
-    Parameters
-    ----------
-    picture
-        The view of the picture.
-    distances
-        (h, w) metres along the picture's view axis, lower row first.
-    moving
-        The objects that move.
-
-    Returns
-    -------
-    NDArray[np.float64]
-        (h, w, 4) metres per second to the right, up and ahead of the camera; last 1 where something moves, else 0.
-    """
-    row, column = np.indices(distances.shape)
-    screen = (np.dstack([column, row]) + 0.5) / distances.shape[::-1] * 2 - 1
-    ray = np.dstack([screen * np.array(picture.half_extent), np.ones(distances.shape)]) @ picture.axes
-    point = picture.position + ray * distances[..., None]
-    found, shape = np.zeros((*distances.shape, 4)), moving.cylinders
-    for k in range(len(moving.velocity)):
-        offset = point - shape.centre[k]
-        along = offset @ shape.axis[k]
-        off = np.linalg.norm(offset - along[..., None] * shape.axis[k], axis=-1)
-        height = shape.half_height[k]
-        within = (off <= GROWN * shape.radius[k]) & (along <= GROWN * height) & (along >= (2 * BASE - 1) * height)
-        arm = point[within] - moving.pivot[k]
-        moves = moving.velocity[k] + np.cross(moving.turn[k], arm) + moving.growth[k] * arm
-        found[within] = np.column_stack([moves @ picture.axes.T, np.ones(len(arm))])
-    return found
-
-
-def nearest_moving(distances: Array, velocities: Array) -> NDArray[np.float64]:
-    """Return the nearest surface that moves by itself in each cell of a picture (moving_nearest.frag).
-
-    Parameters
-    ----------
-    distances
-        (h, w) metres, lower row first.
-    velocities
-        (h, w, 4), see `velocities_in`.
-
-    Returns
-    -------
-    NDArray[np.float64]
-        (⌈h / CELL⌉, ⌈w / CELL⌉, 4) velocity, m/s, and distance, metres; `BEYOND` where nothing moves.
-    """
-    steps = np.arange(MOVING_STRIDE // 2, CELL, MOVING_STRIDE)
-    ahead = _cells(np.where(velocities[..., 3] > 0, distances, BEYOND), CELL, steps)
-    first = ahead.reshape(*ahead.shape[:2], -1).argmin(-1)[..., None]
-    columns = [_cells(velocities[..., k], CELL, steps) for k in range(3)]
-    found = [np.take_along_axis(c.reshape(*c.shape[:2], -1), first, -1)[..., 0] for c in (*columns, ahead)]
-    found[:3] = [np.where(found[3] < BEYOND, column, 0) for column in found[:3]]
-    return np.stack(found, -1)
 
 
 def nearest_seen(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
@@ -142,7 +56,7 @@ def nearest_moved(picture: View, distances: Array, view: View, velocities: Array
     picture, distances, view
         See `nearest_seen`.
     velocities
-        (h, w, 4), see `velocities_in`.
+        (h, w, 4), see `finished_picture.velocities_in`.
 
     Returns
     -------
@@ -162,7 +76,7 @@ def _seen_by_cells(picture: View, surfaces: Array, view: View) -> NDArray[np.flo
     cells, flat = np.array(view.size) / CELL, surfaces.reshape(-1, 4)
     found = np.zeros((*np.ceil(cells).astype(int)[::-1], 4))
     found[..., 0] = BEYOND
-    shift = (view.camera.time - picture.camera.time) * flat[:, :3]
+    shift = elapsed(picture, view) * flat[:, :3]
     seen = (direction * flat[:, 3:, None] + shift[:, None] - viewer) @ np.linalg.inv(rays).T
     _draw_cells(found, cells, seen, flat[:, 3] < BEYOND, shift)
     return found
@@ -178,24 +92,6 @@ def _draw_cells(found: Array, cells: Array, seen: Array, is_surface: Mask, shift
     for k, (x, y), (right, top) in zip(drawn, first, last, strict=True):
         part = found[y:top, x:right]
         part[part[..., 0] > ahead[k]] = ahead[k], *shift[k]
-
-
-def beside_nearer(distances: Array) -> Mask:
-    """Return the pixels of a picture that are beside a nearer surface, as shaders/reprojection/distance.frag does.
-
-    Parameters
-    ----------
-    distances
-        (h, w) metres.
-
-    Returns
-    -------
-    Mask
-        (h, w).
-    """
-    padded = np.pad(distances, 1, mode="edge")
-    beside = np.min([padded[1:-1, 2:], padded[1:-1, :-2], padded[2:, 1:-1], padded[:-2, 1:-1]], axis=0)
-    return np.asarray(beside < HIDDEN * distances)
 
 
 class _Found(NamedTuple):
@@ -256,12 +152,11 @@ def _search(
     place = behind = _place_of(picture, points)
     ahead = farthest = look_up(distances, place)
     along, expected = nearest, points[:, 2]
-    elapsed = view.camera.time - picture.camera.time
     for _ in range(FIXED_POINT_STEPS):
         direction = np.column_stack([(2 * place - 1) * np.array(picture.half_extent), np.ones_like(ahead)])
         if velocities is not None:
             moves = look_up(velocities[..., 3], place) > 0
-            shift = elapsed * np.stack([look_up(velocities[..., k], place) for k in range(3)], -1)
+            shift = elapsed(picture, view) * np.stack([look_up(velocities[..., k], place) for k in range(3)], -1)
         seen = (direction * ahead[:, None] + shift - viewer) @ axis
         if axis @ viewer > 0:
             scaled = along * ahead / np.where(expected > 0, expected, np.nan)
@@ -303,34 +198,6 @@ def _surfaces_on(picture: View, distances: Array, view: View, at: Array, velocit
 def _of_cell(cells: Array, cell: Array) -> NDArray[np.float64]:
     """Return the values of `cells` (rows, columns) at positions (n, 2), in cells."""
     return look_up(cells, cell / cells.shape[::-1])
-
-
-def roughness(distances: Array, velocities: Array | None = None) -> NDArray[np.float64]:
-    """Return how far from planar the cells of a picture are, as shaders/reprojection/roughness.frag measures it.
-
-    Parameters
-    ----------
-    distances
-        (h, w) metres, lower row first.
-    velocities
-        (h, w, 4), see `velocities_in`; None: nothing moves by itself.
-
-    Returns
-    -------
-    NDArray[np.float64]
-        (⌈h / ROUGHNESS_CELL⌉, ⌈w / ROUGHNESS_CELL⌉), 1/m: largest difference of an inverse distance from the plane
-        through those at the corners; `MOVES` where anything moves by itself in the cell of `CELL` pixels around it.
-    """
-    inverse = 1 / _cells(distances, ROUGHNESS_CELL, np.arange(ROUGHNESS_CELL + 1))
-    first, right, up, both = (inverse[..., y, x, None, None] for y in (0, -1) for x in (0, -1))
-    slope_x, slope_y = ((right + both - first - up) / 2, (up + both - first - right) / 2)
-    part = np.arange(ROUGHNESS_CELL + 1) / ROUGHNESS_CELL - 0.5
-    plane = (first + right + up + both) / 4 + slope_x * part + slope_y * part[:, None]
-    found = np.asarray(np.abs(inverse - plane).max((2, 3)))
-    if velocities is not None:
-        row, column = (np.arange(count) * ROUGHNESS_CELL // CELL for count in found.shape)
-        found[nearest_moving(distances, velocities)[row[:, None], column, 3] < BEYOND] = MOVES
-    return found
 
 
 def tiles(
@@ -407,7 +274,7 @@ def sources(picture: View, distances: Array, view: View, velocities: Array | Non
     view
         The other view, of W × H pixels, of another moment where surfaces move by themselves.
     velocities
-        (h, w, 4) of these, see `velocities_in`; None: nothing moves by itself.
+        (h, w, 4) of these, see `finished_picture.velocities_in`; None: nothing moves by itself.
 
     Returns
     -------

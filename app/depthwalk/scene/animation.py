@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.hermite import hermite
 from depthwalk.scene.scene import Nodes, Scene, place_nodes, place_objects
 from depthwalk.scene.schema import AnimationParams
 from depthwalk.scene.similarity import from_angles
@@ -41,6 +42,8 @@ class Animations:
         Indices into `INTERPOLATIONS` and `REPEATS`.
     start : (m,) float64
         The moments at which the animations begin, seconds.
+    moved_nodes, moved_objects : (…,) int64
+        What moves, ascending: rows of `Scene.nodes`, which are these nodes and all below them, and of `Scene.objects`.
     """
 
     node: NDArray[np.int64]
@@ -51,6 +54,8 @@ class Animations:
     interpolation: NDArray[np.int64]
     repeat: NDArray[np.int64]
     start: NDArray[np.float64]
+    moved_nodes: NDArray[np.int64]
+    moved_objects: NDArray[np.int64]
 
     def sample(self, seconds: float) -> NDArray[np.float64]:
         """Return the placements (m, 7) of the nodes at a moment of the scene, in the columns of `values`."""
@@ -108,23 +113,6 @@ class Animations:
         return reach, np.exp(low[:, _SCALE]), np.exp(high[:, _SCALE])
 
 
-def hermite(
-    before: NDArray[np.float64],
-    after: NDArray[np.float64],
-    leaving: NDArray[np.float64],
-    arriving: NDArray[np.float64],
-    part: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return the cubic Hermite curve at `part` (n, 1) of the way between values (n, c).
-
-    `leaving` and `arriving` are the tangents (n, c) at both ends, times the length of the way.
-    """
-    rest = 1 - part
-    return rest * rest * ((1 + 2 * part) * before + part * leaving) + part * part * (
-        (1 + 2 * rest) * after - rest * arriving
-    )
-
-
 def animations(specs: Sequence[tuple[int, AnimationParams]], nodes: Nodes) -> Animations:
     """Return the animations of a scene.
 
@@ -146,9 +134,10 @@ def animations(specs: Sequence[tuple[int, AnimationParams]], nodes: Nodes) -> An
         times.append(np.array([key.time for key in spec.keyframes]))
         values.append(_values(row, spec, nodes))
         tangents.append(_tangents(times[-1], values[-1], closes=spec.repeat == "loop"))
-    counts = [len(of_node) for of_node in times]
+    counts, node = [len(of_node) for of_node in times], np.array([row for row, _ in specs])
+    moved_nodes, moved_objects = _below(node, nodes)
     return Animations(
-        node=np.array([row for row, _ in specs]),
+        node=node,
         first=np.concatenate([[0], np.cumsum(counts)]),
         times=np.concatenate(times),
         values=np.concatenate(values),
@@ -156,6 +145,8 @@ def animations(specs: Sequence[tuple[int, AnimationParams]], nodes: Nodes) -> An
         interpolation=np.array([INTERPOLATIONS.index(spec.interpolation) for _, spec in specs]),
         repeat=np.array([REPEATS.index(spec.repeat) for _, spec in specs]),
         start=np.array([spec.start for _, spec in specs]),
+        moved_nodes=moved_nodes,
+        moved_objects=moved_objects,
     )
 
 
@@ -188,16 +179,8 @@ def _tangents(times: NDArray[np.float64], values: NDArray[np.float64], closes: b
     return np.asarray(np.gradient(continued, around, axis=0)[1:-1])
 
 
-@dataclass(frozen=True, kw_only=True)
-class Moved:
-    """Hold what animations move, ascending: rows of `Scene.nodes`, and of `Scene.objects`."""
-
-    nodes: NDArray[np.int64]
-    objects: NDArray[np.int64]
-
-
-def moved_by(animated: Animations, nodes: Nodes) -> Moved:
-    """Return the nodes and objects that `animated` moves: those of the animated nodes and of all nodes below them."""
+def _below(at: NDArray[np.int64], nodes: Nodes) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the nodes `at`, ascending, with all nodes below them, and the objects of these; both ascending."""
 
     def rows(first: NDArray[np.integer], end: NDArray[np.integer], count: int) -> NDArray[np.int64]:
         steps = np.zeros(count + 1, np.int64)
@@ -205,11 +188,8 @@ def moved_by(animated: Animations, nodes: Nodes) -> Moved:
         np.add.at(steps, end, -1)
         return np.asarray(np.flatnonzero(np.cumsum(steps[:-1]) > 0))
 
-    at, objects = animated.node, int(nodes.object_count[nodes.depth == 0].sum())
-    first = nodes.first_object[at]
-    return Moved(
-        nodes=rows(at, nodes.end[at], len(nodes)), objects=rows(first, first + nodes.object_count[at], objects)
-    )
+    first, objects = nodes.first_object[at], int(nodes.object_count[nodes.depth == 0].sum())
+    return rows(at, nodes.end[at], len(nodes)), rows(first, first + nodes.object_count[at], objects)
 
 
 def show_moment(scene: Scene, seconds: float) -> NDArray[np.int64]:
@@ -227,14 +207,14 @@ def show_moment(scene: Scene, seconds: float) -> NDArray[np.int64]:
     (n,) int64
         Rows of `scene.objects` that were placed; empty for a scene without animations.
     """
-    if scene.animations is None or scene.moved is None:
+    if scene.animations is None:
         return np.zeros(0, np.int64)
-    animated, moved, nodes = scene.animations, scene.moved, scene.nodes
+    animated, nodes = scene.animations, scene.nodes
     sampled = animated.sample(seconds)
     nodes.local.position[animated.node] = sampled[:, _POSITION]
     nodes.angles[animated.node] = sampled[:, _ANGLES]
     nodes.local.rotation[animated.node] = from_angles(*sampled[:, _ANGLES].T)
     nodes.local.scale[animated.node] = np.exp(sampled[:, _SCALE])
-    place_nodes(nodes, moved.nodes)
-    place_objects(scene.objects, nodes, scene.instances, scene.owner, moved.objects)
-    return moved.objects
+    place_nodes(nodes, animated.moved_nodes)
+    place_objects(scene.objects, nodes, scene.instances, scene.owner, animated.moved_objects)
+    return animated.moved_objects

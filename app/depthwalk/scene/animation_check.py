@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from depthwalk.errors import InputError
-from depthwalk.scene.animation import Animations, Moved, animations, moved_by
+from depthwalk.scene.animation import Animations, animations
 from depthwalk.scene.flatten import (
     MAX_WORLD_COORDINATE,
     MAX_WORLD_SCALE,
@@ -13,13 +13,13 @@ from depthwalk.scene.flatten import (
     Flat,
     ListedItem,
 )
-from depthwalk.scene.path import MIN_GAP
+from depthwalk.scene.path import order_errors
 from depthwalk.scene.schema import AnimationParams, GroupParams, ObjectParams
 from depthwalk.scene.validate import Source, raise_all
 
 
-def load_animations(rows: Sequence[ListedItem], flat: Flat, source: Source) -> tuple[Animations, Moved]:
-    """Return the animations of a scene file, and what they move.
+def load_animations(rows: Sequence[ListedItem], flat: Flat, source: Source) -> Animations:
+    """Return the animations of a scene file.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ def load_animations(rows: Sequence[ListedItem], flat: Flat, source: Source) -> t
 
     Returns
     -------
-    tuple
-        The animations, and the rows of nodes and objects that they move.
+    Animations
+        Their keyframes as arrays, and what they move.
 
     Raises
     ------
@@ -44,20 +44,14 @@ def load_animations(rows: Sequence[ListedItem], flat: Flat, source: Source) -> t
     specs = [(number, row.spec.animation) for number, row in enumerate(rows) if row.spec.animation is not None]
     raise_all([error for number, spec in specs for error in _mistakes(rows[number], spec, source)])
     animated = animations(specs, flat.nodes)
-    moved = moved_by(animated, flat.nodes)
-    _check_reach(rows, flat, animated, moved, source)
-    return animated, moved
+    _check_reach(rows, flat, animated, source)
+    return animated
 
 
 def _mistakes(row: ListedItem, spec: AnimationParams, source: Source) -> list[InputError]:
     """Return the mistakes in the keyframes of one item."""
     loc = *row.loc, "animation", "keyframes"
-    times = [key.time for key in spec.keyframes]
-    found = [
-        source.error((*loc, number, "time"), f"must be later than the keyframe before ({times[number - 1]:g} s)")
-        for number in range(1, len(times))
-        if times[number] - times[number - 1] < MIN_GAP
-    ]
+    found = order_errors(np.array([key.time for key in spec.keyframes]), loc, source)
     if not isinstance(row.spec, ObjectParams | GroupParams):
         found += [
             source.error((*loc, number, "scale"), "only objects and groups change their size; put this into a group")
@@ -67,7 +61,7 @@ def _mistakes(row: ListedItem, spec: AnimationParams, source: Source) -> list[In
     return found
 
 
-def _check_reach(rows: Sequence[ListedItem], flat: Flat, animated: Animations, moved: Moved, source: Source) -> None:
+def _check_reach(rows: Sequence[ListedItem], flat: Flat, animated: Animations, source: Source) -> None:
     """Raise InputError if a movement, through nested groups, may come near the limits of float32.
 
     This adds up the farthest that each group reaches, so that no moment need be tried.
@@ -85,7 +79,7 @@ def _check_reach(rows: Sequence[ListedItem], flat: Flat, animated: Animations, m
     within = np.zeros(len(rows))
     np.maximum.at(within, flat.owner, np.linalg.norm(flat.instances.position, axis=1).astype(float))
     reach += most * within
-    for node in moved.nodes.tolist():
+    for node in animated.moved_nodes.tolist():
         if least[node] < MIN_WORLD_SCALE or most[node] > MAX_WORLD_SCALE:
             limits = f"{MIN_WORLD_SCALE:g} to {MAX_WORLD_SCALE:g}"
             raise source.error(rows[node].loc, f"may have a scale that is not {limits}, as it moves with its groups")

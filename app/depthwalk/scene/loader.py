@@ -105,8 +105,7 @@ def _animated(scene: Scene, rows: list[ListedItem], flat: Flat, source: Source) 
     from depthwalk.scene.animation import show_moment  # here and below: most scenes stand still
     from depthwalk.scene.animation_check import load_animations
 
-    animations, moved = load_animations(rows, flat, source)
-    scene = replace(scene, animations=animations, moved=moved)
+    scene = replace(scene, animations=load_animations(rows, flat, source))
     show_moment(scene, 0.0)
     return scene
 

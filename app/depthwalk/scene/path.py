@@ -17,10 +17,10 @@ from depthwalk.errors import InputError
 from depthwalk.limits import MAX_FRAMES, MAX_KEYFRAMES
 from depthwalk.params import param
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.document import read_document
+from depthwalk.scene.document import Loc, read_document
 from depthwalk.scene.environment import CameraParams
 from depthwalk.scene.fields import FileParams, Version
-from depthwalk.scene.validate import check_model, raise_all
+from depthwalk.scene.validate import Source, check_model, raise_all
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
@@ -128,18 +128,31 @@ def load_path(path: Path) -> CameraPath:
         raise InputError(f"{path}: is a scene file, not a camera path")
     file, source = check_model(document, PathFile)
     times = np.array([key.time for key in file.keyframes])
-    late = np.flatnonzero(np.diff(times) < MIN_GAP) + 1
-    raise_all(
-        [
-            source.error(("keyframes", int(i), "time"), f"must be later than the keyframe before ({times[i - 1]:g} s)")
-            for i in late
-        ]
-    )
+    raise_all(order_errors(times, ("keyframes",), source))
     if (count := _frame_count(file.fps, times[-1])) > MAX_FRAMES:
         raise source.error(("fps",), f"the path has {count} frames; the limit is {MAX_FRAMES}")
     views = np.array([(*key.position, *key.target) for key in file.keyframes])
     fovs = np.radians([key.fov for key in file.keyframes])
     return CameraPath(fps=file.fps, interpolation=file.interpolation, times=times, views=views, fovs=fovs)
+
+
+def order_errors(times: NDArray[np.float64], loc: Loc, source: Source) -> list[InputError]:
+    """Return an error for each of the keyframes at `times` (k,), seconds, that is not later than the one before.
+
+    Parameters
+    ----------
+    times
+        (k,) seconds.
+    loc
+        Location of the list of keyframes in the file.
+    source
+        Origin of the values, to locate errors.
+    """
+    late = (np.flatnonzero(np.diff(times) < MIN_GAP) + 1).tolist()
+    return [
+        source.error((*loc, number, "time"), f"must be later than the keyframe before ({times[number - 1]:g} s)")
+        for number in late
+    ]
 
 
 def is_path_file(path: Path) -> bool:

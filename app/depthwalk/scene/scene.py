@@ -19,7 +19,7 @@ from depthwalk.scene.similarity import Similarity, compose, from_angles
 
 if TYPE_CHECKING:
     from depthwalk.scene.advice import Advice
-    from depthwalk.scene.animation import Animations, Moved
+    from depthwalk.scene.animation import Animations
 
 _BLOCK = 8192  # objects placed at a time: their transforms stay in the processor's cache
 
@@ -190,8 +190,6 @@ class Scene:
         The files of its `places` items.
     animations : Animations or None
         How nodes move over time; None where none does.
-    moved : Moved or None
-        The nodes and objects that these move.
     """
 
     path: Path
@@ -208,7 +206,6 @@ class Scene:
     advice_file: Path | None = None
     places_files: tuple[Path, ...] = ()
     animations: "Animations | None" = None
-    moved: "Moved | None" = None
 
 
 def set_node_transform(

@@ -11,7 +11,8 @@ import pytest
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.gpu.device import Device
-from depthwalk.reference.reprojection import nearest_moving, sources, velocities_in
+from depthwalk.reference.finished_picture import nearest_moving, velocities_in
+from depthwalk.reference.reprojection import sources
 from depthwalk.render.image import read_pixels
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.reprojection.reprojection import BEYOND, Reprojection

@@ -5,7 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
-from depthwalk.reference.reprojection import look_up, roughness, sources, tiles
+from depthwalk.reference.finished_picture import roughness
+from depthwalk.reference.reprojection import look_up, sources, tiles
 from depthwalk.render.image import read_pixels
 from depthwalk.render.reprojection.reprojection import BEYOND, Reprojection, seen_from
 from depthwalk.render.reprojection.smooth_tiles import TILE, TileClass

@@ -63,6 +63,11 @@ def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[n
     return axes @ view.ray_from_screen, axes @ (view.position - picture.position), axes @ view.axes[2]
 
 
+def elapsed(picture: View, view: View) -> float:
+    """Return the seconds from the moment of a picture to that of another view, within `MOST_ELAPSED`."""
+    return min(max(view.camera.time - picture.camera.time, -MOST_ELAPSED), MOST_ELAPSED)
+
+
 @dataclass
 class _Picture:
     """Hold a picture, the distance of the nearest surface in each cell of `CELL` pixels, and how plane it is.
@@ -179,7 +184,7 @@ class Reprojection:
         seen = seen_from(self.view, view)
         if not self._rehearsed:
             self._rehearse(view, seen, screen)
-        if seen[1].any() or (self._shown.moves and self._elapsed(view)):
+        if seen[1].any() or (self._shown.moves and elapsed(self.view, view)):
             self._show_moved(view, seen, screen)
         else:
             self._show_turned(view, seen, screen)
@@ -202,11 +207,6 @@ class Reprojection:
             around = self._around_uniforms(view, 5) if tile_class == TileClass.AROUND else {}
             program.set(**shown, **around)
         self._tiles.draw(screen, programs, picture=0, unit=3)
-
-    def _elapsed(self, view: View) -> float:
-        """Return the seconds from the moment of the finished picture to that of a view, within `MOST_ELAPSED`."""
-        assert self.view is not None
-        return min(max(view.camera.time - self.view.camera.time, -MOST_ELAPSED), MOST_ELAPSED)
 
     def _show_turned(self, view: View, seen: _Seen, screen: moderngl.Framebuffer) -> None:
         """Show the picture to a camera that stands where the picture's camera stood."""
@@ -240,7 +240,7 @@ class Reprojection:
         moving: dict[str, object] = {}
         if self._shown.moves and self._shown.moving is not None:
             self._shown.moving.velocities.texture.use(7)
-            moving = {"velocities": 7, "elapsed": self._elapsed(view)}
+            moving = {"velocities": 7, "elapsed": elapsed(self.view, view)}
             if self._cells is not None:
                 self._cells.moved.texture.use(8)
                 moving["nearest_moved"] = 8
@@ -314,7 +314,7 @@ class Reprojection:
                 viewer=tuple(viewer),
                 screen_from_ray=tuple(np.linalg.inv(rays).T.ravel()),
                 screen_cells=(size[0] / CELL, size[1] / CELL),
-                elapsed=self._elapsed(view),
+                elapsed=elapsed(self.view, view),
             )
             with self._gl.state(into=into.framebuffer, depth_test=LESS):
                 program.rectangles(math.prod(texture.size))

@@ -297,11 +297,12 @@ class RenderWorld:
 
     def moving_rows(self) -> Rows:
         """Return the rows (k,) of `objects` that animations move."""
-        if self._scene.moved is None:
+        animations = self._scene.animations
+        if animations is None:
             return np.zeros(0, np.int64)
         owners = self.owners()
         if self._moving_rows is None or self._moving_rows[0] is not owners:
-            self._moving_rows = owners, rows_of(self._scene.moved.objects, owners)
+            self._moving_rows = owners, rows_of(animations.moved_objects, owners)
         return self._moving_rows[1]
 
     def moving(self, view: View) -> "MovingObjects | None":
@@ -313,10 +314,8 @@ class RenderWorld:
             return None
         from depthwalk.render.world.moving_objects import moving_objects  # here: most scenes stand still
 
-        def seen(rows: Rows) -> Rows:
-            return in_sight(view, self.bounds(), 0.0, rows)[0]
-
-        return moving_objects(self._scene, view.camera.time, self.owners(), seen, self.cylinders)
+        rows, _ = in_sight(view, self.bounds(), 0.0, self.moving_rows())
+        return moving_objects(self._scene, view.camera.time, self.owners()[rows], self.cylinders(rows))
 
     def moved(self, changed: slice | Rows | None = None) -> None:
         """Update the arrays for objects that moved; call this after `set_node_transform`.
