@@ -1,7 +1,9 @@
 """Who owns GL objects, and what happens where the driver refuses one."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
+import moderngl
 import numpy as np
 import pytest
 
@@ -65,3 +67,31 @@ def test_a_bound_framebuffer_can_be_freed(gl_device: Device, scope: Scope) -> No
     scope.free(framebuffer)
     scope.framebuffer([scope.texture((8, 8), 4)]).use()
     assert gl_device.context.error == "GL_NO_ERROR"
+
+
+def test_a_refilled_buffer_grows_and_shrinks_under_its_vertex_arrays(scope: Scope) -> None:
+    program = scope.device.context.program(
+        vertex_shader="#version 330\nin float a; out float b; void main() { b = 2.0 * a; }", varyings=("b",)
+    )
+    buffer, out = scope.buffer(reserve=4, dynamic=True), scope.buffer(reserve=4 * 5000)
+    array = scope.vertex_array(program, [(buffer, "f", "a")])
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    for count in (3, 5000, 2):
+        values = np.arange(count, dtype=np.float32)
+        scope.refill(buffer, values)
+        array.transform(out, moderngl.POINTS, vertices=count)
+        np.testing.assert_array_equal(np.frombuffer(out.read(4 * count), np.float32), 2 * values)
+        assert buffer.size == 4 * count
+    scope.refill(buffer, values[:0])
+    assert buffer.size == 4 * count
+    program.release()
+
+
+def test_a_refused_refill_tells_its_size(scope: Scope, monkeypatch: pytest.MonkeyPatch) -> None:
+    buffer = scope.buffer(reserve=4, dynamic=True)
+    with (
+        monkeypatch.context() as patch,
+        pytest.raises(GpuError, match="test: the driver refused a buffer of 8: GL_OUT_OF_MEMORY"),
+    ):
+        patch.setattr(scope.device, "context", SimpleNamespace(error="GL_OUT_OF_MEMORY"))
+        scope.refill(buffer, np.zeros(2, np.float32))

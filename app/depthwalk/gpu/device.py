@@ -15,6 +15,8 @@ from typing import Any, Unpack
 from weakref import WeakSet
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.gpu.failures import AddressOf, GpuError, check_reset, never_reset, reset_status
 from depthwalk.gpu.state import Changes, StateKeeper
@@ -161,6 +163,32 @@ class Scope(TextureMaker):
         buffer: moderngl.Buffer = self._make("buffer", size, lambda: make(data, reserve=reserve, dynamic=dynamic))
         return buffer
 
+    def refill(self, buffer: moderngl.Buffer, data: NDArray[Any]) -> None:
+        """Replace the contents and the size of a buffer of this scope.
+
+        It gets new memory, no more than it needs: the old one may still be read by what is being drawn, and drivers
+        take time for every megabyte that they allocate. Vertex arrays over the buffer stay valid.
+
+        Parameters
+        ----------
+        buffer
+            The buffer, which is `dynamic`.
+        data
+            Its new contents, an array of any shape and dtype; an empty one leaves it as it is.
+
+        Raises
+        ------
+        GpuError
+            If the driver has no memory for it.
+        """
+        if not data.nbytes:
+            return
+        grows = data.nbytes > buffer.size
+        buffer.orphan(data.nbytes)
+        if grows:
+            self._check("buffer", data.nbytes)
+        buffer.write(np.ascontiguousarray(data))
+
     def program(self, vertex: str, fragment: str) -> moderngl.Program:
         """Compile, link and return a program.
 
@@ -238,8 +266,15 @@ class Scope(TextureMaker):
         gl_object = create()
         self._objects[id(gl_object)] = kind, gl_object
         self.device.live[kind] += 1
+        try:
+            self._check(kind, size)
+        except GpuError:
+            self.free(gl_object)
+            raise
+        return gl_object
+
+    def _check(self, kind: str, size: Any) -> None:
+        """Raise GpuError if the driver has refused an object of this kind, with the size that its message tells."""
         error = self.device.context.error
         if error != "GL_NO_ERROR":
-            self.free(gl_object)
             raise GpuError(f"{self.owner}: the driver refused a {kind}{f' of {size}' if size else ''}: {error}")
-        return gl_object

@@ -15,13 +15,12 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 
 RECORDS_PER_ROW = 1024  # records in a row of a `RecordTexture`
-_TOO_LARGE = 16  # times the size needed: a larger buffer shrinks, as drivers reallocate all of it for new contents
 _COPIED_ROWS = 64  # of a `RecordTexture`, at most: copying them takes less time than another call of GL
 _TEXEL_BYTES = 16  # of four floats
 
 
 class InstanceStream:
-    """Hold one frame's records in a buffer that grows and shrinks as needed.
+    """Hold one frame's records in a buffer of just their size.
 
     Each field of a record is a vertex attribute, named `in_` plus the name of the field in the shader.
     """
@@ -36,19 +35,13 @@ class InstanceStream:
             field, offset = fields[name][:2]
             components = int(np.prod(field.shape)) if field.shape else 1
             self._fields.append((f"in_{name}", f"{components}f", int(offset)))
-        self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
+        self._buffer = scope.buffer(reserve=self._stride, dynamic=True)
         # For each program: location, layout and offset of the fields that it reads.
         self._attributes: dict[moderngl.Program, list[tuple[int, str, int]]] = {}
 
     def upload(self, records: NDArray[np.void]) -> None:
         """Replace the buffer's contents by `records` (n,) of the stream's dtype."""
-        room = 2 * max(records.nbytes, 128 * self._stride)
-        if records.nbytes > self._buffer.size or _TOO_LARGE * room < self._buffer.size:
-            self._scope.free(self._buffer)
-            self._buffer = self._scope.buffer(reserve=room, dynamic=True)
-        if len(records):
-            self._buffer.orphan()
-            self._buffer.write(np.ascontiguousarray(records))
+        self._scope.refill(self._buffer, records)
 
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
         """Let the next draws of `array` read the records from the one numbered `first` on, one for each instance."""

@@ -27,7 +27,7 @@ class ClusterDrawing:
     def __init__(self, gl: Scope) -> None:
         self._gl = gl
         self._objects = RecordTexture(gl, PLACED_RECORD)
-        self._indices = gl.buffer(reserve=1 << 16, dynamic=True)
+        self._indices = gl.buffer(reserve=4, dynamic=True)
         self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
 
     def draw(self, draws: ClusterDraws, meshes: MeshStore, choose: ChooseProgram, cull: bool = True) -> None:
@@ -62,7 +62,7 @@ class ClusterDrawing:
             order = np.argsort(part, kind="stable")
             record, cluster, part = record[order], cluster[order], part[order]
         indices = drawn.indices(record - first, cluster)
-        self._write(indices)
+        self._gl.refill(self._indices, indices)
         counts = np.bincount(part, np.diff(drawn.clusters.first)[cluster], parts).astype(np.int64)
         drawn.vertices.use(_VERTICES)
         self._objects.use(_OBJECTS)
@@ -74,15 +74,6 @@ class ClusterDrawing:
             program = choose(drawn, number)
             program.set(vertex_count=len(drawn.clusters.positions), first_object=first, **textures)
             self._array(program).render(vertices=3 * int(counts[number]), first=3 * int(begins[number]))
-
-    def _write(self, indices: Rows) -> None:
-        """Replace the contents of the index buffer, which grows as needed."""
-        if indices.nbytes > self._indices.size:
-            self._gl.free(*self._arrays.values(), self._indices)
-            self._arrays.clear()
-            self._indices = self._gl.buffer(reserve=2 * indices.nbytes, dynamic=True)
-        self._indices.orphan()
-        self._indices.write(indices)
 
     def _array(self, program: Program) -> moderngl.VertexArray:
         """Return the vertex array of a program, which has no attributes."""

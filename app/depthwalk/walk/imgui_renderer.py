@@ -13,7 +13,6 @@ from depthwalk.gpu.program import Program
 from depthwalk.walk.native_imgui import imgui
 
 _VERTEX_LAYOUT = "2f 2f 4f1"
-_FIRST_SIZE = 1 << 16  # bytes
 _BLEND = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
 
 
@@ -31,7 +30,11 @@ class ImguiRenderer:
         self._program = Program(self.gl, "imgui/imgui.vert", "imgui/imgui.frag")
         self._textures: dict[int, moderngl.Texture] = {}
         self._owned: set[int] = set()
-        self._allocate(_FIRST_SIZE, _FIRST_SIZE)
+        self._vertices, self._indices = (self.gl.buffer(reserve=4, dynamic=True) for _ in range(2))
+        content = [(self._vertices, _VERTEX_LAYOUT, "in_position", "in_uv", "in_colour")]
+        self._array = self.gl.vertex_array(
+            self._program.gl, content, index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE
+        )
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def show(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
@@ -101,23 +104,9 @@ class ImguiRenderer:
         texture.status = imgui.ImTextureStatus.destroyed
 
     def _upload(self, commands: imgui.ImDrawList) -> None:
-        vertices = commands.vtx_buffer.size() * imgui.VERTEX_SIZE
-        indices = commands.idx_buffer.size() * imgui.INDEX_SIZE
-        if vertices > self._vertices.size or indices > self._indices.size:
-            self.gl.free(self._array, self._vertices, self._indices)
-            self._allocate(2 * vertices, 2 * indices)
-        for buffer, source, size in (
-            (self._vertices, commands.vtx_buffer, vertices),
-            (self._indices, commands.idx_buffer, indices),
+        for buffer, source, stride in (
+            (self._vertices, commands.vtx_buffer, imgui.VERTEX_SIZE),
+            (self._indices, commands.idx_buffer, imgui.INDEX_SIZE),
         ):
-            buffer.orphan()
-            if size:
-                buffer.write(ctypes.string_at(source.data_address(), size))
-
-    def _allocate(self, vertices: int, indices: int) -> None:
-        self._vertices = self.gl.buffer(reserve=vertices, dynamic=True)
-        self._indices = self.gl.buffer(reserve=indices, dynamic=True)
-        content = [(self._vertices, _VERTEX_LAYOUT, "in_position", "in_uv", "in_colour")]
-        self._array = self.gl.vertex_array(
-            self._program.gl, content, index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE
-        )
+            content = ctypes.string_at(source.data_address(), source.size() * stride) if source.size() else b""
+            self.gl.refill(buffer, np.frombuffer(content, np.uint8))

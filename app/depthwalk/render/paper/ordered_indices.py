@@ -87,8 +87,8 @@ class OrderedIndices:
         cells = asset.cells[kind]
         at = epipole(asset.baked, viewer_of(record), cells)
         if asset.written != (kind, at):
-            asset.indices.orphan()
-            asset.indices.write(np.concatenate([cells.ordered[draw_order(cells, at)], cells.unordered]))
+            indices = np.concatenate([cells.ordered[draw_order(cells, at)], cells.unordered])
+            self._scope.refill(asset.indices, indices)
             asset.written = kind, at
         return asset.array, cells.ordered.size, cells.unordered.size
 

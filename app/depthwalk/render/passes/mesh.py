@@ -41,7 +41,7 @@ class MeshPass(Pass[MeshParams]):
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._cluster_programs = Variants(lambda defines: Program(gl, "mesh/clusters.vert", "mesh/mesh.frag", defines))
         self._clusters = ClusterDrawing(gl)
-        self._seen = gl.buffer(reserve=12 * _MAX_CULLED_TRIANGLES, dynamic=True)  # indices of meshlets
+        self._seen = gl.buffer(reserve=4, dynamic=True)  # indices of meshlets
 
     def enabled(self, frame: Frame, params: MeshParams) -> bool:
         """Return whether `frame` has meshes; the `params` do not matter."""
@@ -88,11 +88,10 @@ class MeshPass(Pass[MeshParams]):
         rows = meshlets.seen(frame.view, frame.plan.mesh.records[record], asset.look.solid)
         for number in range(len(asset.parts)):
             faces = meshlets.faces.take(rows[meshlets.part[rows] == number], axis=0)
-            if faces.nbytes > self._seen.size:
+            if len(faces) > _MAX_CULLED_TRIANGLES:
                 self._draw_part(frame, asset, batch, number, record, 1)
             elif len(faces):
-                self._seen.orphan()
-                self._seen.write(faces)
+                self.gl.refill(self._seen, faces)
                 array = self._array(asset, (batch.asset, batch.level, "seen"), number, self._seen, record)
                 array.render(vertices=faces.size)
 

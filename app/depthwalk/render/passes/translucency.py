@@ -12,7 +12,6 @@ import moderngl
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
-from depthwalk.limits import MAX_TRANSLUCENT_TRIANGLES
 from depthwalk.params import Params
 from depthwalk.render.draw.translucency_planner import TranslucentBatch
 from depthwalk.render.frame import Frame, Pass
@@ -63,7 +62,7 @@ class TranslucencyPass(Pass[Params]):
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines], *_layout(defines)))
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._lamps: LampInputs | None = None  # created on first use, as most scenes have no translucent surfaces
-        self._sorted: moderngl.Buffer | None = None  # indices of sorted triangles; likewise
+        self._sorted = gl.buffer(reserve=4, dynamic=True)  # indices of sorted triangles
 
     def enabled(self, frame: Frame, params: Params) -> bool:
         """Return whether anything in sight of `frame` is translucent or glows; `params` is empty."""
@@ -73,11 +72,7 @@ class TranslucencyPass(Pass[Params]):
         """Add the glow in `frame`, then blend what is translucent over it; `params` is empty."""
         drawn = frame.translucent
         self._instances.upload(drawn.records)
-        if self._sorted is None:
-            self._sorted = self.gl.buffer(reserve=12 * MAX_TRANSLUCENT_TRIANGLES, dynamic=True)
-        if len(drawn.faces):
-            self._sorted.orphan()
-            self._sorted.write(drawn.faces.tobytes())
+        self.gl.refill(self._sorted, drawn.faces)
         into = frame.targets.lighting
         # Depths are clamped, since near and far plane are fitted to opaque surfaces.
         with self.gl.state(into=into, depth_test="<=", depth_write=False, blend=_OVER, direct=(DEPTH_CLAMP,)):
@@ -124,7 +119,6 @@ class TranslucencyPass(Pass[Params]):
         indices: tuple[Any, ...] = (of_asset.indices,)
         drawn = [(run, run.first, run.count) for run in runs]
         if batch.sorted is not None:
-            assert self._sorted is not None  # `draw` has made it
             indices = self._sorted, "sorted"
             drawn = [(runs[part.run], part.first, part.count) for part in batch.sorted]
         arrays = Variants(lambda variant: self._array(variant, batch, of_asset, *indices))

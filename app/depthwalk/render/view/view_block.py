@@ -81,6 +81,7 @@ class ViewBlock:
 
     def __init__(self, scope: Scope, binding: int) -> None:
         self._binding = binding
+        self._scope = scope
         self._buffer = scope.buffer(reserve=VIEW_BLOCK.itemsize, dynamic=True)
         self._shown: View | MapView | None = None
 
@@ -99,8 +100,7 @@ class ViewBlock:
         """
         if view is not self._shown:
             record = picture_record(view) if isinstance(view, View) else map_record(view)
-            self._buffer.orphan()
-            self._buffer.write(record.tobytes())
+            self._scope.refill(self._buffer, record)
             self._shown = view
         self._buffer.bind_to_uniform_block(self._binding)
 
