@@ -123,6 +123,8 @@ def objs() -> list[Files]:
     for line in ("norm -bm 0.5 skin.png", "map_Bump -bm 2 skin.png"):
         relief = MTL.replace("Ns 90", f"Ns 90\n{line}")
         files.append({"mesh.obj": OBJ.encode(), "mesh.mtl": relief.encode(), "skin.png": skin})
+    points = "".join(f"v {x:g} {y:g} {z:g} 1 0 0\nvn 0 0 1\n" for x, y, z in CORNERS)
+    files.append({"mesh.obj": points.encode()})
     return files + hostile("*.obj", HOSTILE / "meshes", ("broken_texture.mtl", "broken_texture.png"))
 
 
@@ -136,6 +138,10 @@ def plys() -> list[Files]:
         body = b"".join(struct.pack(order + "3f3B2f", x, y, z, 255, 0, 0, x, y) for x, y, z in CORNERS)
         body += b"".join(struct.pack(order + "B3i", 3, *map(int, face)) for face in FACES)
         made.append({"mesh.ply": _PLY_HEADER.format(form=form).encode() + body, "skin.png": skin})
+    head = "ply\nformat ascii 1.0\nelement vertex 4\n" + "".join(f"property float {name}\n" for name in ("x", "y", "z"))
+    normals = "".join(f"property float {name}\n" for name in ("nx", "ny", "nz"))
+    rows = "".join(f"{x:g} {y:g} {z:g} 0 0 1\n" for x, y, z in CORNERS)
+    made.append({"mesh.ply": (head + normals + "end_header\n" + rows).encode()})
     return made + hostile("*.ply", HOSTILE / "meshes")
 
 

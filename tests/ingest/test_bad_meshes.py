@@ -30,7 +30,7 @@ MESSAGES = {
     "index_zero.obj": "index_zero.obj:9: face refers to vertex 0 of 8",
     "line.obj": "line.obj: flat: none of its 1 faces has an area",
     "no_data.gltf": "no_data.gltf: accessors[0]: compressed or empty data is not supported",
-    "no_faces.obj": "no_faces.obj: no faces; points and lines alone are not drawn",
+    "no_faces.obj": "no_faces.obj: no faces; lines alone are not drawn",
     "not_finite.obj": "not_finite.obj: 2 of 4 vertices have NaN or infinite coordinates",
     "truncated.glb": "truncated.glb: truncated: 24 of 65535 bytes",
     "truncated.gltf": "truncated.gltf: its glTF header is not JSON: Expecting value: line 1 column 42 (char 41)",

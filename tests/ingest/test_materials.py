@@ -81,8 +81,8 @@ def test_alpha_is_how_much_a_material_hides() -> None:
     opaque = convert_material(PBRMaterial(alphaMode="OPAQUE", baseColorFactor=glass), "a")
     assert blended is not None and opaque is not None
     assert blended.opacity == pytest.approx(0.2) and opaque.opacity is None
-    terms: list[dict[str, Any]] = [{"d": 0.5}, {"tr": 0.25}, {"d": 1.0}, {}]
-    assert [phong_from_mtl(each, None).opacity for each in terms] == [0.5, 0.75, None, None]
+    terms: list[dict[str, Any]] = [{"d": 0.5}, {"tr": 0.25}, {"d": 1.0}, {}, {"tr": 1.0}]
+    assert [phong_from_mtl(each, None).opacity for each in terms] == [0.5, 0.75, None, None, None]
 
 
 @pytest.mark.parametrize(("alpha", "cutoff", "opacity"), [((60, 70), None, 1.0), ((0, 255), 0.5, None)])

@@ -114,7 +114,8 @@ def test_pictures_of_what_glows_belong_to_a_mesh_and_are_no_texture(tmp_path: Pa
     [
         ("d 1.000\nTr 0\nKe 0.0 0 0\nillum 2\n", False, False),
         ("d 0.25\n", True, False),
-        ("Tr 1\n", True, False),
+        ("Tr 0.9\n", True, False),
+        ("Tr 1\n", False, False),
         ("Ke 0 0 .5\n", False, True),
         ("map_Ke p.png\n", False, True),
         ("d -halo\nKe red\n", False, False),

@@ -17,7 +17,7 @@ def test_normals_have_unit_length_or_are_missing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("count", "defect"), [(0, "no faces; points and lines alone are not"), (MAX_MESH_TRIANGLES + 1, "too large")]
+    ("count", "defect"), [(0, "no faces; lines alone are not"), (MAX_MESH_TRIANGLES + 1, "too large")]
 )
 def test_too_few_and_too_many_triangles(count: int, defect: str) -> None:
     with pytest.raises(InputError, match=f"^a.obj: {defect}"):

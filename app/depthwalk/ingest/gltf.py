@@ -24,6 +24,7 @@ _UNLIT = "KHR_materials_unlit"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
 _TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
+_FIRST = " but 1.0; gltf-pipeline, for example, converts it"
 
 
 def read_header(data: bytes, path: Path) -> dict[str, Any]:
@@ -38,7 +39,7 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
             raise InputError(f"{path}: not a GLB file")
         version, total, length, kind = struct.unpack_from("<II I4s", data, 4)
         if version != 2 or kind != b"JSON":
-            raise InputError(f"{path}: not a GLB file of version 2")
+            raise InputError(f"{path}: not a GLB file of version 2{_FIRST if version == 1 else ''}")
         if total > len(data):
             raise InputError(f"{path}: truncated: {len(data)} of {total} bytes")
         data = data[20 : 20 + length]
@@ -48,6 +49,8 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: its glTF header is not JSON: {error}") from None
     if not isinstance(header, dict):
         raise InputError(f"{path}: its glTF header is not an object")
+    if isinstance(header.get("accessors"), dict):  # since version 2, a list
+        raise InputError(f"{path}: not a glTF file of version 2{_FIRST}")
     return header
 
 

@@ -109,7 +109,9 @@ def phong_from_mtl(
         colour = WHITE  # exporters write Kd 0 0 0 beside a texture
     specular = max(_rgb(terms.get("ks"), (Material.specular,) * 3))
     shininess = _scalar(terms.get("ns"), Material.shininess)
-    opacity = _scalar(terms.get("d"), 1 - _scalar(terms.get("tr"), 0.0))
+    clear = _scalar(terms.get("tr"), 0.0)
+    # MeshLab writes Tr 1 for what is opaque; nobody writes a surface of which nothing shows.
+    opacity = _scalar(terms.get("d"), 1 - clear if clear < 1 else 1.0)
     emission = _rgb(terms.get("ke"), _BLACK, MAX_EMISSION)
     if emission_texture is not None and not any(emission):
         emission = WHITE  # as Kd beside a texture

@@ -127,7 +127,8 @@ def _obj_head(data: bytes, path: Path, sources: Sources) -> MeshHead:
 
 def _is_translucent(material: MtlMaterial) -> bool:
     """Return whether a material of a library is not opaque."""
-    return bool(np.any(np.less(material.terms.get("d", 1), 1)) or np.any(np.greater(material.terms.get("tr", 0), 0)))
+    clear = np.asarray(material.terms.get("tr", 0))
+    return bool(np.any(np.less(material.terms.get("d", 1), 1)) or ((clear > 0) & (clear < 1)).any())
 
 
 def _gltf_head(data: bytes, path: Path, sources: Sources) -> MeshHead:

@@ -83,18 +83,20 @@ def parse_obj(data: bytes, path: Path) -> ObjMesh:
     Returns
     -------
     ObjMesh
-        The polygons.
+        The polygons; none if the file has points alone.
 
     Raises
     ------
     InputError
-        `path:line: defect` for damaged vertices and faces and for indices out of range; `path: no faces`.
+        `path:line: defect` for damaged vertices and faces and for indices out of range; `path: no faces` for lines.
     """
     lines = _Lines(_tidy(data), path)
     columns = _numbers(lines, lines.of(b"v"), b"v")
     polygons = lines.of(b"f")
     if not polygons.any():
-        raise InputError(f"{path}: no faces; points and lines alone are not drawn")
+        if lines.of(b"l").any():
+            raise InputError(f"{path}: no faces; lines alone are not drawn")
+        return _points(columns, _numbers(lines, lines.of(b"vn"), b"vn"))
     sizes = lines.blanks[polygons]
     if sizes.min() < 3:
         raise lines.error(polygons, int(np.argmax(sizes < 3)), "a face needs at least three corners")
@@ -103,7 +105,7 @@ def parse_obj(data: bytes, path: Path) -> ObjMesh:
     texture, normals = (_numbers(lines, lines.of(key), key) for key in (b"vt", b"vn"))
     return ObjMesh(
         vertices=columns[:, :3],
-        colours=columns[:, 3:6] if columns.shape[1] >= 6 else None,
+        colours=_colours(columns),
         texture=texture[:, :2] if texture.shape[1] >= 2 else None,
         normals=normals if normals.shape[1] == 3 else None,
         corners=corners,
@@ -111,6 +113,28 @@ def parse_obj(data: bytes, path: Path) -> ObjMesh:
         group=group,
         material_names=names,
     )
+
+
+def _points(columns: Numbers, normals: Numbers) -> ObjMesh:
+    """Return the vertices of a file without polygons, from the numbers (v, c) of its vertices.
+
+    Its normals (n, 3) belong to them in the same order, if there are as many: no face tells.
+    """
+    return ObjMesh(
+        vertices=columns[:, :3].reshape(-1, 3),
+        colours=_colours(columns),
+        texture=None,
+        normals=normals if normals.shape == (len(columns), 3) else None,
+        corners=np.zeros((0, 3), np.int64),
+        sizes=np.zeros(0, np.int64),
+        group=np.zeros(0, np.int64),
+        material_names=(),
+    )
+
+
+def _colours(columns: Numbers) -> Numbers | None:
+    """Return the colours (v, 3) among the numbers (v, c) of vertices; None if there are none."""
+    return columns[:, 3:6] if columns.shape[1] >= 6 else None
 
 
 class _Lines:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
@@ -12,6 +13,7 @@ from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
+from depthwalk.ingest.point_cloud import PointCloud, cloud_soup
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8
 
@@ -19,7 +21,7 @@ _TEXT_BYTES = 12  # memory for reading an OBJ file per byte, measured with a mil
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:
-    """Read all triangles of an OBJ, PLY, STL, GLB or glTF file.
+    """Read all triangles of an OBJ, PLY, STL, GLB or glTF file, or of the surface through its points if it has none.
 
     Parameters
     ----------
@@ -79,6 +81,9 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     check_memory(path, _TEXT_BYTES * len(data), f"{len(data)} bytes of OBJ text")
     data = as_utf8(data)
     mesh = parse_obj(data, path)
+    if not len(mesh.sizes):
+        normals = np.full(mesh.vertices.shape, np.nan) if mesh.normals is None else unit_normals(mesh.normals)
+        return cloud_soup(PointCloud(mesh.vertices, normals, _colours(mesh)), path)
     check_triangle_count(mesh.triangle_count, path)
     check_mesh_memory(len(mesh.corners), mesh.triangle_count, path)
     vertex, texture, normal = mesh.corners.T - 1
@@ -98,10 +103,8 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
         uv = np.where(texture[:, None] < 0, 0.0, mesh.texture[texture])  # 0 for corners without, if others have them
     if mesh.normals is not None and has_normals:
         normals = unit_normals(mesh.normals[normal])
-    colours = np.full((count, 3), 255, np.uint8)
-    if mesh.colours is not None:
-        unit = np.nan_to_num(mesh.colours[vertex], nan=0.0, posinf=0.0, neginf=0.0)
-        colours = (np.clip(unit, 0.0, 1.0) * 255.0).round().astype(np.uint8)
+    colours = _colours(mesh)
+    colours = np.full((count, 3), 255, np.uint8) if colours is None else colours[vertex]
 
     triangles, group = _triangles(mesh)
     numbers, materials = _materials(mesh, data, path, sources)
@@ -114,6 +117,14 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
         material=numbers[group],
         materials=materials,
     )
+
+
+def _colours(mesh: ObjMesh) -> NDArray[np.uint8] | None:
+    """Return the colours (v, 3) of vertices, sRGB; None if the file has none."""
+    if mesh.colours is None:
+        return None
+    unit = np.nan_to_num(mesh.colours, nan=0.0, posinf=0.0, neginf=0.0)
+    return (np.clip(unit, 0.0, 1.0) * 255.0).round().astype(np.uint8)
 
 
 def _split_vertices(columns: list[Indices]) -> tuple[Indices, Indices]:

@@ -94,7 +94,7 @@ def mesh_bytes(vertices: int, triangles: int) -> int:
 def check_triangle_count(count: int, path: Path) -> None:
     """Raise InputError if `count`, the number of triangles in the file `path`, is 0 or above the limit."""
     if count == 0:
-        hint = "" if path.suffix.lower() == ".stl" else "; points and lines alone are not drawn"
+        hint = "" if path.suffix.lower() == ".stl" else "; lines alone are not drawn"
         raise InputError(f"{path}: no faces{hint}")
     if count > MAX_MESH_TRIANGLES:
         raise InputError(f"{path}: too large: {count} triangles, the limit is {MAX_MESH_TRIANGLES}")

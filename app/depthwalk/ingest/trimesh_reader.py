@@ -32,8 +32,10 @@ from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.ply import with_usual_colours
+from depthwalk.ingest.point_cloud import cloud_soup
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
+from depthwalk.ingest.trimesh_points import joined_points
 from depthwalk.limits import MAX_COPIED_TRIANGLES
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns, with tracebacks, about things that are checked here
@@ -41,10 +43,13 @@ logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns, with traceback
 _NEXT_SOLID = re.compile(rb"endsolid[^\n]*\n\s*solid[^\n]*(?=\n)", re.IGNORECASE)
 
 _Placed = list[tuple[trimesh.Trimesh, NDArray[np.float64]]]  # meshes and their scene_from_mesh matrices (4, 4)
+_PlacedPoints = list[tuple[trimesh.PointCloud, NDArray[np.float64]]]
 
 
 def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
     """Read all triangles of a file with trimesh, with the transforms of its scene graph applied.
+
+    Without triangles, a surface through its points is found.
 
     Parameters
     ----------
@@ -66,8 +71,13 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
         `path: defect`. trimesh itself raises nearly anything for damaged data.
     """
     folder = _Folder(path, sources)
-    placed = _placed(_read_scene(path, data, folder), path)
+    placed, points = _placed(_read_scene(path, data, folder), path)
     is_gltf = path.suffix.lower() in GLTF_SUFFIXES
+    if points and not placed:
+        return cloud_soup(joined_points(points, linear_colours=is_gltf), path)
+    triangles = sum(len(mesh.faces) for mesh, _ in placed)
+    check_triangle_count(triangles, path)
+    check_mesh_memory(sum(len(mesh.vertices) for mesh, _ in placed), triangles, path)
     soup = _joined(placed, path, linear_colours=is_gltf)
     if is_gltf and gltf.is_unlit(gltf.read_header(data, path)):
         soup = replace(soup, materials=tuple(map(without_light, soup.materials)))
@@ -165,19 +175,23 @@ def _checked_stl(data: bytes, path: Path) -> bytes:
     return _NEXT_SOLID.sub(b"", as_utf8(data))
 
 
-def _placed(scene: trimesh.Scene, path: Path) -> _Placed:
-    """Return every use of a triangle mesh in the scene graph, checked."""
+def _placed(scene: trimesh.Scene, path: Path) -> tuple[_Placed, _PlacedPoints]:
+    """Return every use of a triangle mesh, and of a cloud of points, in the scene graph, checked."""
     placed: _Placed = []
+    points: _PlacedPoints = []
     for name, matrix in _matrices(scene.graph):
-        mesh = scene.geometry[name]
-        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            placed.append((mesh, matrix))
+        drawn = scene.geometry[name]
+        if isinstance(drawn, trimesh.Trimesh) and len(drawn.faces):
+            placed.append((drawn, matrix))
+        elif isinstance(drawn, trimesh.PointCloud) and len(drawn.vertices):
+            points.append((drawn, matrix))
     for mesh in {id(mesh): mesh for mesh, _ in placed}.values():
         _check(mesh, path)
-    triangles = sum(len(mesh.faces) for mesh, _ in placed)
-    check_triangle_count(triangles, path)
-    check_mesh_memory(sum(len(mesh.vertices) for mesh, _ in placed), triangles, path)
-    return placed
+    for cloud in {id(cloud): cloud for cloud, _ in points}.values():
+        _check_ply_elements(cloud, path)
+        if np.shape(cloud.vertices)[1:] != (3,):
+            raise InputError(f"{path}: points need three coordinates")
+    return placed, points
 
 
 def _matrices(graph: Any) -> Iterator[tuple[str, NDArray[np.float64]]]:
@@ -203,8 +217,7 @@ def _matrices(graph: Any) -> Iterator[tuple[str, NDArray[np.float64]]]:
 
 def _check(mesh: trimesh.Trimesh, path: Path) -> None:
     faces, vertices = mesh.faces, mesh.vertices
-    for name, element in mesh.metadata.get("_ply_raw", {}).items():
-        _check_ply_element(name, element, path)
+    _check_ply_elements(mesh, path)
     if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
         raise InputError(f"{path}: vertices need three coordinates and faces at least three corners")
     outside = (faces < 0) | (faces >= len(vertices))
@@ -215,13 +228,14 @@ def _check(mesh: trimesh.Trimesh, path: Path) -> None:
         raise InputError(f"{path}: {broken} of {len(vertices)} vertices have NaN or infinite coordinates")
 
 
-def _check_ply_element(name: str, element: dict[str, Any], path: Path) -> None:
+def _check_ply_elements(drawn: trimesh.Trimesh | trimesh.PointCloud, path: Path) -> None:
     """Raise InputError if an ASCII file ends early, which trimesh does not notice."""
-    data = element.get("data")
-    columns = data.values() if isinstance(data, dict) else [] if data is None else [data]
-    found = min(map(len, columns), default=0)
-    if found < element["length"]:
-        raise InputError(f"{path}: truncated: {found} of {element['length']} PLY {name} elements")
+    for name, element in drawn.metadata.get("_ply_raw", {}).items():
+        data = element.get("data")
+        columns = data.values() if isinstance(data, dict) else [] if data is None else [data]
+        found = min(map(len, columns), default=0)
+        if found < element["length"]:
+            raise InputError(f"{path}: truncated: {found} of {element['length']} PLY {name} elements")
 
 
 @dataclass

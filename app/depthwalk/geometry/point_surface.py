@@ -1,0 +1,168 @@
+"""Find the triangles of the surface that points of a scan lie on.
+
+Around each point its neighbours are projected into the plane that fits them (Hoppe et al. 1992, "Surface Reconstruction
+from Unorganized Points"), and the triangles of their Delaunay triangulation that have the point as a corner make up its
+star (Gopi, Krishnan and Silva 2000, "Surface Reconstruction based on Lower Dimensional Localized Delaunay
+Triangulation"). The surface consists of the triangles of all stars. Where stars disagree, as in noise, triangles
+overlap; leaving out those of a single star would leave holes.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
+from scipy.spatial import cKDTree
+
+from depthwalk.types import Array, Ints
+
+_Points = NDArray[np.float64]
+
+_STAR = 24  # neighbours that a star may use: with 16, surfaces of randomly spread points have four times the holes
+_PLANE = 12  # nearest of them, which a plane fits
+_SPACING = 6  # nearest of them, whose mean distance is the spacing of points
+_LONELY = 2.0  # most spacing of a point, times the median of its neighbours': it may lie beside the surface
+_LONGEST = 6.0  # edge of a triangle, times the spacing of each of its corners
+_THINNEST = 0.04  # height of a triangle, relative to its longest edge: borders of grids have thinner ones
+_WIDEST = np.cos(np.radians(150))  # angle of a star's triangle at its point: more is a border of the surface
+_SAME = 1e-9  # radians between neighbours that are in the same direction
+_WEIGHT = 1e-3  # of points, see `_stars`
+_BATCH = 1 << 15  # points at a time
+
+
+def point_surface(point: _Points, normal: _Points) -> tuple[Ints, _Points]:
+    """Return triangles through points, and normals of the surface.
+
+    Parameters
+    ----------
+    point
+        (n, 3) at least three distinct points.
+    normal
+        (n, 3) unit normals; rows that are NaN are found. Neighbours get them on the same side, and most of a closed
+        surface's point outward.
+
+    Returns
+    -------
+    tuple
+        (t, 3) the corners of the triangles, counter-clockwise as seen along the normals, and the unit normals (n, 3).
+        Points may have no triangle, and t may be 0, as for points on a line.
+    """
+    count = min(_STAR, len(point) - 1)
+    distance, near = cKDTree(point).query(point, count + 1, workers=-1)
+    distance, near = distance[:, 1:], near[:, 1:]
+    missing = np.isnan(normal[:, 0])
+    if missing.any():
+        found = _oriented(_plane_normals(point, near[:, :_PLANE]), point, near[:, :_PLANE])
+        normal = np.where(missing[:, None], found, normal)
+    spacing = distance[:, :_SPACING].mean(axis=1)
+    spacing = np.minimum(spacing, _LONELY * np.median(spacing[near[:, :_PLANE]], axis=1))
+    weight = _WEIGHT * np.square(distance[:, 0]) * np.random.default_rng(0).random(len(point))
+    rows = np.split(np.arange(len(point)), np.arange(_BATCH, len(point), _BATCH))
+    stars = np.concatenate([_stars(point, normal, weight, batch, near[batch]) for batch in rows])
+    triangles = np.unique(np.sort(stars, axis=1), axis=0)
+    longest, across = _measured(point, triangles)
+    short = longest < _LONGEST * spacing[triangles].min(axis=1)
+    height = np.linalg.norm(across, axis=1)  # of each triangle, times its longest edge
+    kept = short & (height > _THINNEST * np.square(longest))
+    triangles, across = triangles[kept], across[kept]
+    faces_away = np.einsum("td,td->t", across, normal[triangles].sum(axis=1)) < 0
+    triangles[faces_away] = triangles[faces_away, ::-1]
+    return triangles, normal
+
+
+def _measured(point: _Points, triangles: Ints) -> tuple[Array, Array]:
+    """Return the longest edge (t,) of triangles, and their normals (t, 3), as long as twice their areas."""
+    a, b, c = (point[corner] for corner in triangles.T)
+    sides = np.stack([b - a, c - b, a - c])
+    return np.sqrt(np.einsum("std,std->st", sides, sides).max(axis=0)), np.cross(b - a, c - a)
+
+
+def _plane_normals(point: _Points, near: Ints) -> _Points:
+    """Return the unit normals (n, 3) of the planes that fit each point and its neighbours (n, k) best."""
+    normals = np.empty_like(point)
+    for start in range(0, len(point), _BATCH):
+        batch = slice(start, start + _BATCH)
+        offset = np.concatenate([np.zeros((len(point[batch]), 1, 3)), point[near[batch]] - point[batch, None]], axis=1)
+        offset -= offset.mean(axis=1, keepdims=True)
+        offset /= np.abs(offset).max(axis=(1, 2), keepdims=True)  # so that no square underflows
+        normals[batch] = np.linalg.eigh(offset.transpose(0, 2, 1) @ offset)[1][:, :, 0]  # eigenvalues ascend
+    return normals
+
+
+def _oriented(normal: _Points, point: _Points, near: Ints) -> _Points:
+    """Return normals (n, 3), turned so that neighbours (n, k) are on the same side.
+
+    They follow the tree of neighbours whose planes differ least (Hoppe et al. 1992, section 3.3). Each connected piece
+    is then turned so that it faces away from its middle.
+    """
+    count = len(point)
+    row, column = np.repeat(np.arange(count), near.shape[1]), near.ravel()
+    apart = 1 - np.abs(np.einsum("nd,nd->n", normal[row], normal[column])) + 1e-6  # a weight of 0 would be no edge
+    tree = minimum_spanning_tree(csr_array((apart, (row, column)), shape=(count, count)))
+    pieces, piece = connected_components(tree, directed=False)
+    # One more node ties the pieces together, so that a single search visits all of them.
+    first = np.unique(piece, return_index=True)[1]
+    ends = tree.tocoo()
+    ties = np.concatenate([ends.row, np.full(pieces, count)]), np.concatenate([ends.col, first])
+    tied = csr_array((np.ones(len(ties[0])), ties), shape=(count + 1, count + 1))
+    parent = breadth_first_order(tied, count, directed=False)[1][:count]
+    is_root = parent == count
+    parent = np.where(is_root, np.arange(count), parent)
+    turn = np.where(~is_root & (np.einsum("nd,nd->n", normal, normal[parent]) < 0), -1, 1)
+    while (parent[parent] != parent).any():  # twice as far up in each turn
+        turn, parent = turn * turn[parent], parent[parent]
+    normal = normal * turn[:, None]
+    middle = np.stack([np.bincount(piece, axis) for axis in point.T], 1) / np.bincount(piece)[:, None]
+    outward = np.bincount(piece, np.einsum("nd,nd->n", normal, point - middle[piece]))
+    return np.asarray(normal * np.where(outward < 0, -1, 1)[piece, None])
+
+
+def _stars(point: _Points, normal: _Points, weight: Array, rows: Ints, near: Ints) -> Ints:
+    """Return the triangles (t, 3) around some points, each with its point first.
+
+    A neighbour at q shares a Delaunay edge with the point, the origin, if the middle line between both bounds the
+    point's Voronoi cell: that is, if q ÷ |q|² is a corner of the convex hull of all neighbours, inverted so. Sorted by
+    angle, one that lies on the origin's side of the line from its predecessor to its successor is none. Of four points
+    on a circle, as on a grid, either diagonal would do; small weights of the points (a power diagram) choose the same
+    one in all four stars.
+
+    rows: (m,) the points. near: (m, k) their neighbours.
+    """
+    x, y = _projected(point[near] - point[rows, None], normal[rows])
+    order = np.argsort(np.arctan2(y, x), axis=1)
+    near, x, y = np.take_along_axis(near, order, 1), np.take_along_axis(x, order, 1), np.take_along_axis(y, order, 1)
+    offset = point[near] - point[rows, None]
+    power = np.einsum("mkd,mkd->mk", offset, offset) + weight[rows, None] - weight[near]
+    x, y = x / power, y / power
+    kept = np.ones(near.shape, bool)
+    while True:
+        before, after = _neighbours(kept)
+        ax, ay, bx, by = (np.take_along_axis(axis, at, 1) for at in (before, after) for axis in (x, y))
+        inside = (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0
+        # Of neighbours in the same direction the nearest stays, and so does one beside a gap of half a turn.
+        farther = x * x + y * y < np.maximum(ax * ax + ay * ay, bx * bx + by * by)
+        dropped = kept & inside & farther & (before != after) & (ax * by - ay * bx > -_SAME * (ax * bx + ay * by))
+        if not dropped.any():
+            break
+        kept &= ~dropped
+    narrow = x * bx + y * by > _WIDEST * np.sqrt((x * x + y * y) * (bx * bx + by * by))
+    row, column = np.nonzero(kept & narrow & (x * by - y * bx > 0))
+    return np.stack([rows[row], near[row, column], near[row, after[row, column]]], axis=1)
+
+
+def _projected(offset: _Points, normal: _Points) -> tuple[Array, Array]:
+    """Return the coordinates, twice (m, k), of offsets (m, k, 3) in the planes with these normals (m, 3)."""
+    axis = np.eye(3)[np.abs(normal).argmin(axis=1)]  # the one that is farthest from the normal
+    first = np.cross(normal, axis)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    x, y = (np.einsum("mkd,md->mk", offset, axis) for axis in (first, np.cross(normal, first)))
+    return x, y
+
+
+def _neighbours(kept: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    """Return the columns (m, k), cyclically, of the last `kept` one before each column, and of the first after it."""
+    count = kept.shape[1]
+    column = np.arange(2 * count)
+    twice = np.concatenate([kept, kept], axis=1)
+    before = np.maximum.accumulate(np.where(twice, column, 0), axis=1)[:, count - 1 : -1] % count
+    after = np.minimum.accumulate(np.where(twice, column, 2 * count - 1)[:, ::-1], axis=1)[:, ::-1]
+    return before, after[:, 1 : count + 1] % count

@@ -1,0 +1,87 @@
+"""Turn the points of a scan into a mesh, so that all that is done with meshes can be done with scans."""
+
+import logging
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.budget import check_memory
+from depthwalk.errors import InputError
+from depthwalk.geometry.triangles import row_ids
+from depthwalk.ingest.materials import WHITE
+from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count
+
+log = logging.getLogger(__name__)
+
+_POINT_BYTES = 2500  # peak memory of `point_surface` for each point, measured with 300,000
+_TRIANGLES = 2  # for each point of a closed surface (Euler)
+
+
+class PointCloud(NamedTuple):
+    """Hold points in the frame and unit of their file.
+
+    Attributes
+    ----------
+    positions : (n, 3) float64
+        The points; some may be NaN or infinite, as where a scanner saw nothing.
+    normals : (n, 3) float64
+        Unit normals; a whole row is NaN where there is none.
+    colours : (n, 3) uint8 or None
+        sRGB; None without colours.
+    """
+
+    positions: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    colours: NDArray[np.uint8] | None
+
+
+def cloud_soup(cloud: PointCloud, path: Path) -> Soup:
+    """Return the triangles of the surface through points.
+
+    Parameters
+    ----------
+    cloud
+        The points. Those that are not finite, and all but the first at one place, are left out.
+    path
+        The file, for messages.
+
+    Returns
+    -------
+    Soup
+        The triangles, with a vertex for each point.
+
+    Raises
+    ------
+    InputError
+        `path: defect` for points on no surface, and for too many.
+    """
+    rows = np.flatnonzero(np.isfinite(cloud.positions).all(axis=1))
+    if left_out := (total := len(cloud.positions)) - len(rows):
+        log.warning("%s: %d of %d points have NaN or infinite coordinates; left out", path, left_out, total)
+    rows = rows[np.sort(row_ids(cloud.positions[rows])[1])] if len(rows) else rows
+    count = len(rows)
+    if count < 3:
+        raise InputError(f"{path}: no faces, and fewer than three points; lines alone are not drawn")
+    check_triangle_count(_TRIANGLES * count, path)
+    check_memory(path, _POINT_BYTES * count, f"a surface through {count} points")
+    from depthwalk.geometry.point_surface import point_surface  # here: it imports scipy, which meshes do not need
+
+    # In a frame of size 1, in which squares neither overflow nor underflow.
+    low, high = cloud.positions[rows].min(axis=0) / 2, cloud.positions[rows].max(axis=0) / 2
+    faces, normals = point_surface((cloud.positions[rows] / 2 - low) / (high - low).max(), cloud.normals[rows])
+    if not len(faces):
+        raise InputError(f"{path}: no faces, and no surface passes through its {count} points")
+    check_mesh_memory(count, len(faces), path)
+    log.info("%s: %d triangles through %d points", path, len(faces), count)
+    return Soup(
+        positions=cloud.positions[rows],
+        normals=normals,
+        colours=np.full((count, 3), 255, np.uint8) if cloud.colours is None else cloud.colours[rows],
+        uv=np.full((count, 2), np.nan),
+        faces=faces,
+        material=np.zeros(len(faces), np.int64),
+        materials=(Material() if cloud.colours is None else Material(base_colour=WHITE),),
+    )

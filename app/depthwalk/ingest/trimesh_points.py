@@ -1,0 +1,70 @@
+"""Take the points of a scan from what trimesh has read."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from trimesh import PointCloud as TrimeshPoints
+
+from depthwalk.colour import srgb8_from_linear
+from depthwalk.ingest.point_cloud import PointCloud
+from depthwalk.ingest.soup import unit_normals
+from depthwalk.types import Array
+
+
+def joined_points(placed: Iterable[tuple[TrimeshPoints, Array]], *, linear_colours: bool) -> PointCloud:
+    """Join point clouds into one.
+
+    Parameters
+    ----------
+    placed
+        The clouds, at least one, and their scene_from_cloud matrices (4, 4).
+    linear_colours
+        Whether colours are linear, as in glTF, and not sRGB.
+
+    Returns
+    -------
+    PointCloud
+        All points, in the frame of the scene; those of clouds without colours are white if others have some.
+    """
+    clouds = [_cloud(points, matrix, linear_colours) for points, matrix in placed]
+    colours = [
+        np.full((len(cloud.positions), 3), 255, np.uint8) if cloud.colours is None else cloud.colours
+        for cloud in clouds
+    ]
+    return PointCloud(
+        positions=np.concatenate([cloud.positions for cloud in clouds]),
+        normals=np.concatenate([cloud.normals for cloud in clouds]),
+        colours=np.concatenate(colours) if any(cloud.colours is not None for cloud in clouds) else None,
+    )
+
+
+def _cloud(points: TrimeshPoints, matrix: Array, linear_colours: bool) -> PointCloud:
+    """Return one cloud, placed by the matrix (4, 4)."""
+    positions, linear = np.asarray(points.vertices, np.float64), matrix[:3, :3]
+    normals = _file_normals(points)
+    if np.linalg.det(linear):
+        normals = unit_normals(normals @ np.linalg.inv(linear))
+    with np.errstate(invalid="ignore"):  # points may be infinite; `cloud_soup` drops them
+        placed = positions @ linear.T + matrix[:3, 3]
+    return PointCloud(placed, normals, _file_colours(points, linear_colours))
+
+
+def _file_colours(points: TrimeshPoints, linear: bool) -> NDArray[np.uint8] | None:
+    """Return the colours (n, 3), sRGB, of points whose own are `linear` or not; None if they have none."""
+    colours = np.asarray(points.colors)
+    if colours.shape != (len(points.vertices), 4):
+        return None
+    return srgb8_from_linear(colours[:, :3] / 255) if linear else colours[:, :3].astype(np.uint8)
+
+
+def _file_normals(points: TrimeshPoints) -> NDArray[np.float64]:
+    """Return the unit normals (n, 3) of the points of a PLY file; NaN without, as trimesh drops those of glTF."""
+    missing = np.full(np.shape(points.vertices), np.nan)
+    vertex: Any = points.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
+    names = vertex.keys() if isinstance(vertex, dict) else vertex.dtype.names
+    if not {"nx", "ny", "nz"} <= set(names):
+        return missing
+    normals = np.column_stack([np.ravel(vertex[name]) for name in ("nx", "ny", "nz")]).astype(np.float64)
+    return unit_normals(normals) if normals.shape == missing.shape else missing
