@@ -3,14 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
+from depthwalk.cook import kernels
+from depthwalk.cook.cluster_builder import build_clusters
 from depthwalk.cook.cluster_error import nearest_shares, squared_distances
 from depthwalk.cook.mesh_clusters import MeshClusters
 from depthwalk.geometry.triangles import row_ids, sample_triangles
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.lod.cluster_selection import select_clusters
 from depthwalk.types import Array, Ints, Rows
-from shapes import sphere
+from shapes import shared, sphere
 
 Point = tuple[float, float, float]
 
@@ -26,6 +31,18 @@ def bumpy(columns: int = 64, rows: int = 32) -> Mesh:
     around = ball.positions - [0, 1, 0]
     out = 1 + 0.1 * np.sin(9 * around[:, [0]]) * np.cos(7 * around[:, [2]])
     return seamless(replace(ball, positions=(around * out + [0, 1.2, 0]).astype(np.float32)))
+
+
+def numpy_clusters(mesh: Mesh) -> MeshClusters:
+    """The clusters of a mesh that NumPy builds, loops or not; of an equal one as before, those."""
+    return shared(_built_by_numpy, mesh)
+
+
+def _built_by_numpy(mesh: Mesh) -> MeshClusters:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kernels, "_loops", None)
+        patch.setattr(kernels, "load_for", lambda triangles: None)
+        return build_clusters(mesh)
 
 
 def triangles_of(clusters: MeshClusters, chosen: Rows) -> Rows:
@@ -46,9 +63,10 @@ def directed_edges(clusters: MeshClusters, triangles: Rows) -> Rows:
 
 def is_watertight(clusters: MeshClusters, triangles: Rows) -> bool:
     """Whether each edge has exactly one triangle on either side."""
-    edges = directed_edges(clusters, triangles)
-    there, count = np.unique(edges, axis=0, return_counts=True)
-    back = np.unique(edges[:, ::-1], axis=0)
+    one, other = directed_edges(clusters, triangles).T
+    places = len(clusters.positions)
+    there, count = np.unique(one * places + other, return_counts=True)
+    back = np.unique(other * places + one)
     return bool((count == 1).all() and np.array_equal(there, back))
 
 
@@ -81,9 +99,19 @@ def _colours_at(points: Array, positions: Array, colours: Rows, faces: Rows) -> 
 
 
 def nearest_on(points: Array, corners: Array) -> tuple[Rows, Array]:
-    """The triangle (n,) of a surface (t, 3, 3) that is nearest to each point (n, 3), and the shares (n, 3) there."""
-    some = np.array_split(points, 8)
-    nearest = np.concatenate([squared_distances(here[:, None], corners[None]).argmin(1) for here in some])
+    """The triangle (n,) of a surface (t, 3, 3) that is nearest to each point (n, 3), and the shares (n, 3) there.
+
+    Of those that may be: with a sphere around each, no farther off than the nearest corner is.
+    """
+    middle = corners.mean(1)
+    radius = np.sqrt(np.square(corners - middle[:, None]).sum(-1).max(1))
+    nearest_corner = cKDTree(corners.reshape(-1, 3)).query(points)[0]
+    nearest = np.empty(len(points), np.int64)
+    for some in np.array_split(np.arange(len(points)), 8):
+        point, triangle = np.nonzero(cdist(points[some], middle) - radius <= nearest_corner[some, None] + 1e-9)
+        distance = np.full((len(some), len(corners)), np.inf)
+        distance[point, triangle] = squared_distances(points[some[point]], corners[triangle])
+        nearest[some] = distance.argmin(1)
     return nearest, nearest_shares(points, corners[nearest])
 
 

@@ -4,6 +4,7 @@ import contextlib
 import gc
 import logging
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -232,16 +233,22 @@ def real_scenes() -> Path:
     return folder
 
 
-@pytest.fixture
-def tiny_scene(tmp_path: Path) -> Path:
-    """A scene file in a folder of its own with a ball of radius 1 (depth images of 64²) that stands on the origin,
-    seen from 4 m, and beside it a path file `walk.yaml` of three frames."""
+@pytest.fixture(scope="session")
+def _ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The mesh of `tiny_scene`, of which each has a copy."""
     import shapes
     from files import write_ply
 
+    return write_ply(tmp_path_factory.mktemp("ball") / "ball.ply", shapes.sphere(1.0, columns=64, rows=32))
+
+
+@pytest.fixture
+def tiny_scene(tmp_path: Path, _ball: Path) -> Path:
+    """A scene file in a folder of its own with a ball of radius 1 (depth images of 64²) that stands on the origin,
+    seen from 4 m, and beside it a path file `walk.yaml` of three frames."""
     folder = tmp_path / "scene"
     folder.mkdir()
-    write_ply(folder / "ball.ply", shapes.sphere(1.0, columns=64, rows=32))
+    shutil.copyfile(_ball, folder / "ball.ply")
     (folder / "walk.yaml").write_text(
         "version: 1\nfps: 1\ninterpolation: step\nkeyframes:\n"
         "  - {time: 0, position: [0, 1, 4], target: [0, 1, 0], fov: 45}\n"

@@ -16,5 +16,5 @@ def components(vector: glm.dvec3) -> tuple[float, float, float]:
 
 def lengths(vectors: Array) -> Array:
     """Return the lengths (…) of `vectors` (…, 3), in their unit: as `numpy.linalg.norm` does, but ten times faster."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     return np.asarray(np.sqrt(x * x + y * y + z * z))

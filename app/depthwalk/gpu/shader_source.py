@@ -24,7 +24,7 @@ line.
 import re
 from collections.abc import Iterable
 from enum import IntEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib import import_module
 from pathlib import Path
 
@@ -86,23 +86,21 @@ class ShaderSource:
         """Return the text of a file with its `#include` and `#from` lines resolved, and add it to `files`."""
         path = self._root / name if isinstance(name, str) else name
         try:
-            lines = path.read_text(encoding="utf-8").splitlines()
+            state = path.stat()
         except FileNotFoundError:
             raise GpuError(f"{_shown(name)}: no such shader") from None
         number = len(self.files)
         self.files.append(name)
         out = [_line(number, 1)]
-        for index, line in enumerate(lines, start=1):
-            if "#" not in line:  # nearly all of the ten thousand lines that are read before the first picture
-                out.append(line)
-            elif (constants := _FROM.match(line)) is not None:
+        for index, text, match in _parsed(path, state.st_mtime_ns, state.st_size):
+            if match is None:
+                out.append(text)
+            elif match.re is _FROM:
                 try:
-                    out += [*_constant_defines(constants["rest"], isinstance(name, str)), _line(number, index + 1)]
+                    out += [*_constant_defines(match["rest"], isinstance(name, str)), _line(number, index + 1)]
                 except (ImportError, AttributeError, TypeError, SyntaxError) as error:
                     raise GpuError(f"{_shown(name)}:{index}: {error}") from None
-            elif (include := _INCLUDE.match(line)) is None:
-                out.append(line)
-            elif (included := _included(name, include[1])) not in self.files:
+            elif (included := _included(name, match[1])) not in self.files:
                 out += [self._expand(included), _line(number, index + 1)]
             else:
                 out.append("")
@@ -121,6 +119,37 @@ class ShaderSource:
             return f"{_shown(self.files[number])}:{line}" if number < len(self.files) else match[0]
 
         return _LOCATION.sub(name, message)
+
+
+@lru_cache(maxsize=1024)
+def _parsed(path: Path, changed: int, size: int) -> tuple[tuple[int, str, re.Match[str] | None], ...]:
+    """Read a file, once for each state of it: dozens of programs include the same ones.
+
+    Parameters
+    ----------
+    path
+        The file.
+    changed, size
+        When it was changed last, and how many bytes it has, which tell its states apart.
+
+    Returns
+    -------
+    tuple
+        A tuple for each `#include` and `#from` line, (its number from 1, "", the match of its pattern), and one for the
+        lines between two of these, (0, their text, None).
+    """
+    found: list[tuple[int, str, re.Match[str] | None]] = []
+    plain: list[str] = []
+    for index, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+        match = (_FROM.match(line) or _INCLUDE.match(line)) if "#" in line else None
+        if match is None:
+            plain.append(line)
+            continue
+        if plain:
+            found.append((0, "\n".join(plain), None))
+            plain = []
+        found.append((index, "", match))
+    return (*found, (0, "\n".join(plain), None)) if plain else tuple(found)
 
 
 def _line(number: int, line: int) -> str:

@@ -159,7 +159,7 @@ def test_an_asset_alone_looks_as_it_does_among_others(
 @pytest.mark.parametrize("mode", ["deferred", "forward"])
 def test_leaves_show_the_side_that_is_seen(studio: Studio, mode: Literal["deferred", "forward"]) -> None:
     """Simplified ones, from all around: no normal faces away, and they are as light as those of the mesh."""
-    library, light = ShapeLibrary([leaves(400, 0.12)], resolution=50), []
+    library, light = ShapeLibrary([leaves(400, 0.12)], resolution=48), []
     for representation in (Representation.MESH, Representation.DPCI):
         scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=representation, sun={"direction": (0, -1, 0)})
         scene.render.light.mode, scene.render.lod.error = mode, 4.0

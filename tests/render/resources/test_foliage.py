@@ -40,7 +40,7 @@ def closed(mesh: Mesh) -> Mesh:
 def covered(device: Device, mesh: Mesh, representation: Representation) -> float:
     """Share of the pixels that show the mesh, seen by a viewer at its centre who looks to four sides."""
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=representation)
-    with OnScreen(device, scene, ShapeLibrary([mesh], resolution=64)) as stage:
+    with OnScreen(device, scene, ShapeLibrary([mesh], resolution=32)) as stage:
         shares = []
         for x, z in ((1, 0), (0, 1), (-1, 0), (0, -1)):
             stage.draw(view_of((0.0, 0.5, 0.0), (x, 0.5, z)), transparent=True)
@@ -59,7 +59,7 @@ def depths(device: Device) -> NDArray[np.float32]:
     """How far each pixel's surface is, in metres along the view axis, for a viewer at the centre of a crown."""
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.DPCI)
     crown = closed(leaves(400, 0.4))
-    with OnScreen(device, scene, ShapeLibrary([crown], resolution=64)) as stage:
+    with OnScreen(device, scene, ShapeLibrary([crown], resolution=32)) as stage:
         view = view_of((0.0, 0.5, 0.0), (1.0, 0.5, 0.0))
         stage.draw(view)
         assert stage.renderer.targets is not None
