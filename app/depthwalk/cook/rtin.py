@@ -10,6 +10,7 @@ at the centres of split diamonds describe the whole network.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -59,20 +60,26 @@ class _Diamonds:
         It is `along` halves from the centre toward an end of the hypotenuse, and `across` toward a right angle; the
         corners are at ±1.
         """
-        (row, column), (up, right) = self.first, self.half
-        offsets = row + along * up - across * right, column + along * right + across * up
-        slices = []
-        for count, first, offset in zip(nodes.shape, self.first, offsets, strict=True):
-            start = _MARGIN + int(offset) // 2
-            length = count - 2 * _MARGIN - (first + 1) // 2  # nodes from the first centre on
-            slices.append(slice(start, start + length, self.step // 2))
-        return nodes[tuple(slices)]
+        return nodes[_slices(nodes.shape, self, along, across)]
 
     def within(self, nodes: NDArray[Any]) -> list[NDArray[Any]]:
         """Return views of the centres of the four diamonds that each contains; none if it contains half cells."""
         if self.half in ((0, 2), (2, 0)):
             return []
         return [self.at(nodes, along, across) for along in (0.5, -0.5) for across in (0.5, -0.5)]
+
+
+@lru_cache(maxsize=4096)  # some hundred for each shape, and the faces of an object have few shapes
+def _slices(shape: tuple[int, ...], diamonds: _Diamonds, along: float, across: float) -> tuple[slice, slice]:
+    """Return the slices of `_Diamonds.at` in nodes of a shape (rows, columns), with margin."""
+    (row, column), (up, right) = diamonds.first, diamonds.half
+    offsets = row + along * up - across * right, column + along * right + across * up
+    slices = []
+    for count, first, offset in zip(shape, diamonds.first, offsets, strict=True):
+        start = _MARGIN + int(offset) // 2
+        length = count - 2 * _MARGIN - (first + 1) // 2  # nodes from the first centre on
+        slices.append(slice(start, start + length, diamonds.step // 2))
+    return slices[0], slices[1]
 
 
 def rtin_triangles(
@@ -143,6 +150,9 @@ def _split_nodes(
             own = diamonds.at(bound)
             inner = np.max([own, *diamonds.within(bound)], axis=0)
             held = np.isfinite(inner)
+            if not held.any():
+                own[...] = np.inf
+                continue
             middle, start, end = (diamonds.at(texels, along)[held] for along in (0, -1, 1))
             off = surface.point[middle] - (surface.point[start] + surface.point[end]) / 2
             # Linear interpolations over a triangle and over its halves differ most at that midpoint.
@@ -174,6 +184,8 @@ def _leaves(
                 finer = diamonds.at(split)
             for side in exists:
                 leaf = exists[side] & ~finer
+                if not leaf.any():
+                    continue
                 corners = (0, side), (-side, 0), (side, 0)
                 triangles.append(np.stack([diamonds.at(texels, *corner)[leaf] for corner in corners], -1))
     return np.concatenate(triangles), covered
