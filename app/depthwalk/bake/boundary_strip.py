@@ -191,6 +191,8 @@ def _follow(
     along, stride = np.zeros(len(start)), np.full(len(start), _FIRST_STRIDE)
     for _ in range(_STRIDES):
         going = np.flatnonzero(along < 1)
+        if not len(going):
+            break
         target = np.minimum(along[going] + stride[going], 1)
         from_here, facing = begin.take(going, 0), normal.take(going, 0)
         spot = from_here + target[:, None] * (end.take(going, 0) - from_here)

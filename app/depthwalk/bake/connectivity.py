@@ -77,6 +77,8 @@ def connect(
         i0, j0, i1, j1 = batch_corners = [axis[batch] for axis in corners[level]]
         samples = np.sum([solid[j, i] for j in (j0, j1) for i in (i0, i1)], axis=0)
         filled = np.flatnonzero(samples >= 3)
+        if not len(filled):
+            return
         cells = [axis[filled] for axis in batch_corners]
         found = _connect_cells(caster, grid, depths, cells, level, cut, across_layers)
         codes[level][:, batch.start + filled] = found
@@ -133,6 +135,8 @@ def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...
     parts = [(nearest, alone, nearest, nearest)]
     for layers in range(2, depths.shape[1] + 1):
         selected = np.flatnonzero(deepest == layers)
+        if not len(selected):
+            continue
         first, second, third = depths[:, :layers, selected]
         to_second, to_third, between = _mutual(first, second), _mutual(first, third), _mutual(second, third)
         complete = (to_second >= 0) & (to_third >= 0) & (between[to_second, np.arange(len(selected))] == to_third)
@@ -188,10 +192,14 @@ def _on_surface(
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
     selected = np.flatnonzero(~kept)
+    if not len(selected):
+        return np.asarray(kept)
     steep = _triangles(grid, u.take(selected, 0), v.take(selected, 0), depth.take(selected, 0), spread[selected])
     met = _meets(caster, grid, steep, _MIDDLE, limit, layers)
     for weights in _ALONG:
         long = np.flatnonzero(met & (steep.spread > _LONG * limit))
+        if not len(long):
+            break
         met[long] = _meets(caster, grid, steep.take(long), weights, limit, layers)
     kept[selected] = met
     return np.asarray(kept)
@@ -225,6 +233,8 @@ def _meets(
         met = ((np.abs(hits.distance - expected) <= allowed) & aligned).any(0)
 
     wall = np.flatnonzero(~met)
+    if not len(wall):
+        return np.asarray(met)
     corners, ahead = np.moveaxis(points.take(wall, 0), 1, 0), normal.take(wall, 0)
     shortest = np.min([lengths(corners[k] - corners[k - 1]) for k in range(3)], axis=0)
     near = _WALL_SLACK * np.minimum(shortest, limit).astype(np.float32)

@@ -197,9 +197,13 @@ def _held_better(rivals: Rivals, face: Face, point: Array, normal: Array, gain: 
         if other is face:
             continue
         rows = np.flatnonzero(~held)
+        if not len(rows):
+            break
         seen_from, facing = rival.grid.project(point.take(rows, 0)), normal.take(rows, 0)
         size = footprints(rival.grid, seen_from, facing)
         better = np.flatnonzero(np.isfinite(size) & (gain[rows] * size < own[rows]))
+        if not len(better):
+            continue
         held[rows[better]] = _holds(rival, seen_from.take(better), facing.take(better, 0), size[better])
     return held
 
