@@ -42,7 +42,7 @@ def test_indices_count_from_the_vertex_of_their_chunk() -> None:
 
 
 def test_pictures_do_not_depend_on_chunks(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    baked = bake(sphere(0.6, 64, 32), resolution=96)
+    baked = bake(sphere(0.6, 64, 32), resolution=132)
     whole = build_simplified_lods(baked)
     monkeypatch.setattr(indexed_lods, "MOST_VERTICES", 600)
     cut = build_simplified_lods(baked)
