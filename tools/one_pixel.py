@@ -34,6 +34,7 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 
+_ALONG = 0.0, -0.25, -1.0  # direction of view, world: from in front, as docs/one-pixel.md shows it
 _MOST_OFF = 1e-3  # of the distance, and pixels from the pixel's centre: the precision of 24-bit depth
 
 
@@ -197,7 +198,7 @@ def follow(model: Path, pixel: tuple[int, int], size: tuple[int, int]) -> list[s
     *passes, output = default_passes()
     reading = ReadPass(*pixel)
     with HeadlessRenderer(scene, library, size, Representation.DPCI, [*passes, reading, output]) as headless:
-        view = View(headless.frame_all(), size)
+        view = View(headless.frame_all(along=_ALONG), size)
         headless.draw(view)
         if reading.found is None:
             raise InputError(f"{pixel[0]} {pixel[1]}: shows no impostor; the model covers the middle of the picture")

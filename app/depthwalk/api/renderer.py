@@ -208,7 +208,8 @@ class Renderer:
         Parameters
         ----------
         direction
-            Direction in which it looks, three numbers, a vector of any length; None: from in front, a little downward.
+            Direction in which it looks, three numbers, a vector of any length; None: from in front, from the
+            right and a little downward.
 
         Returns
         -------

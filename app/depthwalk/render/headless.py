@@ -167,8 +167,8 @@ class HeadlessRenderer:
         fov
             Vertical field of view, radians.
         along
-            Direction of view, a vector (3,), world; None looks from in front, a little downward; at a
-            flat model, at its broad side.
+            Direction of view, a vector (3,), world; None looks from in front, from the right and a little
+            downward; at a flat model, at its broad side.
         turns
             Whether the camera shall see them all also while it goes around its target.
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyglm import glm
 
 from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer
@@ -99,7 +100,7 @@ def test_the_camera_that_frames_all_sees_all(
     library = ShapeLibrary([sphere(columns=48, rows=24)], resolution=64)
     scene = scene_of((0, (-4 * scale, 0, 0), 0.0, scale), (0, (4 * scale, 0, 0), 0.0, scale))
     renderer = Renderer(gl_device, scene, library)
-    camera = renderer.frame_all(size[0] / size[1])
+    camera = renderer.frame_all(size[0] / size[1], away=glm.dvec3(0, 0.25, 1))
     renderer.release()
     solid = studio.picture(scene, library, camera, size=size, transparent=True)[..., 3] > 0
     columns = np.flatnonzero(solid.any(0))

@@ -15,8 +15,10 @@ from depthwalk.scene.camera import view_from_world
 from depthwalk.scene.similarity import from_yaw
 from depthwalk.types import Array
 
-IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
-_FACING = (glm.dvec3(1, 0.25, 0), glm.dvec3(0, 1, 0.6), IN_FRONT)  # the same for what is flat along x, y or z
+# From the objects to a camera that sees them all, world: from in front, which is +z as in glTF, 30° to the right and 22°
+# from above. So three sides show, and what faces −z shows not only its back; faces are still seen.
+FRONT_RIGHT = glm.dvec3(0.5, 0.4, 0.87)
+_FACING = (glm.dvec3(1, 0.25, 0), glm.dvec3(0, 1, 0.6), glm.dvec3(0, 0.25, 1))  # the same for what is flat along x, y, z
 _FLAT = 0.1  # of the second extent: a model is flat whose least extent is below that
 _FILLED = 0.9  # part of the picture's height or width that the objects fill
 _NEAREST = 0.3  # of the objects' radius: least distance of any part of them, so that the perspective stays mild
@@ -79,15 +81,15 @@ def camera_on(
 def facing(objects: Objects, bounds: Bounds, extremes: Callable[[int], Array]) -> glm.dvec3:
     """Return the direction from the objects to a camera that is to show them, world.
 
-    It is IN_FRONT, but a single flat object is seen from its broad side, a floor or a terrain from above: from in front
-    it would be a line. `objects`, `bounds` and `extremes` are those of `camera_on`.
+    It is FRONT_RIGHT, but a single flat object is seen from its broad side, a floor or a terrain from above: from the
+    side it would be a line. `objects`, `bounds` and `extremes` are those of `camera_on`.
     """
     if len(objects) != 1:
-        return IN_FRONT
+        return FRONT_RIGHT
     reach = _reach(objects, bounds, extremes, np.concatenate([np.eye(3), -np.eye(3)]), bounds.sphere()[0])
     extent = reach[:3] + reach[3:]
     least, second, _ = np.sort(extent)
-    return _FACING[int(extent.argmin())] if least < _FLAT * second else IN_FRONT
+    return _FACING[int(extent.argmin())] if least < _FLAT * second else FRONT_RIGHT
 
 
 def _reach(
