@@ -78,7 +78,8 @@ Any value can be overridden on the command line: `--set camera.fov=40 --set asse
 
 When a key is renamed, the old name still works for one minor version, with a warning that gives the new one.
 
-A mesh can be given in place of a scene file: `depthwalk view bust.obj`. It becomes the asset `model`, which has `dpci`,
+A mesh can be given in place of a scene file, `depthwalk view bust.obj`, or [several](walking.md#files), which are shown
+together. A single one becomes the asset `model`, which has `dpci`,
 with one object at the origin. `view` and `render` guess which way is up, and say so; `--set assets.model.up=y` or `z`
 overrides the guess. In glTF files y is up by definition, in depth images since they were baked. A mesh without any
 height, such as a flat floor, has no side for depth images to show; draw it with `--representation mesh`; the same holds

@@ -69,6 +69,8 @@ def state(path: bool = True, **environment: Any) -> State:
         walk=WalkParams(),
         render=RenderSettings(),
         path=Path("scene.yaml"),
+        files=(Path("scene.yaml"),),
+        title="scene.yaml",
         camera=None,
         animations=None,
     )

@@ -44,6 +44,7 @@ import glfw
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render import kernels
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.models import load_files
 from depthwalk.walk import file_watch
 
 class WatchedDevice(app.Device):
@@ -119,7 +120,7 @@ app.Device, app.LoadingScreen = WatchedDevice, WatchedScreen
 on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
 scene = load_scene(sys.argv[1])
 quick = {"assets.model.dpci.resolution": "64"}
-read = lambda file: load_scene(file, overrides=quick if file.suffix == ".ply" else {})
+read = lambda files: load_files(files, overrides=quick if files[0].suffix == ".ply" and len(files) == 1 else {})
 watched = lambda scene: [scene.path] if scene.path.name == "watched.yaml" else []
 walk.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read, watched=watched)
 tell(live=[device.live for device in devices])

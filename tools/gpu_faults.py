@@ -26,6 +26,7 @@ from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.models import load_files
 from depthwalk.walk import app
 from depthwalk.walk.screenshot import read_window
 from depthwalk.walk.window import open_window
@@ -90,7 +91,7 @@ class Walk:
     def __init__(self, file: Path) -> None:
         scene = load_scene(file)
         scene.render.reprojection.mode = "off"  # frames that depend on the clock are not reproducible
-        self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_scene)
+        self._walk = app.Walk(open_window("faults", SIZE), SceneLibrary(scene.assets), load_files)
         self._walk.background.loads_kernels = True  # prevents loading them, as they round differently from NumPy
         self._scene = scene
 

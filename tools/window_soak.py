@@ -29,6 +29,7 @@ from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.soak import MAX_NEW_OBJECTS, random_walk, resident_bytes
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.models import load_files
 from depthwalk.walk import app
 from depthwalk.walk.key_actions import key_actions
 from depthwalk.walk.window import open_window
@@ -75,7 +76,7 @@ class Soak:
         scene = load_scene(files[0])
         with ExitStack() as made:
             library = made.enter_context(closing(BackgroundLibrary(scene.assets)))
-            self._walk = app.Walk(open_window("soak", _SIZES[0]), library, load_scene)
+            self._walk = app.Walk(open_window("soak", _SIZES[0]), library, load_files)
             made.pop_all()
         self._walk.start(scene, None, None, lambda camera, frame_all: camera)
         self._home = self._walk.state.home
@@ -105,7 +106,7 @@ class Soak:
             self._go(self._home)
             state.represent(None)
             state.playback = None
-            self._walk.next_file = file
+            self._walk.next_files = (file,)
             self._come_to_rest()
 
     def sample(self) -> tuple[int, int, int, int, int, int]:

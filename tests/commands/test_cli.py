@@ -44,8 +44,8 @@ def test_the_short_option_for_help(run: Callable[..., Any], arguments: list[str]
 
 def test_arguments_are_called_by_their_names_alone(run: Callable[..., Any]) -> None:
     lines = run("render", "--help").stdout.splitlines()
-    assert lines[0].endswith(" render [OPTIONS] SCENE")
-    assert lines[lines.index("Arguments:") + 1].split()[:3] == ["SCENE", "Scene", "file"]
+    assert lines[0].endswith(" render [OPTIONS] FILE...")
+    assert lines[lines.index("Arguments:") + 1].split()[:3] == ["FILE", "Scene", "file,"]
 
 
 def test_a_file_in_the_place_of_a_command(run: Callable[..., Any]) -> None:

@@ -6,7 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 from pyglm import glm
 
 import depthwalk.walk
@@ -15,6 +17,7 @@ from depthwalk.commands import view
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene
 
 REASON = "cannot open a window: no display"
@@ -80,6 +83,42 @@ def test_view_passes_on_what_was_asked(run: Callable[..., Any], garden: Sequence
     camera = given["first_camera"](scene.camera, None)
     assert camera == replace(scene.camera, position=(0, 2, 5)) and camera.target == (0, 1, 0)
     assert (given["size"], given["fullscreen"], given["representation"].name) == ((320, 200), True, "MESH")
+
+
+def test_view_shows_several_meshes(run: Callable[..., Any], garden: Sequence[Any], tiny_scene: Path) -> None:
+    """Read again they are the same ones with the same settings; what is dropped has none of them."""
+    ball = tiny_scene.with_name("ball.ply")
+    run("view", ball, ball, "--side-by-side", "--set", "render.aa=fxaa")
+    ((scene, given),) = garden
+    assert scene.files == (ball, ball) and scene.side_by_side and len(scene.objects) == 2
+    again = given["read"](scene.files)
+    assert again.files == (ball, ball) and again.side_by_side and again.render.aa == "fxaa"
+    dropped = given["read"]((ball,))
+    assert dropped.files == (ball,) and dropped.render.aa == load_scene(ball).render.aa
+
+
+@pytest.mark.gl
+def test_render_draws_several_meshes(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
+    """Two balls at one place hide each other; side by side they cover twice as much, each half as wide."""
+    ball, options = tiny_scene.with_name("ball.ply"), ("--resolution", "96,64", "--no-background")
+    covered = []
+    for more in (), ("--side-by-side",):
+        assert run("render", ball, ball, *options, *more, "-o", tmp_path / "a.png").exit_code == 0
+        covered.append(np.asarray(Image.open(tmp_path / "a.png"))[..., 3] > 0)
+    assert covered[0].any(0).sum() < 60 < covered[1].any(0).sum()
+    refused = run(
+        "render",
+        ball,
+        ball,
+        *options,
+        "--cluster",
+        "local:1",
+        "--path",
+        tiny_scene.with_name("walk.yaml"),
+        "-o",
+        tmp_path / "{frame}.png",
+    )
+    assert (refused.exit_code, refused.stderr) == (2, "--cluster: draws a scene file or one mesh\n")
 
 
 @pytest.mark.gl

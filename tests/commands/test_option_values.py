@@ -11,7 +11,7 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 def drawn_as(file: Path, settings: list[str] | None = None) -> Representation:
-    (kind,) = open_in_window(file, None, settings).objects.representation.tolist()
+    (kind,) = open_in_window([file], None, settings).objects.representation.tolist()
     return Representation(kind)
 
 

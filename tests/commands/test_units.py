@@ -42,9 +42,12 @@ def test_a_model_without_a_scene_is_told_of(height: float | None) -> None:
     points = shapes.box(500.0, 2000.0, 500.0).positions
     rotation = np.array([[0, 0, 0, 1.0]])
     objects = SimpleNamespace(asset=np.zeros(1, int), rotation=rotation, position=np.zeros((1, 3)), scale=np.ones(1))
-    world = SimpleNamespace(objects=lambda: objects, scene_objects=objects, points=lambda asset: points)
+    world = SimpleNamespace(
+        objects=lambda: objects, owners=lambda: np.zeros(1, int), scene_objects=objects, points=lambda asset: points
+    )
     assets = [SimpleNamespace(up="y", up_is_given=True, height=height)]
-    scene = SimpleNamespace(path=Path("a.obj"), objects=[None], assets=assets)
+    file = Path("a.obj")
+    scene = SimpleNamespace(path=file, files=(file,), beside=(), objects=[None], assets=assets)
     renderer: Any = SimpleNamespace(world=world)
     hint = "" if height else f"{HINT}--set assets.model.height=…"
     assert ModelTurn(scene, renderer).message == (hint and f"The model is {hint}")  # type: ignore[arg-type]

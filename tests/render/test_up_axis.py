@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 import shapes
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.render.up_axis import ModelTurn, guess_up, turn_model
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.up_axis import Body, ModelTurn, guess_up, turn_body
 from depthwalk.resources import asset_root
+from depthwalk.scene.arrays import Representation
+from depthwalk.scene.models import load_files
 from depthwalk.scene.similarity import Similarity, from_angles, identities
 from depthwalk.types import Array
 
@@ -58,11 +62,16 @@ def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) ->
     one = {"rotation": np.array([[0, 0, 0, 1.0]]), "position": np.zeros((1, 3)), "scale": np.ones(1)}
     objects = Named(asset=np.zeros(1, int), **one)
     world = SimpleNamespace(
-        objects=lambda: objects, scene_objects=objects, points=lambda asset: points, moved=lambda: None
+        objects=lambda: objects,
+        owners=lambda: np.zeros(1, int),
+        scene_objects=objects,
+        points=lambda asset: points,
+        moved=lambda: None,
     )
     nodes = SimpleNamespace(world=identities(1))
     assets = [SimpleNamespace(up="y", up_is_given=False)]
-    scene = SimpleNamespace(path=Path(file), objects=objects, nodes=nodes, assets=assets)
+    path = Path(file)
+    scene = SimpleNamespace(path=path, files=(path,), beside=(), objects=objects, nodes=nodes, assets=assets)
     turn = ModelTurn(scene, SimpleNamespace(world=world))  # type: ignore[arg-type]
     assert bool(turn.guess) == turns
     up = "y" if turns else "z"
@@ -85,16 +94,53 @@ def test_a_turned_model_stands_on_its_place(up: Literal["y", "z"], roll: float) 
     points: Array = load_mesh(Path(asset_root() / "man_of_the_paper.ply")).positions + np.array([1.0, 2.0, 3.0])
     if up == "z":
         points = z_upward(points)
-    moved: list[bool] = []
     objects = SimpleNamespace(
         rotation=np.zeros((1, 4), np.float32), position=np.ones((1, 3), np.float32), scale=np.array([2.0], np.float32)
     )
-    renderer = SimpleNamespace(world=SimpleNamespace(moved=lambda: moved.append(True)))
     lean = from_angles(np.zeros(1), np.zeros(1), np.array([roll]))
     nodes = SimpleNamespace(world=Similarity(np.array([[5.0, 0.5, -2.0]]), lean, np.array([2.0])))
-    turn_model(SimpleNamespace(objects=objects, nodes=nodes), renderer, points, up)  # type: ignore[arg-type]
+    body = Body(rows=slice(0, 1), points=points)
+    turn_body(SimpleNamespace(objects=objects, nodes=nodes), body, up)  # type: ignore[arg-type]
     placed = 2.0 * rotate(objects.rotation[0], points) + objects.position[0]
     placed = rotate(conjugate(lean[0]), placed - [5.0, 0.5, -2.0])
     low, high = placed.min(0), placed.max(0)
     np.testing.assert_allclose([low[1], *(low + high)[[0, 2]]], 0, atol=1e-5)
-    assert (high - low).argmax() == 1 and moved == [True]  # a head is tallest upright
+    assert (high - low).argmax() == 1  # a head is tallest upright
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+@pytest.mark.parametrize("side_by_side", [False, True])
+def test_several_models_are_turned_together_or_each_for_itself(tmp_path: Path, side_by_side: bool) -> None:
+    """Two halves of a bust that lies: turned upright they still make one, or stand in a row; and again, they lie."""
+    bust = z_upward(load_mesh(asset_root() / "man_of_the_paper.ply").positions)
+    faces = load_mesh(asset_root() / "man_of_the_paper.ply").faces
+    left = bust[faces].mean(1)[:, 0] < 0
+    files = []
+    for name, half in ("left", left), ("right", ~left):
+        used, corners = np.unique(faces[half], return_inverse=True)
+        rows = [f"v {x} {y} {z}" for x, y, z in bust[used].tolist()]
+        rows += [f"f {a} {b} {c}" for a, b, c in (corners.reshape(-1, 3) + 1).tolist()]
+        files.append(tmp_path / f"{name}.obj")
+        files[-1].write_text("\n".join(rows))
+    scene = load_files(files, side_by_side=side_by_side)
+    lying = scene.objects.position.copy()
+    with HeadlessRenderer(scene, SceneLibrary(scene.assets), (32, 24), Representation.MESH) as headless:
+        turn = ModelTurn(scene, headless.renderer)
+        assert turn.guess == "Models seem to be z-up and were turned upright; U turns them back"
+        assert ("--side-by-side" in turn.message) == (not side_by_side)
+        points = [
+            rotate(rotation, headless.renderer.world.points(asset)) + place
+            for asset, (rotation, place) in enumerate(zip(scene.objects.rotation, scene.objects.position, strict=True))
+        ]
+        assert turn.turn() == "y points upward; in a scene file: up: y"
+    np.testing.assert_allclose(scene.objects.position, lying, atol=1e-5)
+    upright = bust[:, [0, 2, 1]] * [1, 1, -1]
+    if side_by_side:
+        assert [half[:, 1].min() for half in points] == pytest.approx([0, 0], abs=1e-5)
+        assert points[0][:, 0].max() < points[1][:, 0].min()
+    else:
+        both = np.concatenate(points)
+        np.testing.assert_allclose(np.ptp(both, axis=0), np.ptp(upright, axis=0), atol=1e-4)
+        assert both[:, 1].min() == pytest.approx(0, abs=1e-5)
+        assert points[0][:, 0].max() - points[1][:, 0].min() < 0.05

@@ -42,9 +42,9 @@ def test_a_turned_model_is_seen_from_home_and_others_are_not_turned() -> None:
 
 
 def test_what_loads_is_not_reloaded() -> None:
-    viewer = walk(loading=SimpleNamespace(busy=True), next_file=None)
+    viewer = walk(loading=SimpleNamespace(busy=True), next_files=())
     key_actions(viewer)["R"]()
-    assert viewer.next_file is None
+    assert not viewer.next_files
     viewer.loading.busy = False
     key_actions(viewer)["R"]()
-    assert viewer.next_file == viewer.state.scene.path
+    assert viewer.next_files == viewer.state.scene.files

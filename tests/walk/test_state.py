@@ -60,6 +60,8 @@ def test_another_scene_ends_the_recording_and_tells_where_it_is(
         walk=WalkParams(speed=2.0),
         render=RenderSettings(),
         path=Path(name),
+        files=(Path(name),),
+        title=name,
         camera=home,
         animations=None,
     )

@@ -29,6 +29,7 @@ from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.models import load_files
 from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
 from depthwalk.walk import NoDisplayError, app
@@ -214,7 +215,7 @@ def test_files_are_dropped_and_read_again(start: Start, scene_file: Path, tmp_pa
 
     user.drop(tmp_path / "ball.ply")
     program.wait(lambda report: report.get("title", "").startswith("ball.ply"), "the ball")
-    user.do("mousemove", 240, 180, "mousedown", 1, "mousemove_relative", 90, 0)
+    user.do("mousemove", 240, 180, "mousedown", 1, "mousemove_relative", 180, 0)
     program.wait(lambda report: "position" in report and report["position"][0] < -0.2, "a turn about the ball")
     user.do("mouseup", 1)
     _, turned = user.screenshot()
@@ -423,11 +424,21 @@ def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -
         open_window("none", (64, 64))
 
 
-@pytest.mark.parametrize("files", [["a.ply"], ["a.ply", "b.ply"]])
-def test_of_several_dropped_files_the_first_is_opened(files: list[str]) -> None:
-    walk = SimpleNamespace(state=state(), next_file=None)
+@pytest.mark.parametrize(
+    ("files", "opened"),
+    [
+        (["a.ply"], ["a.ply"]),
+        (["a.yaml"], ["a.yaml"]),
+        (["a.ply", "b.OBJ"], ["a.ply", "b.OBJ"]),
+        (["a.ply", "b.yaml"], ["a.ply"]),
+        (["a.yaml", "b.yaml"], ["a.yaml"]),
+    ],
+)
+def test_of_several_dropped_files_all_meshes_are_opened_or_the_first(files: list[str], opened: list[str]) -> None:
+    walk = SimpleNamespace(state=state(), next_files=())
     app.Walk._drop(cast(app.Walk, walk), [Path(file) for file in files])
-    assert walk.next_file == Path("a.ply") and ("Only a.ply is opened" in walk.state.toast) == (len(files) > 1)
+    assert walk.next_files == tuple(map(Path, opened))
+    assert (f"Only {files[0]} is opened" in walk.state.toast) == (len(opened) < len(files))
 
 
 LOST = """
@@ -466,14 +477,14 @@ def test_a_signal_that_gets_lost_in_a_callback_closes_the_window(display: None, 
 def test_a_scene_that_was_left_does_not_stay_in_memory(display: None, scene_file: Path) -> None:
     """Even if what there was at the start is not searched for garbage."""
     scene = load_scene(scene_file)
-    walk = app.Walk(open_window("scene", (96, 72)), BackgroundLibrary(scene.assets), load_scene)
+    walk = app.Walk(open_window("scene", (96, 72)), BackgroundLibrary(scene.assets), load_files)
     try:
         walk.start(scene, None, None, lambda camera, frame_all: camera)
         walk.step()
         left = weakref.ref(walk.renderer), weakref.ref(scene)
         del scene
         gc.freeze()
-        walk.next_file = scene_file
+        walk.next_files = (scene_file,)
         walk.step()
         gc.collect()
         assert [reference() for reference in left] == [None, None]

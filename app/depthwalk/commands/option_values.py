@@ -4,6 +4,7 @@ The functions `parse_…` and `check_…` raise InputError, whose message begins
 """
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -226,33 +227,51 @@ def open_scene(
 
 
 def still_representation(
-    name: RepresentationName, scene: Path, settings: Sequence[str] | None
+    name: RepresentationName, files: Sequence[Path], settings: Sequence[str] | None
 ) -> "Representation | None":
-    """Return the representation for a single picture: that of the scene, but polygons for a mesh without a scene.
+    """Return the representation for a single picture: that of the scene, but polygons for meshes without a scene.
 
     Baking such a mesh takes as long as drawing its polygons a hundred times, and one picture does not repay that. Its
     depth images are baked and drawn if --representation asks for them, or --set changes them or the object.
     """
     from depthwalk.scene.arrays import Representation
 
-    if name is RepresentationName.SCENE and _is_plain_mesh(scene, settings):
+    if name is RepresentationName.SCENE and all(_is_plain_mesh(file, settings) for file in files):
         return Representation.MESH
     return representation(name)
 
 
-def open_in_window(
-    path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None, sky: Path | None = None
+def open_files(
+    files: Sequence[Path],
+    asset_roots: Sequence[Path] | None,
+    settings: Sequence[str] | None,
+    sky: Path | None = None,
+    side_by_side: bool = False,
 ) -> "Scene":
-    """Load a scene as `open_scene` does, but with polygons for a light mesh without a scene.
+    """Load a scene, or several models, as `open_scene` does; `side_by_side`: see `scene.models.load_files`."""
+    from depthwalk.scene.models import load_files
+
+    return load_files(files, asset_roots or (), parse_settings(settings), sky, side_by_side=side_by_side)
+
+
+def open_in_window(
+    files: Sequence[Path],
+    asset_roots: Sequence[Path] | None,
+    settings: Sequence[str] | None,
+    sky: Path | None = None,
+    side_by_side: bool = False,
+) -> "Scene":
+    """Load a scene as `open_files` does, but with polygons for light meshes without a scene.
 
     Two cores draw its triangles in a few milliseconds and would bake its depth images for up to a minute. They are
     baked if the user asks for them, in the window or by --representation, or if --set changes them or the object.
     """
     from depthwalk.scene.arrays import Representation
 
-    scene = open_scene(path, asset_roots, settings, sky)
-    if _is_plain_mesh(path, settings) and path.stat().st_size <= _LIGHT_FILE:
-        scene.objects.representation[:] = Representation.MESH
+    scene = open_files(files, asset_roots, settings, sky, side_by_side)
+    for number, file in enumerate(files):
+        if _is_plain_mesh(file, settings) and file.stat().st_size <= _LIGHT_FILE:
+            scene.objects.representation[number] = Representation.MESH
     return scene
 
 
@@ -260,7 +279,7 @@ def _is_plain_mesh(file: Path, settings: Sequence[str] | None) -> bool:
     """Return whether a file is a mesh, and no --set option changes its depth images or the object that shows it."""
     from depthwalk.ingest.formats import MESH_SUFFIXES
 
-    asked = any(setting.startswith(("assets.model.dpci", "objects")) for setting in settings or ())
+    asked = any(re.match(r"objects|assets\.[^.=]+\.dpci", setting) for setting in settings or ())
     return file.suffix.lower() in MESH_SUFFIXES and not asked
 
 

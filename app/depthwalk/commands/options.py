@@ -98,8 +98,9 @@ def own_file(path: Path, option: str) -> Path:
     return found
 
 
-ShownScene = Annotated[
-    Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False, callback=named_file)
+SideBySide = Annotated[
+    bool,
+    typer.Option("--side-by-side", help="Put several meshes in a row, instead of at the coordinates of their files."),
 ]
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
 Resolution = Annotated[

@@ -13,7 +13,7 @@ from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.exit_codes import FAILURE
 from depthwalk.commands.option_values import (
     check_camera_source,
-    open_scene,
+    open_files,
     parse_camera,
     parse_resolution,
     refuse_reuse,
@@ -37,9 +37,10 @@ from depthwalk.commands.options import (
     RepresentationOption,
     Resolution,
     Settings,
-    ShownScene,
+    SideBySide,
     Sky,
     Verbose,
+    named_files,
 )
 from depthwalk.commands.program import guarded, without_garbage_collection
 from depthwalk.errors import InputError
@@ -53,7 +54,15 @@ _LATEST = 1_000_000  # seconds
 
 @guarded
 def main(
-    scene: ShownScene,
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE",
+            help="Scene file, or meshes, which are shown together.",
+            show_default=False,
+            callback=named_files,
+        ),
+    ],
     out: Annotated[
         str,
         typer.Option(
@@ -63,6 +72,7 @@ def main(
             help="PNG, JPEG, EXR or MP4 file to write; {frame:4} in its name is the frame's number; - is stdout.",
         ),
     ],
+    side_by_side: SideBySide = False,
     path: PathOption = None,
     turntable: Annotated[
         float | None,
@@ -99,7 +109,10 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Render a scene, or the frames of a camera path, to picture files."""
+    """Render a scene, or the frames of a camera path, to picture files.
+
+    Several meshes, such as the parts of a machine or the tiles of a scan, keep the places of their files.
+    """
     refuse_reuse(settings)
     size = parse_resolution(resolution)
     options = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
@@ -120,7 +133,7 @@ def main(
         from depthwalk.render.up_axis import stand_upright
         from depthwalk.scene.path import load_path
 
-        loaded = open_scene(scene, asset_root, settings, sky)
+        loaded = open_files(files, asset_root, settings, sky, side_by_side)
         walk = load_path(path) if path else None
         turns = max(round(turntable * _TURNTABLE_FPS), 1) if turntable else 0  # frames
         numbers = parse_frames(frames, len(walk.frames()) if walk else turns) if walk or turns else range(1)
@@ -133,20 +146,22 @@ def main(
     if where and path:
         from depthwalk.commands.cluster_render import render_on_cluster
 
-        job = scene, path, asset_root or [], settings or [], sky, size, representation_name, output
+        if loaded.beside:
+            raise InputError("--cluster: draws a scene file or one mesh")
+        job = loaded.path, path, asset_root or [], settings or [], sky, size, representation_name, output
         if not render_on_cluster(where, loaded, numbers, *job):
             raise typer.Exit(FAILURE)
         return
     if time and loaded.animations is None:
-        log.warning("--time: nothing in %s is animated", scene)
+        log.warning("--time: nothing in %s is animated", loaded.title)
     cameras = [walk.sample(number / walk.fps) for number in numbers] if walk else []
     drawn_as = (
-        representation(representation_name) if walk else still_representation(representation_name, scene, settings)
+        representation(representation_name) if walk else still_representation(representation_name, files, settings)
     )
     keys: list[str] = []
     if output.is_series and walk:
         look = size, str(representation_name), no_background, output.suffix
-        named = frame_keys(loaded, settings or (), *look, *given_sky(sky))
+        named = frame_keys(loaded, settings or (), *look, *given_sky(sky), *(["a row"] if side_by_side else []))
         keys = [named.key(camera) for camera in cameras]
     with ExitStack() as stack:
         with without_garbage_collection():

@@ -1,5 +1,6 @@
 """Declare `depthwalk view`, which opens a window to walk through a scene."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -21,10 +22,11 @@ from depthwalk.commands.options import (
     RepresentationName,
     RepresentationOption,
     Settings,
+    SideBySide,
     Sky,
     Verbose,
     WindowResolution,
-    named_file,
+    named_files,
 )
 from depthwalk.commands.program import guarded, without_garbage_collection
 from depthwalk.commands.signals import end_if_interrupted
@@ -37,10 +39,16 @@ if TYPE_CHECKING:
 
 @guarded
 def main(
-    scene: Annotated[
-        Path | None,
-        typer.Argument(metavar="SCENE", help="Scene file or mesh; the garden by default.", callback=named_file),
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="FILE",
+            help="Scene file, or meshes, which are shown together; the garden by default.",
+            show_default=False,
+            callback=lambda paths: named_files(paths or []),
+        ),
     ] = None,
+    side_by_side: SideBySide = False,
     path: PathOption = None,
     fullscreen: Fullscreen = False,
     resolution: WindowResolution = None,
@@ -60,13 +68,17 @@ def main(
     """Open a window to walk through a scene.
 
     H shows the keys. Other scenes, meshes and camera paths may be dropped on the window.
+
+    Several meshes, such as the parts of a machine or the tiles of a scan, keep the places of their files.
     """
     size = None if resolution is None else parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle, camera_direction)
-    first = scene or shipped_file("garden.yaml")
+    first = tuple(files or [shipped_file("garden.yaml")])
 
-    def read(file: Path) -> "Scene":
-        return open_in_window(file, asset_root, *((settings, sky) if file == first else (None, None)))
+    def read(files: Sequence[Path]) -> "Scene":
+        if tuple(files) == first:
+            return open_in_window(files, asset_root, settings, sky, side_by_side)
+        return open_in_window(files, asset_root, None, side_by_side=side_by_side and len(files) > 1)
 
     with ExitStack() as closed_at_end:
         with without_garbage_collection():

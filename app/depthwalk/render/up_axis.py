@@ -1,6 +1,7 @@
 """Guess which axis of a model's file points upward, and turn the model accordingly, without reading it again."""
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -21,6 +22,7 @@ _CELLS = 16  # across a model seen from above, to see whether it is a sheet
 _SHEET = 0.25  # part of a model's height: a sheet, such as a terrain, is lower in most cells
 _COVERED = 0.8  # part of the cells that a sheet covers
 _FLAT = 1e-3  # part of the largest extent: a thinner model is a picture
+_KEEP = "Models keep the places of their files; --side-by-side puts them in a row"
 # Turns (x, y, z) into (x, z, −y), so that z points upward.
 _TURNS: dict[Up, NDArray[np.float32]] = {
     "y": np.array([0, 0, 0, 1], np.float32),
@@ -80,97 +82,144 @@ def _stands(points: Array) -> float:
     return float(np.prod((np.ptp(lowest, axis=0) / size)[[0, 2]]))
 
 
-def model_points(renderer: Renderer) -> Array:
-    """Return points (n, 3), metres, asset frame, of the only object that `renderer` draws, before it is turned.
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """Hold objects that are turned together, and stand on one place.
+
+    Attributes
+    ----------
+    rows
+        The objects of the scene.
+    points
+        (n, 3) their points, metres, as the files have them: in the asset frame of a single object, otherwise in the
+        world before anything was turned.
+    placed
+        The objects in the world before anything was turned; None for a single object, which stands where its node is.
+    """
+
+    rows: slice
+    points: Array
+    placed: Similarity | None = None
+
+
+def _bodies(scene: Scene, renderer: Renderer) -> list[Body]:
+    """Return what is turned together of models that `renderer` draws: all, or each that stands beside others."""
+    if scene.beside and not scene.side_by_side:
+        objects = scene.objects
+        placed = Similarity(objects.position.astype(np.float64), objects.rotation.astype(np.float64), objects.scale)
+        return [Body(rows=slice(0, len(objects)), points=np.concatenate(_world_points(renderer)), placed=placed)]
+    return [
+        Body(rows=slice(number, number + 1), points=model_points(renderer, number))
+        for number in range(len(scene.objects))
+    ]
+
+
+def _world_points(renderer: Renderer, number: int | None = None) -> list[Array]:
+    """Return points (n, 3), metres, world, of each row that is drawn of all objects, or of one of the scene's."""
+    objects = renderer.world.objects()
+    rows = range(len(objects.asset)) if number is None else np.flatnonzero(renderer.world.owners() == number).tolist()
+    asset = objects.asset.tolist()
+    return [
+        objects.scale[row] * rotate(objects.rotation[row], renderer.world.points(asset[row])) + objects.position[row]
+        for row in rows
+    ]
+
+
+def model_points(renderer: Renderer, number: int) -> Array:
+    """Return points (n, 3), metres, asset frame, of an object of the scene that `renderer` draws, before it is turned.
 
     They are the vertices of its mesh or, where it is drawn by depth images, of their geometry.
     """
-    objects, whole = renderer.world.objects(), renderer.world.scene_objects
-    found = [
-        scale * rotate(rotation, renderer.world.points(asset)) + position
-        for asset, rotation, position, scale in zip(
-            objects.asset.tolist(), objects.rotation, objects.position, objects.scale, strict=True
-        )
-    ]
-    points: Array = rotate(conjugate(whole.rotation[0]), np.concatenate(found) - whole.position[0]) / whole.scale[0]
+    whole, found = renderer.world.scene_objects, np.concatenate(_world_points(renderer, number))
+    points: Array = rotate(conjugate(whole.rotation[number]), found - whole.position[number]) / whole.scale[number]
     return points
 
 
-def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:
-    """Turn the only object of a scene so that the axis `up` of its file points upward, and stand it on its origin.
+def turn_body(scene: Scene, body: Body, up: Up) -> None:
+    """Turn objects of a scene so that the axis `up` of their files points upward, and stand them on their place.
 
-    What its node says of its place is heeded: a model that is to lean leans after it was turned upright.
-
-    Parameters
-    ----------
-    scene
-        The scene, whose object is moved.
-    renderer
-        The renderer that draws the scene.
-    points
-        (n, 3) what `model_points` returns, metres, asset frame.
-    up
-        The axis that shall point upward.
+    What the node of a single object says of its place is heeded: a model that is to lean leans after it was turned
+    upright. Objects that are turned together stand on the origin.
     """
-    turned = rotate(_TURNS[up], points)
+    turned = rotate(_TURNS[up], body.points)
     low, high = turned.min(0), turned.max(0)
     base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
-    upright = Similarity(-base[None], _TURNS[up][None].astype(np.float64), np.ones(1))
-    placed = compose(scene.nodes.world, upright)
-    scene.objects.rotation[:], scene.objects.position[:] = placed.rotation, placed.position
-    renderer.world.moved()
+    count = body.rows.stop - body.rows.start
+    upright = Similarity(np.tile(-base, (count, 1)), np.tile(_TURNS[up].astype(np.float64), (count, 1)), np.ones(count))
+    placed = compose(scene.nodes.world[body.rows], upright) if body.placed is None else compose(upright, body.placed)
+    scene.objects.rotation[body.rows], scene.objects.position[body.rows] = placed.rotation, placed.position
 
 
 class ModelTurn:
-    """Turn a model that is shown without a scene: first by a guess, then as the user says.
+    """Turn models that are shown without a scene: first by a guess, then as the user says.
 
     Attributes
     ----------
     renderer
-        Draws the model; may be replaced.
+        Draws the models; may be replaced.
     guess
-        A message to the user about the turn that was guessed; "" where the model was left as it is.
+        A message to the user about the turn that was guessed; "" where the models were left as they are.
     unit_hint
         A line that ends the sentence "The model is …" if it seems not to be in metres; "" otherwise.
     """
 
     def __init__(self, scene: Scene, renderer: Renderer) -> None:
-        """Guess how the model of `scene` stands, and turn it upright in `renderer`; leave scenes from a file alone."""
+        """Guess how the models of `scene` stand, and turn them upright in `renderer`; leave scene files alone."""
         self._scene, self.renderer = scene, renderer
-        self._points: Array | None = None
+        self._bodies: list[Body] = []
         self._up: Up = "y"
         self.guess = self.unit_hint = ""
-        if not is_model_file(scene.path) or len(scene.objects) != 1 or getattr(scene.assets[0], "up", "y") != "y":
+        if not is_model_file(scene.path) or len(scene.objects) != len(scene.files):
             return
-        self._points = model_points(renderer)
-        if not is_baked_file(scene.path) and getattr(scene.assets[0], "height", None) is None:
-            self.unit_hint = unit_hint(scene.path, np.ptp(self._points, axis=0), "--set assets.model.height=…")
+        if any(getattr(asset, "up", "y") != "y" for asset in scene.assets):
+            return
+        self._bodies = _bodies(scene, renderer)
+        if not (scene.beside or is_baked_file(scene.path) or getattr(scene.assets[0], "height", None)):
+            extent = np.ptp(self._bodies[0].points, axis=0)
+            self.unit_hint = unit_hint(scene.path, extent, "--set assets.model.height=…")
+        self._guess()
+
+    def _guess(self) -> None:
+        """Turn the models upright that seem to lie, unless their files say how they stand."""
         # In glTF y is up by definition (2.0, §3.4), in depth images since they were baked; other formats say nothing.
-        defined = scene.path.suffix.lower() in GLTF_SUFFIXES or is_baked_file(scene.path)
-        if not defined and not getattr(scene.assets[0], "up_is_given", False) and guess_up(self._points) == "z":
-            self.turn()
-            self.guess = "The model seems to be z-up and was turned upright; U turns it back"
+        scene = self._scene
+        if any(file.suffix.lower() in GLTF_SUFFIXES or is_baked_file(file) for file in scene.files):
+            return
+        if any(getattr(asset, "up_is_given", False) for asset in scene.assets):
+            return
+        lying = [body for body in self._bodies if guess_up(body.points) == "z"]
+        for body in lying:
+            turn_body(scene, body, "z")
+        if lying:
+            self._up = "z"
+            self.renderer.world.moved()
+            several = len(self._bodies) > 1 or bool(scene.beside)
+            what = "Models seem to be z-up and were" if several else "The model seems to be z-up and was"
+            self.guess = f"{what} turned upright; U turns {'them' if several else 'it'} back"
 
     @property
     def message(self) -> str:
-        """Return what to tell the user of the model in a window, a line for each thing; "" for nothing."""
-        return "\n".join(filter(None, (self.guess, self.unit_hint and f"The model is {self.unit_hint}")))
+        """Return what to tell the user of the models in a window, a line for each thing; "" for nothing."""
+        keep = _KEEP if self._scene.beside and not self._scene.side_by_side else ""
+        return "\n".join(filter(None, (self.guess, self.unit_hint and f"The model is {self.unit_hint}", keep)))
 
     def turn(self) -> str | None:
         """Switch the upward axis between y and z, and return a message to the user.
 
-        None, and nothing is turned, for a scene that is not a single model.
+        None, and nothing is turned, for a scene file.
         """
-        if self._points is None:
+        if not self._bodies:
             return None
         self._up = "z" if self._up == "y" else "y"
-        turn_model(self._scene, self.renderer, self._points, self._up)
+        for body in self._bodies:
+            turn_body(self._scene, body, self._up)
+        self.renderer.world.moved()
         how = f"bake with --up {self._up}" if is_baked_file(self._scene.path) else f"in a scene file: up: {self._up}"
         return f"{self._up} points upward; {how}"
 
 
 def stand_upright(scene: Scene, renderer: Renderer) -> list[str]:
-    """Turn a model that is drawn without a scene as `ModelTurn` does, for pictures.
+    """Turn models that are drawn without a scene as `ModelTurn` does, for pictures.
 
     Returns
     -------
@@ -179,7 +228,9 @@ def stand_upright(scene: Scene, renderer: Renderer) -> list[str]:
     """
     turn, notes = ModelTurn(scene, renderer), []
     if turn.guess:
-        notes.append("the model seems to be z-up and was turned upright; --set assets.model.up=y prevents this")
+        what = "models seem to be z-up and were" if scene.beside else "the model seems to be z-up and was"
+        name = "NAME" if scene.beside else "model"
+        notes.append(f"{what} turned upright; --set assets.{name}.up=y prevents this")
     if turn.unit_hint:
         notes.append(turn.unit_hint)
     return [f"{scene.path}: {note}" for note in notes]

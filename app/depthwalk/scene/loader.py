@@ -12,10 +12,10 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError, missing_file, suggest_file
-from depthwalk.ingest.formats import check_baked_suffix, check_sky_suffix, check_suffix, is_baked_file, is_model_file
+from depthwalk.ingest.formats import check_baked_suffix, check_sky_suffix, check_suffix, is_model_file
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.document import Document, Loc, parse_document, read_document
+from depthwalk.scene.document import Document, Loc, read_document
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.fields import FileParams
 from depthwalk.scene.flatten import Flat, ListedItem, flatten, list_items, reference_errors
@@ -65,13 +65,49 @@ def load_scene(
         With one located line per mistake.
     """
     path = Path(path)
-    is_model = is_model_file(path)
-    document = _model_document(path) if is_model else read_document(path)
+    if is_model_file(path):
+        from depthwalk.scene.models import model_document  # here, since scenes need none of it
+
+        return scene_from(model_document(path), path, path.resolve().parent, asset_roots, overrides, sky)
+    return scene_from(read_document(path), path, path.parent, asset_roots, overrides, sky)
+
+
+def scene_from(
+    document: Document,
+    path: Path,
+    folder: Path,
+    asset_roots: Sequence[Path | str],
+    overrides: Mapping[str, str] | None,
+    sky: Path | None,
+) -> Scene:
+    """Make a scene of a parsed scene file.
+
+    Parameters
+    ----------
+    document
+        The scene file.
+    path
+        What errors cite, and the scene has as its `path`.
+    folder
+        The folder in which the scene's files are looked up first.
+    asset_roots, overrides, sky
+        As for `load_scene`.
+
+    Returns
+    -------
+    Scene
+        The scene, its assets not yet read.
+
+    Raises
+    ------
+    InputError
+        With one located line per mistake.
+    """
     if document.holds(("keyframes",)):
         raise InputError(f"{path}: is a camera path, not a scene; give it as --path")
     file, source = check_model(document, SceneFile, _with_sky(overrides, sky))
     rows = list_items(file.objects, source)
-    finder = _finder(path.resolve() if is_model else path, asset_roots, source)
+    finder = _finder(folder, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder, sky)
     named = {
@@ -207,29 +243,12 @@ class FileFinder:
         return name
 
 
-def _finder(scene: Path, asset_roots: Sequence[Path | str], source: Source) -> FileFinder:
-    """Return the finder for the files of `scene`. Raises InputError for an asset root that is not a folder."""
+def _finder(folder: Path, asset_roots: Sequence[Path | str], source: Source) -> FileFinder:
+    """Return the finder for files of a scene in `folder`. Raises InputError for an asset root that is not a folder."""
     for root in asset_roots:
         if not Path(root).is_dir():
             raise InputError(f"--asset-root {root}: no such folder")
-    return FileFinder(source, tuple(Path(root).resolve() for root in (scene.parent, *asset_roots)))
-
-
-def _model_document(path: Path) -> Document:
-    """Return the scene file that a user would write to look at a single mesh or a file of depth images.
-
-    Its asset is called `model`, so that `--set assets.model.…` works. Links are followed, so that the file lies in the
-    scene's folder. Raises InputError if there is no such file.
-    """
-    if not path.is_file():
-        raise missing_file(path)
-    from depthwalk.ingest.mesh_head import is_all_translucent  # here, since scenes need none of it
-
-    file = path.resolve()  # as the asset is read: the command line prints equal warnings once
-    name = json.dumps(file.name, ensure_ascii=False)
-    images = "" if is_all_translucent(file) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
-    asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}{images}}}"
-    return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
+    return FileFinder(source, tuple(Path(root).resolve() for root in (folder, *asset_roots)))
 
 
 def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:

@@ -190,6 +190,10 @@ class Scene:
         The files of its `places` items.
     animations : Animations or None
         How nodes move over time; None where none does.
+    beside : tuple of Path
+        Further models that are shown together with the one at `path`, without a scene file.
+    side_by_side : bool
+        Whether these stand in a row; otherwise they are at the coordinates of their files.
     """
 
     path: Path
@@ -206,6 +210,18 @@ class Scene:
     advice_file: Path | None = None
     places_files: tuple[Path, ...] = ()
     animations: "Animations | None" = None
+    beside: tuple[Path, ...] = ()
+    side_by_side: bool = False
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Return the scene file, or the models that are shown without one."""
+        return (self.path, *self.beside)
+
+    @property
+    def title(self) -> str:
+        """Return what to call the scene in a line for the user: the name of its file, or `a.obj and 2 more`."""
+        return self.path.name + (f" and {len(self.beside)} more" if self.beside else "")
 
 
 def set_node_transform(

@@ -12,7 +12,7 @@ from pathlib import Path
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.camera import FrameAll
-from depthwalk.scene.loader import load_scene
+from depthwalk.scene.models import load_files
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.window import NoDisplayError, open_window, title_of
@@ -31,7 +31,7 @@ def run(
     size: tuple[int, int] | None = None,
     representation: Representation | None = None,
     first_camera: Callable[[Camera, FrameAll], Camera] = lambda camera, frame_all: camera,
-    read: Callable[[Path], Scene] = load_scene,
+    read: Callable[[Sequence[Path]], Scene] = load_files,
     before_frame: Callable[[], None] = lambda: None,
     change: Callable[[], Sequence[slice]] | None = None,
     watched: Callable[[Scene], Sequence[Path]] | None = None,
@@ -57,8 +57,8 @@ def run(
         Called with the scene's own camera or, if it has none, with one that sees every object, and with a function that
         returns a camera that sees them for a field of view and a direction. Returns the camera to begin with.
     read
-        Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
-        may raise InputError.
+        Called with the files of the scene to read it again, and with a scene file or models that are dropped on the
+        window. It may raise InputError.
     before_frame
         Called before each frame; what it raises ends the walk. A signal may raise while the window handles a key, where
         Python drops the exception; this is the place to raise it again.
@@ -77,7 +77,7 @@ def run(
     """
     with ThreadPoolExecutor(1) as threads:  # starting the driver takes as long as half of the imports
         app = threads.submit(import_module, "depthwalk.walk.app")
-        window = open_window(title_of(scene.path), size or _USUAL_SIZE, fullscreen, enlarged=size is None)
+        window = open_window(title_of(scene), size or _USUAL_SIZE, fullscreen, enlarged=size is None)
     try:
         walk_in = app.result().walk_in
     except BaseException:

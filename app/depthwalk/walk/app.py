@@ -14,7 +14,7 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.failures import GPU_FAILURES
-from depthwalk.ingest.formats import is_model_file
+from depthwalk.ingest.formats import MESH_SUFFIXES, is_model_file
 from depthwalk.render.up_axis import ModelTurn
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -67,7 +67,7 @@ def walk_in(
     path: CameraPath | None,
     representation: Representation | None,
     first_camera: Callable[[Camera, FrameAll], Camera],
-    read: Callable[[Path], Scene],
+    read: Callable[[Sequence[Path]], Scene],
     before_frame: Callable[[], None],
     change: Callable[[], Sequence[slice]] | None,
     watched: Callable[[Scene], Sequence[Path]] | None,
@@ -109,14 +109,14 @@ class Walk:
     loading : shows the progress of loading.
     recovery : restarts after failures of the GPU.
     background : the library of the scene, and its work in the background.
-    next_file : a scene, mesh or camera path to open before the next frame; None for none.
+    next_files : a scene, models or a camera path to open before the next frame; () for none.
     """
 
     def __init__(
         self,
         window: Window,
         library: SceneLibrary,
-        read: Callable[[Path], Scene],
+        read: Callable[[Sequence[Path]], Scene],
         watched: Callable[[Scene], Sequence[Path]] | None = None,
     ) -> None:
         self.window, self.background, self._read = window, BackgroundWork(library), read
@@ -125,7 +125,7 @@ class Walk:
         self.recovery = GpuRecovery(self._restart)
         self._on_gpu = ExitStack()
         self._screenshot_due = False
-        self.next_file: Path | None = None  # to be opened before the next frame
+        self.next_files: tuple[Path, ...] = ()  # to be opened before the next frame
         self._clock = WalkClock()
         self._camera_before: Camera | None = None  # of the last frame
         self._widget_rounds = WidgetRounds()
@@ -180,9 +180,9 @@ class Walk:
         self.gamepad = Gamepad(lambda: read_gamepad(self.window), actions, before_change)
         on_refresh(self.window, self.input.note_event)
 
-    def _open(self, file: Path) -> None:
-        """Load a camera path, or show a scene or mesh; change nothing if the file cannot be used."""
-        self.next_file = None
+    def _open(self, files: tuple[Path, ...]) -> None:
+        """Load a camera path, or show a scene or models; change nothing if a file cannot be used."""
+        self.next_files, (file, *_) = (), files
         with self._loader.clock_stopped():
             try:
                 if not is_model_file(file) and is_path_file(file):
@@ -190,7 +190,7 @@ class Walk:
                     self.state.tell(f"P plays {file.name}")
                 else:
                     self._watch.begin_reading()
-                    self._show(self._read(file))
+                    self._show(self._read(files))
             except InputError as error:
                 self.state.tell(str(error))
             except StoppedError:
@@ -200,7 +200,7 @@ class Walk:
 
     def _show(self, scene: Scene) -> None:
         """Show another scene, or reload this one, which keeps camera and path. Raises InputError, StoppedError."""
-        again, library = scene.path == self.state.scene.path, self.background.library.sibling(scene.assets)
+        again, library = scene.files == self.state.scene.files, self.background.library.sibling(scene.assets)
         if again:  # also if it cannot be shown: a file that it lacks may come
             self._watch.watch(scene)
         renderer = self._loader.open(scene, library, self.renderer.world.representation if again else None)
@@ -214,7 +214,7 @@ class Walk:
         self.background.replace(library)
         self.state.obstacles = self.background.obstacles(renderer)
         self.renderer, self.model_turn = renderer, model_turn
-        self.window.title = title_of(scene.path)
+        self.window.title = title_of(scene)
         if not again:
             self._watch.watch(scene)
         # The scene before, and its renderer, refer to themselves, and may be frozen since the program started.
@@ -273,11 +273,11 @@ class Walk:
     def step(self) -> None:
         """Advance the walk by the time since the last frame, not counting loading, and draw a frame."""
         self.device.check()  # in every iteration, even at rest: the window's content may be lost
-        if self.next_file is None and self._watch.take_news():
-            self.next_file = self.state.scene.path
-        if self.next_file is not None:
+        if not self.next_files and self._watch.take_news():
+            self.next_files = self.state.scene.files
+        if self.next_files:
             self.frames.finish()
-            self._open(self.next_file)
+            self._open(self.next_files)
         dt = self._clock.tick()
         if self.renderer.plan is not None and self.gamepad.advance(self.state, dt):  # not before the first picture
             self.input.note_event()
@@ -375,10 +375,11 @@ class Walk:
         self._watch.accept(change)
 
     def _drop(self, files: list[Path]) -> None:
-        """Open the first of the files that were dropped on the window; tell if there are others."""
-        self.next_file = files[0]
-        if len(files) > 1:
-            self.state.tell(f"Only {files[0].name} is opened: a window shows one scene or model")
+        """Open the models that were dropped on the window, or the first of other files; tell if there are others."""
+        self.next_files = tuple(files)
+        if len(files) > 1 and not all(file.suffix.lower() in MESH_SUFFIXES for file in files):
+            self.next_files = (files[0],)
+            self.state.tell(f"Only {files[0].name} is opened: a window shows one scene, or several meshes")
 
     def _draw(self, dt: float) -> None:
         """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""

@@ -29,7 +29,7 @@ class Walk(Protocol):
     loading: LoadingScreen
     background: BackgroundWork
     model_turn: ModelTurn
-    next_file: Path | None
+    next_files: tuple[Path, ...]
 
     @property
     def aspect(self) -> float:
@@ -107,7 +107,7 @@ def _copy_camera(walk: Walk) -> None:
 def _reload(walk: Walk) -> None:
     """Read the scene's file again before the next frame."""
     if not walk.loading.busy:  # while another scene loads, this would reload the wrong one
-        walk.next_file = walk.state.scene.path
+        walk.next_files = walk.state.scene.files
 
 
 def _turn_up(walk: Walk) -> None:

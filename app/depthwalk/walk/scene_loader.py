@@ -79,7 +79,7 @@ class SceneLoader:
         StoppedError
             If the user stopped the loading.
         """
-        self._screen.begin(scene.path.name)
+        self._screen.begin(scene.title)
         library.report = self._screen.report
         renderer = Renderer(self._device, scene, library, [*default_passes(), ObjectIdPass()])
         try:

@@ -101,8 +101,8 @@ class State(Viewer):
         aspect
             Width / height of the window.
         """
-        again = scene.path == self.scene.path
-        self.tell(f"Reloaded {scene.path.name}" if again else scene.path.name)
+        again = scene.files == self.scene.files
+        self.tell(f"Reloaded {scene.title}" if again else scene.title)
         self.end_recording()  # its message is more important
         self.scene, self.renderer, self.shares, self.inspected = scene, renderer, LateShares(), Inspected()
         self._remember_file()

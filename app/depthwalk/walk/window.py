@@ -15,6 +15,7 @@ import glfw
 import moderngl_window.context.glfw.window as glfw_window
 
 from depthwalk.gpu.shader_cache import guard_shader_cache
+from depthwalk.scene.scene import Scene
 
 Window = glfw_window.Window
 
@@ -128,9 +129,9 @@ def opened_again(window: Window) -> Window:
     return again
 
 
-def title_of(file: Path) -> str:
-    """Return the text of the title bar while the scene of `file` is shown."""
-    return f"{file.name} \u2013 depthwalk"
+def title_of(scene: Scene) -> str:
+    """Return the text of the title bar while `scene` is shown."""
+    return f"{scene.title} \u2013 depthwalk"
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:

@@ -94,7 +94,7 @@ def test_glass_that_depth_images_do_not_show_counts_for_framing(gl_device: Devic
     mesh = panes((0.0, Material()), (3.0, Material(opacity=0.5)))
     model = bake_model(mesh, ModelParams(resolution=32, layers=1, axis=axis), "")
     renderer = Renderer(gl_device, scene_of((0, (0.0, 0.0, 0.0), 0.0, 1.0)), ShapeLibrary([mesh], [model]))
-    points = model_points(renderer)
+    points = model_points(renderer, 0)
     renderer.release()
     assert points.min(0) == pytest.approx(mesh.positions.min(0), abs=0.1)
     assert points.max(0) == pytest.approx(mesh.positions.max(0), abs=0.1)

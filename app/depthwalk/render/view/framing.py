@@ -15,10 +15,14 @@ from depthwalk.scene.camera import view_from_world
 from depthwalk.scene.similarity import from_yaw
 from depthwalk.types import Array
 
-# From the objects to a camera that sees them all, world: from in front, which is +z as in glTF, 30° to the right and 22°
-# from above. So three sides show, and what faces −z shows not only its back; faces are still seen.
+# From the objects to a camera that sees them all, world: from in front, which is +z as in glTF, 30° to the right and
+# 22° from above. So three sides show, and what faces −z shows not only its back; faces are still seen.
 FRONT_RIGHT = glm.dvec3(0.5, 0.4, 0.87)
-_FACING = (glm.dvec3(1, 0.25, 0), glm.dvec3(0, 1, 0.6), glm.dvec3(0, 0.25, 1))  # the same for what is flat along x, y, z
+_FACING = (
+    glm.dvec3(1, 0.25, 0),
+    glm.dvec3(0, 1, 0.6),
+    glm.dvec3(0, 0.25, 1),
+)  # the same for what is flat along x, y, z
 _FLAT = 0.1  # of the second extent: a model is flat whose least extent is below that
 _FILLED = 0.9  # part of the picture's height or width that the objects fill
 _NEAREST = 0.3  # of the objects' radius: least distance of any part of them, so that the perspective stays mild

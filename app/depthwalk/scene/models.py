@@ -1,0 +1,184 @@
+"""Load models that are shown without a scene file: one at the origin, or several together.
+
+Several are shown at the coordinates of their files, as other viewers do it: parts of an assembly and tiles of a scan
+fit together only so. Models that have nothing to do with each other can stand side by side instead.
+"""
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from depthwalk.errors import InputError, missing_file
+from depthwalk.ingest.formats import is_baked_file, is_model_file
+from depthwalk.scene.document import Document, parse_document
+from depthwalk.scene.loader import load_scene, scene_from
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
+
+_GAP = 0.2  # of the widest model's width: between models that stand side by side
+
+
+def load_files(
+    files: Sequence[Path],
+    asset_roots: Sequence[Path | str] = (),
+    overrides: Mapping[str, str] | None = None,
+    sky: Path | None = None,
+    *,
+    side_by_side: bool = False,
+) -> Scene:
+    """Load a scene file, or one or several models as a scene that holds nothing else.
+
+    Of several models, the meshes are read for their bounding boxes. Each is an asset with the name of its file, and all
+    of them together stand on the origin.
+
+    Parameters
+    ----------
+    files
+        A scene file, or models; errors cite them as given.
+    asset_roots, overrides, sky
+        As for `load_scene`.
+    side_by_side
+        Whether several models stand in a row along x, instead of at the coordinates of their files.
+
+    Returns
+    -------
+    Scene
+        The scene, whose `path` is the first of the files.
+
+    Raises
+    ------
+    InputError
+        With one located line per mistake; also for several files that are not all meshes.
+    """
+    first, *others = files
+    if not others:
+        if side_by_side:
+            raise InputError("--side-by-side: needs several models")
+        return load_scene(first, asset_roots, overrides, sky)
+    boxes = _boxes(files)
+    names = _asset_names(files)
+    ups = [(overrides or {}).get(f"assets.{name}.up", "y") for name in names]
+    upright = np.array([_turned(box) if up == "z" else box for box, up in zip(boxes, ups, strict=True)])
+    places = _in_a_row(upright) if side_by_side else _at_their_coordinates(upright)
+    folder = _common_folder(files)
+    scene = scene_from(_document(files, names, places, folder), first, folder, asset_roots, overrides, sky)
+    return replace(scene, beside=tuple(others), side_by_side=side_by_side)
+
+
+def model_document(path: Path) -> Document:
+    """Return the scene file that a user would write to look at a single mesh or a file of depth images.
+
+    Its asset is called `model`, so that `--set assets.model.…` works. Links are followed, so that the file lies in the
+    scene's folder. Raises InputError if there is no such file.
+    """
+    if not path.is_file():
+        raise missing_file(path)
+    file = path.resolve()  # as the asset is read: the command line prints equal warnings once
+    asset = _asset(file, file.name)
+    return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
+
+
+def _asset(file: Path, name: str) -> str:
+    """Return the text of an asset that shows a model: its `file`, and the `name` by which the scene finds it."""
+    from depthwalk.ingest.mesh_head import is_all_translucent  # here, since scenes need none of it
+
+    if is_baked_file(file):
+        return f"{{baked: {_text(name)}}}"
+    images = "" if is_all_translucent(file) else ", dpci: {}"  # depth images would show nothing of a translucent mesh
+    return f"{{mesh: {_text(name)}{images}}}"
+
+
+def _text(value: str) -> str:
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _document(files: Sequence[Path], names: Sequence[str], places: Array, folder: Path) -> Document:
+    """Return the scene file that a user would write in `folder` to look at models at `places` (n, 3), metres."""
+    assets, objects = [], []
+    for file, name, place in zip(files, names, places.tolist(), strict=True):
+        found = file.resolve()
+        assets.append(f"{_text(name)}: {_asset(found, found.relative_to(folder).as_posix())}")
+        objects.append(f"{{asset: {_text(name)}, position: {json.dumps(place)}}}")
+    text = f"{{version: 1, assets: {{{', '.join(assets)}}}, objects: [{', '.join(objects)}]}}"
+    return parse_document(text, str(files[0]))
+
+
+def _boxes(files: Sequence[Path]) -> Array:
+    """Return the bounding boxes (n, 2, 3) of meshes, in the frames of their files. Raises InputError for all others."""
+    from depthwalk.ingest.loader import measure_mesh  # here: a single model is not read
+
+    boxes: list[tuple[Array, Array]] = []
+    complaints: list[str] = []
+    for file in files:
+        try:
+            _check_mesh(file)
+            extent = measure_mesh(file)
+            boxes.append((extent.low, extent.high))
+        except InputError as error:
+            complaints += error.lines
+    if complaints:
+        raise InputError(*complaints)
+    return np.array(boxes)
+
+
+def _check_mesh(file: Path) -> None:
+    if not file.is_file():
+        raise missing_file(file)
+    if not is_model_file(file):
+        raise InputError(f"{file}: is no mesh; a scene is shown by itself, a camera path is given as --path")
+    if is_baked_file(file):
+        raise InputError(f"{file}: depth images do not say where their mesh was; give the mesh, or write a scene file")
+
+
+def _asset_names(files: Sequence[Path]) -> list[str]:
+    """Return a name for each file, made of its own, that can be a part of a dotted key and that no other has."""
+    names: list[str] = []
+    for file in files:
+        stem = re.sub(r"[^\w-]+", "_", file.stem)
+        number = 1
+        while (name := stem if number == 1 else f"{stem}-{number}") in names:
+            number += 1
+        names.append(name)
+    return names
+
+
+def _common_folder(files: Sequence[Path]) -> Path:
+    """Return the innermost folder that holds all files, without links. Raises InputError if there is none."""
+    try:
+        return Path(os.path.commonpath([file.resolve().parent for file in files]))
+    except ValueError:
+        raise InputError(f"{files[0]}: lies on another drive than some of the other files") from None
+
+
+def _turned(box: Array) -> Array:
+    """Return the bounds (2, 3) of a box after its z axis was turned upward: (x, y, z) becomes (x, z, −y)."""
+    (x, y, z), (x1, y1, z1) = box
+    return np.array([[x, z, -y1], [x1, z1, -y]])
+
+
+def _bases(boxes: Array) -> Array:
+    """Return the centres (…, 3) of the bases of boxes (…, 2, 3), on which the objects of a scene stand."""
+    centre = boxes.mean(axis=-2)
+    centre[..., 1] = boxes[..., 0, 1]
+    return np.asarray(centre)
+
+
+def _at_their_coordinates(boxes: Array) -> Array:
+    """Return where models stand so that they have the places of their files, with the common base on the origin."""
+    common = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    return np.asarray(_bases(boxes) - _bases(common))
+
+
+def _in_a_row(boxes: Array) -> Array:
+    """Return where models (n, 2, 3) stand beside one another along x, the middle of the row at the origin."""
+    width = np.ptp(boxes[:, :, 0], axis=1)
+    ends = np.cumsum(width + _GAP * width.max())
+    middles = ends - _GAP * width.max() - width / 2
+    places = np.zeros((len(boxes), 3))
+    places[:, 0] = middles - (ends[-1] - _GAP * width.max()) / 2
+    return places
