@@ -45,7 +45,7 @@ def test_a_model_without_a_scene_is_told_of(height: float | None) -> None:
     world = SimpleNamespace(
         objects=lambda: objects, owners=lambda: np.zeros(1, int), scene_objects=objects, points=lambda asset: points
     )
-    assets = [SimpleNamespace(up="y", up_is_given=True, height=height)]
+    assets = [SimpleNamespace(name="model", up="y", up_is_given=True, height=height)]
     file = Path("a.obj")
     scene = SimpleNamespace(path=file, files=(file,), beside=(), objects=[None], assets=assets)
     renderer: Any = SimpleNamespace(world=world)

@@ -69,7 +69,7 @@ def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) ->
         moved=lambda: None,
     )
     nodes = SimpleNamespace(world=identities(1))
-    assets = [SimpleNamespace(up="y", up_is_given=False)]
+    assets = [SimpleNamespace(name="model", up="y", up_is_given=False)]
     path = Path(file)
     scene = SimpleNamespace(path=path, files=(path,), beside=(), objects=objects, nodes=nodes, assets=assets)
     turn = ModelTurn(scene, SimpleNamespace(world=world))  # type: ignore[arg-type]

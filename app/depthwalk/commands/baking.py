@@ -24,6 +24,7 @@ from depthwalk.commands.progress import live_options, log, plain_steps, show_pro
 from depthwalk.errors import InputError, missing_file, printable
 from depthwalk.files import check_folder
 from depthwalk.ingest.formats import COOKED_SUFFIX, check_suffix
+from depthwalk.ingest.texture_beside import texture_hint
 from depthwalk.ingest.units import unit_hint
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
@@ -196,6 +197,7 @@ def bake_meshes(
                 print(printable(describe(outcome, params.resolution)), flush=True)
                 _tell_of_loss(outcome, params)
                 _tell_of_unit(outcome, specs[number])
+                _tell_of_texture(outcome, specs[number])
     return failures
 
 
@@ -212,6 +214,12 @@ def _tell_of_unit(outcome: Baked | Kept, spec: MeshAsset) -> None:
     if isinstance(outcome, Kept) or spec.height is not None:
         return
     if hint := unit_hint(spec.mesh, np.array(outcome.extent), "--height"):
+        log.warning("%s: %s", spec.mesh, hint)
+
+
+def _tell_of_texture(outcome: Baked | Kept, spec: MeshAsset) -> None:
+    """Warn if a mesh was baked without a texture although a picture beside it may be one."""
+    if isinstance(outcome, Baked) and spec.texture is None and (hint := texture_hint(spec.mesh, "--texture ")):
         log.warning("%s: %s", spec.mesh, hint)
 
 

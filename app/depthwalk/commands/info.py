@@ -254,6 +254,7 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     from depthwalk.ingest.gltf import read_header
     from depthwalk.ingest.gltf_unread import unread
     from depthwalk.ingest.loader import load_mesh
+    from depthwalk.ingest.texture_beside import texture_hint
     from depthwalk.ingest.units import unit_hint
 
     if not path.is_file():
@@ -269,6 +270,8 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
     if hint := unit_hint(path, high - low, "--height of `bake`, `height` in a scene file"):
         yield "unit", hint
+    if hint := texture_hint(path, "--texture "):
+        yield "texture", f"{hint} (`bake`, `compare`), or `texture` in a scene file"
     for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]
         texture = material.texture

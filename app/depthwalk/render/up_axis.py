@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.ingest.formats import GLTF_SUFFIXES, is_baked_file, is_model_file
+from depthwalk.ingest.texture_beside import texture_hint
 from depthwalk.ingest.units import unit_hint
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.scene import Scene
@@ -161,6 +162,9 @@ class ModelTurn:
         A message to the user about the turn that was guessed; "" where the models were left as they are.
     unit_hint
         A line that ends the sentence "The model is …" if it seems not to be in metres; "" otherwise.
+    texture_hint
+        A line that ends the sentence "FILE …" if a picture beside the first such model may be its texture, and the name
+        of its file; "" otherwise.
     """
 
     def __init__(self, scene: Scene, renderer: Renderer) -> None:
@@ -168,9 +172,10 @@ class ModelTurn:
         self._scene, self.renderer = scene, renderer
         self._bodies: list[Body] = []
         self._up: Up = "y"
-        self.guess = self.unit_hint = ""
+        self.guess = self.unit_hint = self.texture_hint = ""
         if not is_model_file(scene.path) or len(scene.objects) != len(scene.files):
             return
+        self.texture_hint = _texture_hint(scene)
         if any(getattr(asset, "up", "y") != "y" for asset in scene.assets):
             return
         self._bodies = _bodies(scene, renderer)
@@ -201,7 +206,8 @@ class ModelTurn:
     def message(self) -> str:
         """Return what to tell the user of the models in a window, a line for each thing; "" for nothing."""
         keep = _KEEP if self._scene.beside and not self._scene.side_by_side else ""
-        return "\n".join(filter(None, (self.guess, self.unit_hint and f"The model is {self.unit_hint}", keep)))
+        unit = self.unit_hint and f"The model is {self.unit_hint}"
+        return "\n".join(filter(None, (self.guess, unit, self.texture_hint, keep)))
 
     def turn(self) -> str | None:
         """Switch the upward axis between y and z, and return a message to the user.
@@ -233,4 +239,14 @@ def stand_upright(scene: Scene, renderer: Renderer) -> list[str]:
         notes.append(f"{what} turned upright; --set assets.{name}.up=y prevents this")
     if turn.unit_hint:
         notes.append(turn.unit_hint)
-    return [f"{scene.path}: {note}" for note in notes]
+    return [f"{scene.path}: {note}" for note in notes] + [turn.texture_hint] * bool(turn.texture_hint)
+
+
+def _texture_hint(scene: Scene) -> str:
+    """Return a line about a picture that may be the texture of one of the models; "" if there is none."""
+    for file, asset in zip(scene.files, scene.assets, strict=True):
+        if getattr(asset, "texture", None) is None and (
+            hint := texture_hint(file, f"--set assets.{asset.name}.texture=")
+        ):
+            return f"{file.name if scene.beside else file}: {hint}"
+    return ""

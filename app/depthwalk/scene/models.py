@@ -66,7 +66,8 @@ def load_files(
     upright = np.array([_turned(box) if up == "z" else box for box, up in zip(boxes, ups, strict=True)])
     places = _in_a_row(upright) if side_by_side else _at_their_coordinates(upright)
     folder = _common_folder(files)
-    scene = scene_from(_document(files, names, places, folder), first, folder, asset_roots, overrides, sky)
+    roots = [*asset_roots, *(file.parent for file in files)]  # where --set may name a texture
+    scene = scene_from(_document(files, names, places, folder), first, folder, roots, overrides, sky)
     return replace(scene, beside=tuple(others), side_by_side=side_by_side)
 
 
