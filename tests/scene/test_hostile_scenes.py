@@ -135,7 +135,7 @@ MESSAGES = {
         "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'places', 'scatter'",
     ],
     "no-version": [
-        "1:1: missing key 'version'",
+        "1:1: missing key 'version'; begin the file with 'version: 1'",
     ],
     "not-a-number": [
         "6:32: objects[0].position[1]: must be a finite number, not .nan",

@@ -265,3 +265,21 @@ def test_real_paths_load() -> None:
 
 def is_scene(path: Path) -> bool:
     return "\nkeyframes:" not in path.read_text()
+
+
+def test_a_missing_version_hides_no_other_mistake(tmp_path: Path) -> None:
+    """Those of keys, or else those of names and files; another version does, since its keys may mean other things."""
+    missing = "scene.yaml:1:1: missing key 'version'; begin the file with 'version: 1'"
+
+    def told(text: str) -> list[str]:
+        (file := tmp_path / "scene.yaml").write_text(text)
+        with pytest.raises(InputError) as caught:
+            load_scene(file)
+        return [line.removeprefix(f"{tmp_path}/") for line in caught.value.lines]
+
+    assert told("objects: []") == [missing]
+    keys = told("assets: {a: {mesh: gone.ply, hight: 3}}\ncamera: {position: [0, 0]}")
+    assert keys[0] == missing and ["hight" in line for line in keys] == [False, True, False, False]
+    names = told("assets: {a: {mesh: gone.ply}}\nobjects: [{asset: b}]")
+    assert names[0] == missing and [line[:16] for line in names[1:]] == ["scene.yaml:2:19:", "scene.yaml:1:20:"]
+    assert told("version: 2\nassets: {a: {mesh: gone.ply, hight: 3}}") == ["scene.yaml:1:10: version: must be 1, not 2"]

@@ -105,7 +105,8 @@ def scene_from(
     """
     if document.holds(("keyframes",)):
         raise InputError(f"{path}: is a camera path, not a scene; give it as --path")
-    file, source = check_model(document, SceneFile, _with_sky(overrides, sky))
+    unversioned: list[InputError] = []
+    file, source = check_model(document, SceneFile, _with_sky(overrides, sky), unversioned)
     rows = list_items(file.objects, source)
     finder = _finder(folder, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
@@ -115,7 +116,7 @@ def scene_from(
     }
     advice = finder.find_optional(("advice",), file.advice)
     missing = {asset.name for asset in assets if isinstance(asset, BakedAsset) and asset.source is None}
-    raise_all(reference_errors(rows, file.assets, source, missing) + finder.errors)
+    raise_all(unversioned + reference_errors(rows, file.assets, source, missing) + finder.errors)
     places = _read_places(named) if named else {}
     flat = flatten(rows, file.assets, places, source)
     scene = Scene(

@@ -21,6 +21,7 @@ from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
 log = logging.getLogger(__name__)
 
 MAX_MESSAGES = 20
+_VERSION = ("version",)
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -115,7 +116,10 @@ class Source:
 
 
 def check_model(
-    document: Document, model: type[Model], overrides: Mapping[str, str] | None = None
+    document: Document,
+    model: type[Model],
+    overrides: Mapping[str, str] | None = None,
+    unversioned: list[InputError] | None = None,
 ) -> tuple[Model, Source]:
     """Apply overrides to a document and check it.
 
@@ -129,6 +133,9 @@ def check_model(
         The pydantic model of what the file must hold.
     overrides
         Values to replace: YAML text by dotted path in the document; None replaces none.
+    unversioned
+        Gets the mistake that the version is missing, if that is the only one, so that the caller can look for others
+        before it raises it; None has it raised here.
 
     Returns
     -------
@@ -150,7 +157,12 @@ def check_model(
     try:
         return model.model_validate(document.value), source
     except ValidationError as error:
-        raise _complaints(error, model, source) from None
+        complaints = _complaints(error, model, source)
+        only_version = [(detail["loc"], detail["type"]) for detail in error.errors()] == [(_VERSION, "missing")]
+        if unversioned is None or not only_version:
+            raise complaints from None
+        unversioned.append(complaints)
+        return model.model_validate({**document.value, "version": 1}), source
 
 
 def _check_empty(model: type[BaseModel], source: Source) -> None:
@@ -239,8 +251,10 @@ def _index(here: Any, part: str, key: str, place: list[str | int]) -> str | int:
 
 def _complaints(error: ValidationError, model: type[BaseModel], source: Source) -> InputError:
     details = error.errors(include_url=False)
-    # For a file of another version, report only the version: every other complaint would be noise.
-    details = [detail for detail in details if detail["loc"] == ("version",)] or details
+    # For a file of another version, report only the version: every other complaint would be noise. A file without one
+    # is taken for one of this version.
+    other = [detail for detail in details if detail["loc"] == _VERSION and detail["type"] != "missing"]
+    details = other or details
     # Locating a mistake and its likely spelling takes time: of a thousand, only those that are reported get this.
     messages: dict[str, None] = {}
     for number, detail in enumerate(details, 1):
@@ -263,7 +277,8 @@ def _complaint(detail: ErrorDetails, model: type[BaseModel], source: Source) -> 
             return source.error(loc, f"unknown key{hint}", at_key=True)
         case "missing":
             misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], model, source)
-            return misspelt or source.error(loc[:-1], f"missing key {loc[-1]!r}")
+            first = "; begin the file with 'version: 1'" if loc == _VERSION else ""
+            return misspelt or source.error(loc[:-1], f"missing key {loc[-1]!r}{first}")
         case "no_kind" if isinstance(value, dict):
             misspelt = _misspelt(value, loc, None, model, source)
             return misspelt or source.error(loc, detail["msg"])
