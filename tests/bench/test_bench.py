@@ -225,3 +225,18 @@ def test_slow_frames_name_what_they_took_longer_for() -> None:
 def test_a_csv_row_lacks_what_its_run_did_not_count() -> None:
     report = report_of({"a": [1.0, 2.0], "b": [3.0]})
     assert to_csv(report) == "representation,frame,frame_ms\na,0,1.0\na,1,2.0\nb,0,3.0\n"
+
+
+def test_it_is_told_what_the_passes_leave_out() -> None:
+    """Frames that waited for each pass are not those of the row 'frame', and have time between the passes."""
+    report = report_of({"dpci": [12.0, 10.0, 10.0, 10.0]})
+    spent = {"plan": bench.spread([3.0]), "composite": bench.spread([4.0])}
+    trace = bench.Trace(work={}, passes={0: {"plan": 3.0, "composite": 4.0}}, pixels=[], pictures={})
+    run = replace(report.runs[0], passes_ms=spent, trace=trace)
+    text = to_text(replace(report, timer="finish", runs=(run,)))
+    assert (
+        "  passes: 7.00 of the 12.00 ms of 1 frame that waited after each pass; the other time is between them. "
+        "'frame': the other 3 frames\n" in text
+    )
+    assert "GPU time, 7.00 ms in all" in to_text(replace(report, timer="gpu", runs=(run,)))
+    assert "between" not in to_text(report)  # a report that was read from a file does not know

@@ -119,3 +119,13 @@ def test_a_worker_gets_names_that_mean_the_same_to_it(
     result = run("bench", "scene.yaml", "--cluster", "local:1")
     assert result.exit_code == 0, result.stderr
     assert asked == [scenes[0]] and result.stdout.startswith("scene.yaml, still camera")
+
+
+@pytest.mark.gl
+def test_a_scene_without_objects_is_drawn_with_a_warning(run: Callable[..., Any], tmp_path: Path) -> None:
+    (scene := tmp_path / "empty.yaml").write_text("version: 1\nenvironment: {sky: {}}\n")
+    for arguments in (("render", scene, "-o", tmp_path / "a.png"), ("bench", scene, "--frames", 1, "--warmup", 0)):
+        result = run(*arguments, "--resolution", "32,24")
+        assert result.exit_code == 0
+        assert result.stderr.splitlines()[0] == f"{scene}: has no objects; only its sky and ground are drawn"
+        assert result.stderr.count("no objects") == 1

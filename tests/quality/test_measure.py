@@ -246,12 +246,17 @@ def test_the_report_marks_goals_and_holds_no_infinity() -> None:
     text = to_text(report)
     assert "30.00 FAIL" in text and "26.00 FAIL" in text and "20.0 MB on the GPU FAIL (goal 16 MB)" in text
     assert next(line for line in text.splitlines() if "PSNR" in line).endswith("≥ 33, ≥ 27")
-    assert text.splitlines()[-1].split()[-6:] == ["3.0", "ok", "–", "1.0", "20.0", "FAIL"]
-    assert "baked in 3.0 s ok" in text and "a poor candidate: holes" in text and "overall, 2 models" in text
+    assert text.splitlines()[-1].split()[-5:] == ["3.0", "–", "1.0", "20.0", "FAIL"]
+    assert "baked in 3.0 s, " in text and "a poor candidate: holes" in text and "overall, 2 models" in text
     document = json.loads(to_json(report))
     assert document["models"][1]["summary"]["psnr"]["mean"] is None
     assert document["models"][1]["summary"]["psnr"]["mean_reached"] is True
     assert document["models"][0]["cost_goals"] == {"bake_seconds": True, "bytes_gpu": False}
+    slow = replace(models[0], costs=replace(models[0].costs, bake_seconds=60.0))
+    told = to_text(replace(report, models=(slow,)))
+    assert told.count("FAIL") == to_text(replace(report, models=models[:1])).count("FAIL")
+    assert "baked in 60.0 s, " in told and "goal 8 s" not in told  # the machine's fault, not that of the images
+    assert json.loads(to_json(replace(report, models=(slow,))))["models"][0]["cost_goals"]["bake_seconds"] is False
     assert document["models"][0]["close_summary"]["psnr"] == {"mean": None, "worst": None, "worst_view": None}
     coarse = replace(
         models[0],

@@ -40,7 +40,7 @@ def to_html(report: Report, changed: Sequence[str] = ()) -> str:
         Section(
             title=title(run),
             tables=[table(run)],
-            notes=notes(run),
+            notes=notes(run, report.timer),
             figures=_figures(run),
             colour=colour,
         )

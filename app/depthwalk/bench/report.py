@@ -9,6 +9,7 @@ from dataclasses import asdict
 from depthwalk.bench.measure import Report, Run, Spread
 from depthwalk.bench.ratio import paired_ratio
 from depthwalk.bench.slow_frames import SlowFrame
+from depthwalk.errors import counted
 from depthwalk.scene.arrays import CAPTURED, HEIGHT_FIELDS, MESHES
 
 _COLUMNS = ("p50", "p95", "p99", "max", "mean")
@@ -53,7 +54,7 @@ def to_text(report: Report) -> str:
         (_, *titles), *rows = table(run)
         lines += ["", title(run).ljust(24) + _columns(titles)]
         lines += [f"  {name}".ljust(24) + _columns(times) for name, *times in rows]
-        lines += [f"  {line}" for line in notes(run)]
+        lines += [f"  {line}" for line in notes(run, report.timer)]
     compared = speed_ups(report)
     return "\n".join([*lines, *(["", *compared] if compared else [])])
 
@@ -89,12 +90,35 @@ def table(run: Run) -> list[list[str]]:
     return [["", *_COLUMNS], *cells]
 
 
-def notes(run: Run) -> list[str]:
-    """Return the lines below a run's table: its counts that are not 0, and a line for each of its slowest frames."""
-    lines = [", ".join(f"{name} {value:g}" for name, value in run.counts.items() if value)]
+def notes(run: Run, timer: str) -> list[str]:
+    """Return the lines below a run's table.
+
+    They say what the rows of the passes cover, its counts that are not 0, and a line for each of its slowest frames.
+    `timer`: see `Report.timer`.
+    """
+    lines = [*_covered(run, timer), ", ".join(f"{name} {value:g}" for name, value in run.counts.items() if value)]
     if _drew_nothing(run):
         lines.append(f"nothing was drawn as {run.representation}: no visible asset can be drawn so")
     return lines + [_slow_line(slow, run.frame_ms.p50) for slow in run.slowest]
+
+
+def _covered(run: Run, timer: str) -> list[str]:
+    """Return a line that says why the rows of the passes do not add up to that of the frame."""
+    if run.trace is None or not run.trace.passes:
+        return []
+    passes = sum(times.mean for times in run.passes_ms.values())
+    if timer == "gpu":
+        return [
+            f"cull, plan, upload and occlusion are CPU time, the other rows GPU time, {passes:.2f} ms in all; CPU and "
+            "GPU work side by side, and what happens between passes is in 'frame' only"
+        ]
+    timed = run.trace.passes
+    whole = sum(run.frame_times[number] for number in timed) / len(timed)
+    rest = run.frames - len(timed)
+    return [
+        f"passes: {passes:.2f} of the {whole:.2f} ms of {counted(len(timed), 'frame')} that waited after each pass; "
+        "the other time is between them" + (f". 'frame': the other {counted(rest, 'frame')}" if rest else "")
+    ]
 
 
 def _drew_nothing(run: Run) -> bool:

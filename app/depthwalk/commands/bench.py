@@ -7,7 +7,7 @@ import typer
 
 from depthwalk.cluster.address import parse_cluster
 from depthwalk.commands.exit_codes import FAILURE
-from depthwalk.commands.option_values import check_camera_source, parse_camera, parse_resolution
+from depthwalk.commands.option_values import check_camera_source, parse_camera, parse_resolution, warn_if_empty
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -124,7 +124,10 @@ def main(
         )
         for scene in scenes
     ]
-    inputs = [input_files(plan.file.open(), path) for plan in plans]
+    inputs = []
+    for plan in plans:
+        warn_if_empty(scene := plan.file.open())
+        inputs.append(input_files(scene, path))
     read = [file for own in inputs for file in own]
     read += [paths.baseline for paths in files if paths.baseline and paths.baseline != paths.json]
     check_report_files([file for paths in files for file in (paths.json, paths.html, paths.table)], read, "measured")

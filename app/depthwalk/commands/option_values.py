@@ -3,6 +3,7 @@
 The functions `parse_…` and `check_…` raise InputError, whose message begins with the option.
 """
 
+import logging
 import math
 import re
 from collections.abc import Sequence
@@ -27,6 +28,8 @@ if TYPE_CHECKING:  # the scene package takes long to import, and few commands ne
     from depthwalk.scene.arrays import Camera, Representation
     from depthwalk.scene.camera import FrameAll
     from depthwalk.scene.scene import Scene
+
+log = logging.getLogger(__name__)
 
 Point = tuple[float, float, float]
 
@@ -224,6 +227,12 @@ def open_scene(
     from depthwalk.scene.loader import load_scene
 
     return load_scene(path, asset_roots or (), parse_settings(settings), sky)
+
+
+def warn_if_empty(scene: "Scene") -> None:
+    """Warn of a scene without objects, which is rather a mistake than a picture of sky and ground."""
+    if not len(scene.objects):
+        log.warning("%s: has no objects; only its sky and ground are drawn", scene.path)
 
 
 def still_representation(

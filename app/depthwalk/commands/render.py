@@ -19,6 +19,7 @@ from depthwalk.commands.option_values import (
     refuse_reuse,
     representation,
     still_representation,
+    warn_if_empty,
 )
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
@@ -134,6 +135,7 @@ def main(
         from depthwalk.scene.path import load_path
 
         loaded = open_files(files, asset_root, settings, sky, side_by_side)
+        warn_if_empty(loaded)
         walk = load_path(path) if path else None
         turns = max(round(turntable * _TURNTABLE_FPS), 1) if turntable else 0  # frames
         numbers = parse_frames(frames, len(walk.frames()) if walk else turns) if walk or turns else range(1)
