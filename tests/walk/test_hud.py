@@ -83,6 +83,34 @@ def test_the_help_begins_within_a_tiny_window(overlay_io: IO) -> None:
     assert 0 <= window.pos.x < 10 and 0 <= window.pos.y < 10
 
 
+@pytest.mark.parametrize(("width", "height"), [(428, 286), (640, 300), (640, 470)])
+def test_in_a_low_window_the_wheel_scrolls_the_help(overlay_io: IO, width: int, height: int) -> None:
+    overlay_io.display_size = imgui.ImVec2(width, height)
+    area, ends = None, []
+    for turn in (0, 0, 0, -30, 0, 0, 0):
+        if area is not None:
+            overlay_io.add_mouse_pos_event((area[0] + area[2]) / 2, (area[1] + area[3]) / 2)
+        overlay_io.add_mouse_wheel_event(0, turn)
+        imgui.new_frame()
+        area = draw_help(0.0, width)
+        imgui.render()
+        window = imgui.internal.find_window_by_name("help")
+        ends.append(window.scroll.y)
+    assert area is not None and 0 <= area[0] < area[2] <= width and (area[1], area[3]) == (0, height)
+    assert ends[2] == 0 < ends[-1] and ends[-1] == pytest.approx(window.scroll_max.y, abs=2)
+
+
+def test_a_tiny_window_shows_one_line(overlay_io: IO) -> None:
+    """With how to get the help, and what is being recorded."""
+    overlay_io.display_size = imgui.ImVec2(428, 286)
+    for _ in range(3):
+        imgui.new_frame()
+        right = draw_hud(slow_walk())
+        imgui.render()
+    window = imgui.internal.find_window_by_name("hud line")
+    assert window.size.y < 0.15 * 286 and window.pos.x + window.size.x == right < 0.9 * 428
+
+
 def slow_walk() -> Any:
     """What the HUD reads of a walk through a large scene on a slow machine, where every row has much to say."""
     times, scene_times = FrameTimes(), FrameTimes()
@@ -113,7 +141,7 @@ def slow_walk() -> Any:
     )
 
 
-@pytest.mark.parametrize(("width", "height"), [(800, 320), (800, 480), (800, 600)])
+@pytest.mark.parametrize(("width", "height"), [(800, 330), (800, 480), (800, 600)])
 def test_a_low_window_cuts_off_no_row_of_the_hud(overlay_io: IO, width: int, height: int) -> None:
     """It leaves out the last, and fills the room that it has."""
     overlay_io.display_size = imgui.ImVec2(width, height)
@@ -125,7 +153,7 @@ def test_a_low_window_cuts_off_no_row_of_the_hud(overlay_io: IO, width: int, hei
     assert height - 70 < box[3] <= height
 
 
-@pytest.mark.parametrize(("width", "height"), [(240, 320), (480, 320), (640, 480)])
+@pytest.mark.parametrize(("width", "height"), [(460, 330), (640, 330), (640, 480)])
 def test_a_narrow_window_shows_the_scene_instead_of_figures(overlay_io: IO, width: int, height: int) -> None:
     overlay_io.display_size = imgui.ImVec2(width, height)
     bottoms = []

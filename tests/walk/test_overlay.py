@@ -13,7 +13,9 @@ from depthwalk.walk.overlay import pixels_per_unit
         ((2048, 1536), 2.0, 2.0),  # also of a window of 1024 × 768 in coordinates of macOS or Wayland
         ((1024, 768), 2.0, 1.6),  # 640 × 480 units, for which help and panel are laid out
         ((2000, 600), 2.0, 1.25),
-        ((320, 240), 2.0, 1.0),
+        ((320, 240), 2.0, 0.7),
+        ((480, 400), 1.0, 0.75),
+        ((300, 200), 1.0, 0.7),
         ((1024, 768), 0.75, 1.0),
     ],
 )

@@ -18,11 +18,13 @@ from depthwalk.walk.hud_widgets import (
     table_width,
 )
 from depthwalk.walk.native_imgui import imgui
+from depthwalk.walk.panel import Area
 from depthwalk.walk.state import State
 
 _WIDTH = 255.0
 _PASSES = 122.0  # width of the column of names of passes, which holds `material_resolve`
 _ROOM = 2.5  # widths of the HUD; a narrower window has room for its first lines only
+_TINY = 460.0, 330.0  # (width, height) of windows in which these lines, too, would cover the objects
 _SLOWER = 1.3  # ratio of frame time to picture time from which frames count as drawn in slices
 _FITTED = imgui.WindowFlags_.always_auto_resize
 _NARROWEST_TOAST = 300.0
@@ -48,7 +50,7 @@ HELP = (
     ("L", "focus on the window's centre (depth of field)"),
     ("R", "reload the scene file"),
     ("Gamepad", "sticks move and look, triggers up / down"),
-    ("Drop a file", "open a scene, mesh or camera path"),
+    ("Drop files", "open a scene, meshes or a camera path"),
     ("1 2 3", "draw as the scene says / depth images / mesh"),
     ("Tab / Ctrl+S", "settings panel / save what it changed"),
     ("B", "stop baking depth images"),
@@ -62,8 +64,10 @@ def draw_hud(state: State) -> float:
     """Draw the HUD of the walk `state` at the window's left edge, and return its right end, widget coordinates.
 
     It shows frame times, what was drawn, and the viewer's position. In a narrow window, where all this would cover the
-    objects, it shows only the frame times, and what is being played or recorded.
+    objects, it shows only the frame times, and what is being played or recorded; in a tiny one, a single line.
     """
+    if any(extent < least for extent, least in zip(imgui.get_io().display_size, _TINY, strict=True)):
+        return _draw_line(state)
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding
     viewer, passes, counts = viewer_rows(state), pass_rows(state.renderer.timers.milliseconds), _counted(state)
     width = max(_WIDTH, table_width(viewer), table_width(counts)) + 2 * padding.x
@@ -89,6 +93,19 @@ def draw_hud(state: State) -> float:
     return MARGIN + width
 
 
+def _draw_line(state: State) -> float:
+    """Draw the HUD of a tiny window, and return its right end, widget coordinates."""
+    rate = f"{1 / state.times.smoothed:.1f} FPS" if state.times.smoothed else "FPS"
+    rows = [f"{name} {value}" for name, value in viewer_rows(state) if name in CAMERA_ROWS]
+    begin_overlay("hud line", (0, 0), (0, 0))
+    imgui.text_colored(BRIGHT, rate)
+    imgui.same_line()
+    imgui.text_colored(DIM, "   ".join([*rows, "H help", "Z hides this"]))
+    right = imgui.get_window_pos().x + imgui.get_window_size().x
+    imgui.end()
+    return right
+
+
 def draw_crosshair() -> None:
     """Mark the centre of the window, on which the key L focuses."""
     display = imgui.get_io().display_size
@@ -98,8 +115,10 @@ def draw_crosshair() -> None:
     canvas.add_line((x, y - 7), (x, y + 7), colour)
 
 
-def draw_help(left: float, right: float) -> None:
+def draw_help(left: float, right: float) -> Area | None:
     """Draw the list of keys centred between HUD and panel; if there is no room, before both.
+
+    In a window that is too low for it the wheel scrolls it.
 
     Parameters
     ----------
@@ -107,19 +126,33 @@ def draw_help(left: float, right: float) -> None:
         The right end of the HUD, widget coordinates.
     right
         The left end of the panel, widget coordinates.
+
+    Returns
+    -------
+    Area or None
+        The rectangle in which the wheel scrolls: left, top, right, bottom, widget coordinates; None if it need not.
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
-    half = (LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
+    height = len(HELP) * (imgui.get_text_line_height() + 2 * CLOSE_ROWS.y) + 2 * imgui.get_style().window_padding.y
+    scrolls = height > display.y
+    bar = imgui.get_style().scrollbar_size if scrolls else 0.0
+    half = (LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP) + bar) / 2 + padding
     fits = right - left > 2 * half
     middle = (left + right) / 2 if fits else max(half, right - half)  # over the HUD if there is no room, then opaque
     imgui.push_style_var(imgui.StyleVar_.cell_padding, CLOSE_ROWS)
+    flags = OVERLAY
+    if scrolls:
+        imgui.set_next_window_size((min(2 * half, display.x), display.y))
+        flags = OVERLAY & ~(_FITTED | imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_inputs)
     # Placed by its left end, where the keys are: imgui makes it no wider than the window.
-    begin_overlay("help", (middle - half, display.y / 2), (0.0, 0.5), alpha=0.92 if fits else 1.0)
+    begin_overlay("help", (middle - half, display.y / 2), (0.0, 0.5), alpha=0.92 if fits else 1.0, flags=flags)
     draw_table("help", HELP)
+    place, size = imgui.get_window_pos(), imgui.get_window_size()
     if not fits:
         imgui.internal.bring_window_to_display_front(imgui.internal.get_current_window())
     imgui.end()
     imgui.pop_style_var()
+    return (place.x, place.y, place.x + size.x, place.y + size.y) if scrolls else None
 
 
 def draw_toast(message: str, floor: float, left: float, right: float) -> None:

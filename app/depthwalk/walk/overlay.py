@@ -16,6 +16,7 @@ from depthwalk.walk.native_imgui import imgui
 _FONT = "assets/fonts/Roboto/Roboto-Regular.ttf"  # comes with imgui-bundle; has Greek and Cyrillic
 _FONT_PIXELS = 16.0
 _SMALLEST = 640, 480  # (width, height) in widget coordinates, in which help and panel fit
+_READABLE = 0.7  # pixels to a unit of widget coordinates, at which texts can just be read
 
 
 class Overlay:
@@ -90,7 +91,7 @@ class Overlay:
 def pixels_per_unit(buffer_size: tuple[int, int], density: float) -> float:
     """Return the number of pixels to a unit of widget coordinates: the desktop's `density` where the window is large.
 
-    A window that has no room for the widgets at that size has smaller ones, but none below a pixel to the unit.
+    A window that has no room for the widgets at that size has smaller ones, as far as texts stay readable.
 
     Parameters
     ----------
@@ -100,7 +101,7 @@ def pixels_per_unit(buffer_size: tuple[int, int], density: float) -> float:
         By how much the desktop enlarges what it shows.
     """
     room = min(pixels / least for pixels, least in zip(buffer_size, _SMALLEST, strict=True))
-    return max(min(density, room), 1.0)
+    return max(min(density, room), min(max(room, _READABLE), 1.0))
 
 
 def set_up_look(io: imgui.IO) -> None:

@@ -52,7 +52,7 @@ def draw_panel(state: State, left: float) -> Area:
     imgui.set_next_window_pos((display.x - width - _MARGIN, _MARGIN), imgui.Cond_.always)
     imgui.set_next_window_size_constraints((width, 0), (width, max(display.y - 2 * _MARGIN, 60)))
     flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
-    imgui.begin("Settings", None, flags)
+    imgui.begin("Settings \u2013 Tab closes###Settings", None, flags)
     imgui.push_item_width(-LABEL_WIDTH)
     _draw_changes(state, narrow=width < _WIDTH)
     _draw_view(state)

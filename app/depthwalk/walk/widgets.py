@@ -50,7 +50,8 @@ def draw_widgets(
         draw_outlines(View(state.camera, (round(overlay.io.display_size.x), round(floor))), report)
         draw_card(report, impostor, tile, allowed, left=left, right=right)
     if state.help:
-        hud.draw_help(left, right)
+        scrolled = hud.draw_help(left, right)
+        areas += [scrolled] if scrolled else []
     if in_screenshot:
         return areas
     if progress is not None:
