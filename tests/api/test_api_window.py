@@ -22,6 +22,8 @@ def test_the_window_gets_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     ((shown, options),) = opened
     assert shown.objects.position[0].tolist() == [1, 2, 3]
     assert options == {"path": None, "size": (320, 200), "fullscreen": False, "change": None}
+    dw.view(scene)
+    assert opened[1][1]["size"] is None  # as large as the command line's, which fits the screen
 
 
 def test_no_display_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,7 @@ from depthwalk.scene.models import load_files
 from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
 from depthwalk.walk import NoDisplayError, app
-from depthwalk.walk.window import larger_size, open_window
+from depthwalk.walk.window import fitted_size, open_window
 from walks import state
 from window_program import PATIENCE, SCENE, Program, User, names
 
@@ -378,8 +378,8 @@ def test_waiting_for_an_event_ends_with_it(display: None) -> None:
 DENSITY = """
 from depthwalk.walk.window import desktop_density, open_window, wait_for_event
 
-for enlarged in False, True:
-    window = open_window("dense", (96, 64), enlarged=enlarged)
+for fitted in False, True:
+    window = open_window("dense", (96, 64), fitted=fitted)
     for _ in range(20):
         wait_for_event(0.01)
     print(desktop_density(window), *window.buffer_size)
@@ -405,15 +405,17 @@ def test_a_dense_desktop_tells_its_density_and_enlarges_only_windows_that_ask_fo
         (2.0, (3840, 2160), (2048, 1536)),
         (2.0, (2560, 1152), (1536, 1152)),  # as high as the screen, in the same proportions
         (1.5, (1280, 2160), (1280, 960)),
-        (2.0, (800, 600), (1024, 768)),  # never smaller than it was
+        (2.0, (800, 600), (800, 600)),
+        (1.0, (1366, 700), (933, 700)),  # a small notebook, below the desktop's bar
+        (0.75, (800, 900), (800, 600)),
         (0.75, (3840, 2160), (1024, 768)),
         (2.0, (-10, 0), (1024, 768)),  # a desktop that tells nothing
     ],
 )
-def test_a_window_grows_as_far_as_the_screen_has_room(
+def test_a_window_is_as_large_as_the_desktop_wants_it_and_the_screen_has_room(
     factor: float, room: tuple[int, int], expected: tuple[int, int]
 ) -> None:
-    assert larger_size((1024, 768), factor, room) == expected
+    assert fitted_size((1024, 768), factor, room) == expected
 
 
 @linux

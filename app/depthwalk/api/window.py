@@ -14,7 +14,7 @@ def view(
     scene: Scene,
     *,
     path: PathLike | None = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] | None = None,
     fullscreen: bool = False,
     before_frame: Callable[[float], None] | None = None,
 ) -> None:
@@ -27,7 +27,7 @@ def view(
     path
         A camera path file, played with the key P; None for no path.
     size
-        Width and height of the window, pixels.
+        Width and height of the window, pixels. None: 1024 × 768, more on a dense screen, less on a small one.
     fullscreen
         Whether the window covers the whole screen.
     before_frame

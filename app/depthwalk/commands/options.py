@@ -112,7 +112,7 @@ WindowResolution = Annotated[
         "--resolution",
         metavar="W,H|WxH",
         help="Width and height of the window, pixels.",
-        show_default="1024,768, more on a dense screen",
+        show_default="1024,768, more on a dense screen, less on a small one",
     ),
 ]
 CameraPosition = Annotated[

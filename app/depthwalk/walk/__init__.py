@@ -49,8 +49,8 @@ def run(
     fullscreen
         Whether to use the whole screen.
     size
-        (width, height) of the window, in coordinates of the desktop. None: 1024 × 768, and as much more as the desktop
-        enlarges what it shows and the screen has room for.
+        (width, height) of the window, in coordinates of the desktop. None: 1024 × 768, times what the desktop enlarges
+        by, as far as the screen has room; less on a smaller screen.
     representation
         How to draw every object; None follows the scene.
     first_camera
@@ -77,7 +77,7 @@ def run(
     """
     with ThreadPoolExecutor(1) as threads:  # starting the driver takes as long as half of the imports
         app = threads.submit(import_module, "depthwalk.walk.app")
-        window = open_window(title_of(scene), size or _USUAL_SIZE, fullscreen, enlarged=size is None)
+        window = open_window(title_of(scene), size or _USUAL_SIZE, fullscreen, fitted=size is None)
     try:
         walk_in = app.result().walk_in
     except BaseException:

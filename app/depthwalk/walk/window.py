@@ -19,6 +19,8 @@ from depthwalk.scene.scene import Scene
 
 Window = glfw_window.Window
 
+_LEAST_ROOM = 200  # coordinates of the desktop: no screen has less room for windows
+
 
 class PadState(NamedTuple):
     """Hold what a gamepad's sticks and buttons do, in the order of GLFW's numbers; see `gamepad.Axis` and `Button`.
@@ -44,7 +46,7 @@ class NoDisplayError(Exception):
     """Report that no window can be opened, as on a machine without display; the message says why in one line."""
 
 
-def open_window(title: str, size: tuple[int, int], fullscreen: bool = False, enlarged: bool = False) -> Window:
+def open_window(title: str, size: tuple[int, int], fullscreen: bool = False, fitted: bool = False) -> Window:
     """Return a window whose OpenGL 3.3 core context is current.
 
     Parameters
@@ -55,8 +57,9 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False, enl
         (width, height) of the window, in coordinates of the desktop.
     fullscreen
         Whether to use the whole screen.
-    enlarged
-        Whether the window becomes as much larger as the desktop enlarges what it shows, if the screen has room.
+    fitted
+        Whether the window becomes as much larger as the desktop enlarges what it shows, as far as the screen has room,
+        or smaller where it has less.
 
     Returns
     -------
@@ -86,29 +89,35 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False, enl
             window.fullscreen = True
         else:
             # On a scaled desktop GLFW made it larger without telling moderngl-window.
-            window.size = _enlarged(window, size) if enlarged else size
+            window.size = _fitted(window, size) if fitted else size
     finally:
         glfw.set_error_callback(None)  # type: ignore[arg-type] # the stubs forget this
     window.exit_key = None  # Esc releases the mouse first
     return window
 
 
-def _enlarged(window: Window, size: tuple[int, int]) -> tuple[int, int]:
+def _fitted(window: Window, size: tuple[int, int]) -> tuple[int, int]:
     """Return `size` times what the desktop leaves to programs of its enlargement, within the room on its screen."""
     pixels = glfw.get_framebuffer_size(window._window)[0] / max(glfw.get_window_size(window._window)[0], 1)
     factor = desktop_density(window) / max(pixels, 1.0)  # 1 where a coordinate of the desktop stands for several pixels
     screen = glfw.get_primary_monitor()
-    if not screen or factor <= 1:
+    if not screen:
         return size
     *_, width, height = glfw.get_monitor_workarea(screen)
     left, top, right, bottom = glfw.get_window_frame_size(window._window)
-    return larger_size(size, factor, (width - left - right, height - top - bottom))
+    return fitted_size(size, factor, (width - left - right, height - top - bottom))
 
 
-def larger_size(size: tuple[int, int], factor: float, room: tuple[int, int]) -> tuple[int, int]:
-    """Return a window's (width, height) `size` times `factor`, or as far as it fits into `room`, but never smaller."""
-    factor = max(min(factor, room[0] / size[0], room[1] / size[1]), 1.0)
-    return int(size[0] * factor), int(size[1] * factor)
+def fitted_size(size: tuple[int, int], factor: float, room: tuple[int, int]) -> tuple[int, int]:
+    """Return a window's (width, height) `size` times `factor`, at least 1, or as much less as fits into `room`.
+
+    A `room` that no screen has was not told by the desktop, and is ignored.
+    """
+    factor = max(factor, 1.0)
+    fits = min(room[0] / size[0], room[1] / size[1])
+    if min(room) < _LEAST_ROOM:
+        fits = 1.0
+    return int(size[0] * min(factor, fits)), int(size[1] * min(factor, fits))
 
 
 def gl_address(name: str) -> int | None:
