@@ -250,3 +250,24 @@ def test_a_model_by_itself_can_be_copied_only(overlay_io: IO, tmp_path: Path, sc
     assert list(rows_of(overlay_io, walk.state, 340)) == ["Copy", "Undo", "end"]
     keep(walk, Keeping.SAVE)
     assert "without a scene file" in walk.state.toast and scene_file.read_text() == SCENE
+
+
+@pytest.mark.parametrize("model", ["gradient", "preetham"])
+def test_a_sky_without_its_picture_is_saved(tmp_path: Path, scene_file: Path, model: Any) -> None:
+    """What the file says of the picture gets its default; the picture is kept for the rest of the walk."""
+    Image.new("RGB", (4, 2)).save(tmp_path / "picture.png")
+    sky_text = "sky: {model: image, image: picture.png, turn: 30, sun: true, light: true}  # ours"
+    scene_file.write_text(f"version: 1\nenvironment:\n  {sky_text}\n")
+    walk = walk_in(scene_file)
+    sky = walk.state.scene.environment.sky
+    sky.model = model
+    keep(walk, Keeping.SAVE)
+    assert walk.state.toast.startswith("Saved 4 values"), walk.state.toast
+    saved = f"sky: {{model: {model}, image: null, turn: 0, sun: false, light: true}}  # ours"
+    assert scene_file.read_text() == f"version: 1\nenvironment:\n  {saved}\n"
+    read = load_scene(scene_file).environment.sky
+    assert read is not None and read.model == model and walk.state.changed == {}
+    sky.model = "image"
+    assert sky.image.name == "picture.png" and walk.state.changed["environment"]["sky"]["model"] == "image"
+    walk.state.undo_changes()
+    assert sky.model == model and walk.state.changed == {}

@@ -9,7 +9,7 @@ from typing import Any
 
 from depthwalk.params import Memo, Params
 from depthwalk.scene.effect_settings import DofParams
-from depthwalk.scene.environment import GroundParams, SkyParams
+from depthwalk.scene.environment import OF_IMAGE, GroundParams, SkyParams
 from depthwalk.scene.saved_values import leaves
 from depthwalk.scene.scene import Scene
 from depthwalk.scene.yaml_edit import Place
@@ -33,9 +33,10 @@ class _Group:
         """Return the values that differ from the file's; those of groups within it do not count."""
         return self._memo.of([self.params]) if vars(self.params) != self.given else {}
 
-    def accept(self, name: str) -> None:
-        """Count a value as the file's from now on."""
-        self.given[name] = getattr(self.params, name)
+    def accept(self, name: str, written: Any) -> None:
+        """Count a value, which the file has as it was `written`, as the file's from now on."""
+        left_over = isinstance(self.params, SkyParams) and name in _unused(self.params)
+        self.given[name] = written if left_over else getattr(self.params, name)
         self._memo = self._new_memo()
 
     def restore(self) -> None:
@@ -102,11 +103,11 @@ class FileValues:
             As for `changed`.
         """
         groups = {group.place: group for group in self._groups}
-        for place, _ in leaves(values):
+        for place, written in leaves(values):
             if place == _FOV:
                 self.fov = fov
             else:
-                groups[place[:-1]].accept(place[-1])
+                groups[place[:-1]].accept(place[-1], written)
 
 
 def _groups(place: Place, params: Params) -> Iterator[_Group]:
@@ -126,6 +127,19 @@ def _differing(params: Params, given: Mapping[str, Any]) -> Iterator[tuple[str, 
         value, before = getattr(params, control.name), given[control.name]
         if value != before and (written := _written(control, value)) != _written(control, before):
             yield control.name, written
+    if isinstance(params, SkyParams):
+        yield from _left_over(params, given)
+
+
+def _left_over(sky: SkyParams, given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the keys that the file has for the picture of a sky that shows none any more, at their defaults.
+
+    With other values the file would be no valid scene.
+    """
+    if given["model"] == "image" != sky.model:
+        for name in OF_IMAGE:
+            if given[name] != (default := type(sky).model_fields[name].default):
+                yield name, default
 
 
 def _unused(params: Params) -> frozenset[str]:
