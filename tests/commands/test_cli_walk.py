@@ -118,7 +118,7 @@ def test_render_draws_several_meshes(run: Callable[..., Any], tiny_scene: Path, 
         "-o",
         tmp_path / "{frame}.png",
     )
-    assert (refused.exit_code, refused.stderr) == (2, "--cluster: draws a scene file or one mesh\n")
+    assert (refused.exit_code, refused.stderr) == (2, "--cluster: draws a scene file, or one mesh without --texture\n")
 
 
 @pytest.mark.gl

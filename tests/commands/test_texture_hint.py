@@ -17,14 +17,16 @@ def test_commands_tell_of_it(run: Callable[..., Any], tmp_path: Path) -> None:
     (mesh := tmp_path / "cow.obj").write_text(TEXTURED)
     told = f"{mesh}: names no texture; if cow.png is its texture: "
     options = "--resolution", "32,24", "-o", tmp_path / "a.png"
-    assert run("render", mesh, *options).stderr == f"{told}--set assets.model.texture=cow.png\n"
+    picture = tmp_path / "cow.png"
+    assert run("render", mesh, *options).stderr == f"{told}--texture {picture}\n"
+    assert run("render", mesh, *options, "--texture", picture).stderr == ""
     assert run("render", mesh, *options, "--set", "assets.model.texture=cow.png").stderr == ""
     (other := tmp_path / "ox").mkdir()
     (other / "ox.obj").write_text(TEXTURED)
     several = run("render", other / "ox.obj", mesh, *options)
     assert several.stderr == "cow.obj: names no texture; if cow.png is its texture: --set assets.cow.texture=cow.png\n"
     assert run("render", other / "ox.obj", mesh, *options, "--set", "assets.cow.texture=cow.png").stderr == ""
-    assert "if cow.png is its texture: --texture cow.png (`bake`" in run("info", mesh).stdout
+    assert f"if cow.png is its texture: --texture {picture}, or" in run("info", mesh).stdout
     bake = "--dpci-resolution", 16, "--layers", 1, "--force"
-    assert f"{told}--texture cow.png\n" in run("bake", mesh, *bake).stderr
+    assert f"{told}--texture {picture}\n" in run("bake", mesh, *bake).stderr
     assert "texture" not in run("bake", mesh, *bake, "--texture", tmp_path / "cow.png").stderr

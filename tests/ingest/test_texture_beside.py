@@ -28,7 +28,7 @@ def test_the_option_can_be_pasted_into_a_shell(tmp_path: Path) -> None:
     assert hint(tmp_path, "cow.png").endswith("--set assets.model.texture=cow.png")
     (tmp_path / "cow.png").rename(tmp_path / "cow tex.png")
     assert hint(tmp_path).endswith("""--set assets.model.texture='"cow tex.png"'""")
-    assert texture_hint(tmp_path / "cow.obj", "--texture ").endswith("--texture 'cow tex.png'")
+    assert texture_hint(tmp_path / "cow.obj", "--texture ").endswith(f"--texture '{tmp_path / 'cow tex.png'}'")
 
 
 @pytest.mark.parametrize("pictures", [[], ["cow.png", "cow_texture.png"], ["cow_normal.png"], ["spot.png"]])

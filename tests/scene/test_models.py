@@ -74,3 +74,20 @@ def test_what_is_no_mesh_is_told_all_at_once(parts: list[Path], tiny_scene: Path
     assert gone.startswith(f"{tmp_path / 'gone.ply'}: no such file")
     assert empty.startswith(f"{broken}: no faces") and baked.startswith(f"{images}: depth images do not say where")
     assert other.startswith("x.fbx: no such file")
+
+
+def test_a_picture_becomes_the_texture_of_all(parts: list[Path], tiny_scene: Path, tmp_path: Path) -> None:
+    """Not one of the same name beside them."""
+    wood, other = tmp_path / "wood.png", tmp_path / "a" / "wood.png"
+    wood.touch()
+    other.touch()
+    for files in parts, parts[1:2]:
+        scene = load_files(files, texture=wood)
+        assert {asset.texture for asset in scene.assets if isinstance(asset, MeshAsset)} == {wood.resolve()}
+        assert scene.files == tuple(files)
+    with pytest.raises(InputError, match=r"gone\.png: no such file"):
+        load_files(parts, texture=tmp_path / "gone.png")
+    with pytest.raises(InputError, match=r"^--texture: needs a mesh; in a scene file, an asset has the key 'texture'$"):
+        load_files([tiny_scene], texture=wood)
+    with pytest.raises(InputError, match=r"wood\.png: a picture, no mesh; --sky"):
+        load_files([parts[0], wood])

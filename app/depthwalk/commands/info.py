@@ -271,7 +271,7 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
     if hint := unit_hint(path, high - low, "--height of `bake`, `height` in a scene file"):
         yield "unit", hint
     if hint := texture_hint(path, "--texture "):
-        yield "texture", f"{hint} (`bake`, `compare`), or `texture` in a scene file"
+        yield "texture", f"{hint}, or `texture` in a scene file"
     for part in (*mesh.parts, *mesh.translucent_parts):
         material = mesh.materials[part.material]
         texture = material.texture

@@ -256,11 +256,13 @@ def open_files(
     settings: Sequence[str] | None,
     sky: Path | None = None,
     side_by_side: bool = False,
+    texture: Path | None = None,
 ) -> "Scene":
-    """Load a scene, or several models, as `open_scene` does; `side_by_side`: see `scene.models.load_files`."""
+    """Load a scene, or several models, as `open_scene` does; the last two: see `scene.models.load_files`."""
     from depthwalk.scene.models import load_files
 
-    return load_files(files, asset_roots or (), parse_settings(settings), sky, side_by_side=side_by_side)
+    overrides = parse_settings(settings)
+    return load_files(files, asset_roots or (), overrides, sky, side_by_side=side_by_side, texture=texture)
 
 
 def open_in_window(
@@ -269,6 +271,7 @@ def open_in_window(
     settings: Sequence[str] | None,
     sky: Path | None = None,
     side_by_side: bool = False,
+    texture: Path | None = None,
 ) -> "Scene":
     """Load a scene as `open_files` does, but with polygons for light meshes without a scene.
 
@@ -277,7 +280,7 @@ def open_in_window(
     """
     from depthwalk.scene.arrays import Representation
 
-    scene = open_files(files, asset_roots, settings, sky, side_by_side)
+    scene = open_files(files, asset_roots, settings, sky, side_by_side, texture)
     for number, file in enumerate(files):
         if _is_plain_mesh(file, settings) and file.stat().st_size <= _LIGHT_FILE:
             scene.objects.representation[number] = Representation.MESH

@@ -40,6 +40,7 @@ from depthwalk.commands.options import (
     Settings,
     SideBySide,
     Sky,
+    Texture,
     Verbose,
     named_files,
 )
@@ -103,6 +104,7 @@ def main(
     time: Moment = 0.0,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     no_background: NoBackground = False,
+    texture: Texture = None,
     sky: Sky = None,
     asset_root: AssetRoots = None,
     settings: Settings = None,
@@ -134,7 +136,7 @@ def main(
         from depthwalk.render.up_axis import stand_upright
         from depthwalk.scene.path import load_path
 
-        loaded = open_files(files, asset_root, settings, sky, side_by_side)
+        loaded = open_files(files, asset_root, settings, sky, side_by_side, texture)
         warn_if_empty(loaded)
         walk = load_path(path) if path else None
         turns = max(round(turntable * _TURNTABLE_FPS), 1) if turntable else 0  # frames
@@ -148,8 +150,8 @@ def main(
     if where and path:
         from depthwalk.commands.cluster_render import render_on_cluster
 
-        if loaded.beside:
-            raise InputError("--cluster: draws a scene file or one mesh")
+        if loaded.beside or texture:
+            raise InputError("--cluster: draws a scene file, or one mesh without --texture")
         job = loaded.path, path, asset_root or [], settings or [], sky, size, representation_name, output
         if not render_on_cluster(where, loaded, numbers, *job):
             raise typer.Exit(FAILURE)

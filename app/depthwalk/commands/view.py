@@ -24,6 +24,7 @@ from depthwalk.commands.options import (
     Settings,
     SideBySide,
     Sky,
+    Texture,
     Verbose,
     WindowResolution,
     named_files,
@@ -58,6 +59,7 @@ def main(
     camera_direction: CameraDirection = None,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     watch: Annotated[bool, typer.Option("--watch", help="Reload the scene when one of its files is saved.")] = False,
+    texture: Texture = None,
     sky: Sky = None,
     asset_root: AssetRoots = None,
     settings: Settings = None,
@@ -77,7 +79,7 @@ def main(
 
     def read(files: Sequence[Path]) -> "Scene":
         if tuple(files) == first:
-            return open_in_window(files, asset_root, settings, sky, side_by_side)
+            return open_in_window(files, asset_root, settings, sky, side_by_side, texture)
         return open_in_window(files, asset_root, None, side_by_side=side_by_side and len(files) > 1)
 
     with ExitStack() as closed_at_end:

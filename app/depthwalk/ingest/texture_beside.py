@@ -27,7 +27,8 @@ def texture_hint(mesh: Path, option: str) -> str:
     mesh
         The mesh file.
     option
-        How the user names the texture, without the name of the picture: `--texture `.
+        How the user names the texture, without its file: `--texture `, which takes a path, or `--set …=`, which takes
+        the name of a file beside the mesh.
 
     Returns
     -------
@@ -37,8 +38,11 @@ def texture_hint(mesh: Path, option: str) -> str:
     """
     if mesh.suffix.lower() != ".obj" or (picture := _picture_beside(mesh)) is None or not _awaits_texture(mesh):
         return ""
-    plain = re.fullmatch(r"[\w.-]+", picture.name) or option.startswith("--texture")
-    named = picture.name if plain else json.dumps(picture.name, ensure_ascii=False)  # values of --set are YAML
+    named = picture.name
+    if option.startswith("--texture"):
+        named = str(picture)
+    elif not re.fullmatch(r"[\w.-]+", named):
+        named = json.dumps(named, ensure_ascii=False)  # values of --set are YAML
     return f"names no texture; if {picture.name} is its texture: {option}{shlex.quote(named)}"
 
 

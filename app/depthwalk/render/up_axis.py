@@ -245,8 +245,7 @@ def stand_upright(scene: Scene, renderer: Renderer) -> list[str]:
 def _texture_hint(scene: Scene) -> str:
     """Return a line about a picture that may be the texture of one of the models; "" if there is none."""
     for file, asset in zip(scene.files, scene.assets, strict=True):
-        if getattr(asset, "texture", None) is None and (
-            hint := texture_hint(file, f"--set assets.{asset.name}.texture=")
-        ):
+        option = f"--set assets.{asset.name}.texture=" if scene.beside else "--texture "
+        if getattr(asset, "texture", None) is None and (hint := texture_hint(file, option)):
             return f"{file.name if scene.beside else file}: {hint}"
     return ""

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from depthwalk.errors import InputError, missing_file
-from depthwalk.ingest.formats import is_baked_file, is_model_file
+from depthwalk.ingest.formats import SCENE_SUFFIXES, check_suffix, is_baked_file, is_mesh_file, is_model_file
 from depthwalk.scene.document import Document, parse_document
 from depthwalk.scene.loader import load_scene, scene_from
-from depthwalk.scene.scene import Scene
+from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Array
 
 _GAP = 0.2  # of the widest model's width: between models that stand side by side
@@ -30,6 +30,7 @@ def load_files(
     sky: Path | None = None,
     *,
     side_by_side: bool = False,
+    texture: Path | None = None,
 ) -> Scene:
     """Load a scene file, or one or several models as a scene that holds nothing else.
 
@@ -44,6 +45,8 @@ def load_files(
         As for `load_scene`.
     side_by_side
         Whether several models stand in a row along x, instead of at the coordinates of their files.
+    texture
+        A picture that replaces the textures of the meshes; it may lie anywhere. None keeps them.
 
     Returns
     -------
@@ -56,6 +59,8 @@ def load_files(
         With one located line per mistake; also for several files that are not all meshes.
     """
     first, *others = files
+    if texture is not None:
+        return _textured(load_files(files, asset_roots, overrides, sky, side_by_side=side_by_side), texture)
     if not others:
         if side_by_side:
             raise InputError("--side-by-side: needs several models")
@@ -69,6 +74,17 @@ def load_files(
     roots = [*asset_roots, *(file.parent for file in files)]  # where --set may name a texture
     scene = scene_from(_document(files, names, places, folder), first, folder, roots, overrides, sky)
     return replace(scene, beside=tuple(others), side_by_side=side_by_side)
+
+
+def _textured(scene: Scene, texture: Path) -> Scene:
+    """Return a scene of meshes without a scene file, with another texture. Raises InputError for other scenes."""
+    if not texture.is_file():
+        raise missing_file(texture)
+    if not is_mesh_file(scene.path):
+        raise InputError("--texture: needs a mesh; in a scene file, an asset has the key 'texture'")
+    picture = texture.resolve()
+    meshes = tuple(replace(asset, texture=picture) for asset in scene.assets if isinstance(asset, MeshAsset))
+    return replace(scene, assets=meshes)
 
 
 def model_document(path: Path) -> Document:
@@ -131,6 +147,8 @@ def _check_mesh(file: Path) -> None:
     if not file.is_file():
         raise missing_file(file)
     if not is_model_file(file):
+        if file.suffix.lower() not in SCENE_SUFFIXES:
+            check_suffix(file)
         raise InputError(f"{file}: is no mesh; a scene is shown by itself, a camera path is given as --path")
     if is_baked_file(file):
         raise InputError(f"{file}: depth images do not say where their mesh was; give the mesh, or write a scene file")
