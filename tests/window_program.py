@@ -70,7 +70,8 @@ class WatchedWidgets:  # imgui, of which it is noted where buttons and check box
 
 def noted(label, answer):
     low, high = native.get_item_rect_min(), native.get_item_rect_max()
-    places[label] = low.x + 9, (low.y + high.y) / 2
+    pixels = native.get_io().display_framebuffer_scale.x  # to a unit of widget coordinates
+    places[label] = pixels * (low.x + 9), pixels * (low.y + high.y) / 2
     return answer
 
 def tell(**facts):
