@@ -106,7 +106,12 @@ def watched_step(walk):
 def drop_by_signal(window, action):
     on_files_dropped(window, action)
     dropped = glfw.set_drop_callback(window._window, None)
-    signal.signal(signal.SIGUSR1, lambda *_: dropped(None, 1, [Path("dropped").read_bytes()]))
+
+    def drop(*_):
+        files = Path("dropped").read_bytes().splitlines()
+        dropped(None, len(files), files)
+
+    signal.signal(signal.SIGUSR1, drop)
     signal.signal(signal.SIGUSR2, lambda *_: window.close())
 
 if "compiled" not in sys.argv:
@@ -258,8 +263,8 @@ class User:
         self.program.wait_frames()
         self.do("mouseup", 1)
 
-    def drop(self, file: Path) -> None:
-        (self.program.folder / "dropped").write_text(str(file))
+    def drop(self, *files: Path) -> None:
+        (self.program.folder / "dropped").write_text("\n".join(map(str, files)))
         self.program.process.send_signal(signal.SIGUSR1)
 
     def key(self, name: str, **facts: Any) -> Report:

@@ -34,7 +34,6 @@ from depthwalk.scene.path import load_path
 from depthwalk.types import Rows
 from depthwalk.walk import NoDisplayError, app
 from depthwalk.walk.window import fitted_size, open_window
-from walks import state
 from window_program import PATIENCE, SCENE, Program, User, names
 
 missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
@@ -245,6 +244,32 @@ def test_files_are_dropped_and_read_again(start: Start, scene_file: Path, tmp_pa
     assert not any(program.end().values())
 
 
+@linux
+def test_meshes_that_are_dropped_together_are_shown_together(start: Start, tmp_path: Path) -> None:
+    """They are read again together, and turned upright together."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    faces = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+    for name, left in ("left", -3), ("right", 3):
+        (tmp_path / f"{name}.obj").write_text("".join(f"v {x + left} {y} {z}\n" for x, y, z in corners) + faces)
+    user = start()
+    program = user.program
+    user.drop(tmp_path / "left.obj", tmp_path / "right.obj")
+    program.wait(lambda report: report.get("title", "").startswith("left.obj and 1 more"), "two boxes")
+    user.key("z", hud=False)
+    picture, _ = user.screenshot()
+    shown = np.abs(picture.astype(int) - picture[0, 0]).max(-1).max(0) > 20  # columns in which a box is
+    assert shown[:200].any() and not shown[220:260].any() and shown[280:].any()
+    user.do("key", "r")
+    program.wait(lambda report: report.get("message", "").startswith("Reloaded left.obj and 1 more"), "both again")
+    user.do("key", "u")
+    program.wait(names("z points upward"), "a turn")
+    user.drop(tmp_path / "left.obj", tmp_path / "ball.ply", tmp_path / "scene.yaml")
+    program.wait(names("Only left.obj is opened"), "what is not opened")
+    program.wait(lambda report: report.get("title", "").startswith("left.obj \u2013"), "one box")
+    user.do("key", "Escape")
+    assert not any(program.end().values())
+
+
 def watched_scene(user: User, folder: Path) -> Path:
     """The file of a scene that is watched, once the window shows it."""
     watched = folder / "watched.yaml"
@@ -437,10 +462,10 @@ def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -
     ],
 )
 def test_of_several_dropped_files_all_meshes_are_opened_or_the_first(files: list[str], opened: list[str]) -> None:
-    walk = SimpleNamespace(state=state(), next_files=())
+    walk = SimpleNamespace(next_files=(), _left_out="")
     app.Walk._drop(cast(app.Walk, walk), [Path(file) for file in files])
     assert walk.next_files == tuple(map(Path, opened))
-    assert (f"Only {files[0]} is opened" in walk.state.toast) == (len(opened) < len(files))
+    assert (f"Only {files[0]} is opened" in walk._left_out) == (len(opened) < len(files))
 
 
 LOST = """

@@ -126,6 +126,7 @@ class Walk:
         self._on_gpu = ExitStack()
         self._screenshot_due = False
         self.next_files: tuple[Path, ...] = ()  # to be opened before the next frame
+        self._left_out = ""  # what to tell of dropped files that are not opened, once the first is
         self._clock = WalkClock()
         self._camera_before: Camera | None = None  # of the last frame
         self._widget_rounds = WidgetRounds()
@@ -183,6 +184,7 @@ class Walk:
     def _open(self, files: tuple[Path, ...]) -> None:
         """Load a camera path, or show a scene or models; change nothing if a file cannot be used."""
         self.next_files, (file, *_) = (), files
+        left_out, self._left_out = self._left_out, ""
         with self._loader.clock_stopped():
             try:
                 if not is_model_file(file) and is_path_file(file):
@@ -191,6 +193,8 @@ class Walk:
                 else:
                     self._watch.begin_reading()
                     self._show(self._read(files))
+                if left_out:
+                    self.state.tell(left_out)
             except InputError as error:
                 self.state.tell(str(error))
             except StoppedError:
@@ -208,7 +212,7 @@ class Walk:
         self.frames.release()
         self.frames = self.state.shown_surfaces = ShownFrames(renderer, self.state.reachable)
         self.state.show(scene, renderer, self.aspect)
-        if model_turn.message:
+        if model_turn.message and not again:  # then it was told before
             self.state.tell(model_turn.message)
         self.renderer.release()
         self.background.replace(library)
@@ -375,11 +379,11 @@ class Walk:
         self._watch.accept(change)
 
     def _drop(self, files: list[Path]) -> None:
-        """Open the models that were dropped on the window, or the first of other files; tell if there are others."""
+        """Open the meshes that were dropped on the window, or the first of other files, and tell of those left out."""
         self.next_files = tuple(files)
         if len(files) > 1 and not all(file.suffix.lower() in MESH_SUFFIXES for file in files):
             self.next_files = (files[0],)
-            self.state.tell(f"Only {files[0].name} is opened: a window shows one scene, or several meshes")
+            self._left_out = f"Only {files[0].name} is opened: a window shows one scene, or several meshes"
 
     def _draw(self, dt: float) -> None:
         """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""
