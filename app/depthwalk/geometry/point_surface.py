@@ -13,6 +13,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
+from depthwalk.geometry.triangles import row_ids
+from depthwalk.parallel import thread_map
 from depthwalk.types import Array, Ints
 
 _Points = NDArray[np.float64]
@@ -57,8 +59,10 @@ def point_surface(point: _Points, normal: _Points) -> tuple[Ints, _Points]:
     spacing = np.minimum(spacing, _LONELY * np.median(spacing[near[:, :_PLANE]], axis=1))
     weight = _WEIGHT * np.square(distance[:, 0]) * np.random.default_rng(0).random(len(point))
     rows = np.split(np.arange(len(point)), np.arange(_BATCH, len(point), _BATCH))
-    stars = np.concatenate([_stars(point, normal, weight, batch, near[batch]) for batch in rows])
-    triangles = np.unique(np.sort(stars, axis=1), axis=0)
+    with thread_map() as parallel:
+        stars = list(parallel(lambda batch: _stars(point, normal, weight, batch, near[batch]), rows))
+    triangles = np.sort(np.concatenate(stars), axis=1)
+    triangles = triangles[row_ids(triangles)[1]] if len(triangles) else triangles
     longest, across = _measured(point, triangles)
     short = longest < _LONGEST * spacing[triangles].min(axis=1)
     height = np.linalg.norm(across, axis=1)  # of each triangle, times its longest edge

@@ -74,6 +74,7 @@ def cloud_soup(cloud: PointCloud, path: Path) -> Soup:
     faces, normals = point_surface((cloud.positions[rows] / 2 - low) / (high - low).max(), cloud.normals[rows])
     if not len(faces):
         raise InputError(f"{path}: no faces, and no surface passes through its {count} points")
+    check_triangle_count(len(faces), path)
     check_mesh_memory(count, len(faces), path)
     log.info("%s: %d triangles through %d points", path, len(faces), count)
     return Soup(
