@@ -144,3 +144,12 @@ def test_a_truncated_file_of_points(tmp_path: Path) -> None:
     file = written(tmp_path, "cut.ply", data[: data.rindex(b"\n", 0, -200)])
     with pytest.raises(InputError, match=r"cut\.ply: .*PLY"):
         read_soup(file)
+
+
+def test_points_on_no_surface_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    line = np.linspace([3, 0, 0], [9, 0, 0], 50)
+    with caplog.at_level(logging.WARNING):
+        read_soup(written(tmp_path, "ball.obj", obj(BALL)))
+        assert not caplog.text
+        read_soup(written(tmp_path, "both.obj", obj(np.concatenate([BALL, line]))))
+    assert "of 450 points are on no surface, and not shown" in caplog.text

@@ -17,6 +17,7 @@ from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count
 log = logging.getLogger(__name__)
 
 _POINT_BYTES = 2500  # peak memory of `point_surface` for each point, measured with 300,000
+_TOLD = 0.02  # of all points: if more are on no surface, it is told; a few are stray
 _TRIANGLES = 2  # for each point of a closed surface (Euler)
 
 
@@ -77,6 +78,8 @@ def cloud_soup(cloud: PointCloud, path: Path) -> Soup:
     check_triangle_count(len(faces), path)
     check_mesh_memory(count, len(faces), path)
     log.info("%s: %d triangles through %d points", path, len(faces), count)
+    if (hidden := count - np.count_nonzero(np.bincount(faces.ravel()))) > _TOLD * count:
+        log.warning("%s: %d of %d points are on no surface, and not shown", path, hidden, count)
     return Soup(
         positions=cloud.positions[rows],
         normals=normals,
