@@ -19,12 +19,12 @@ from depthwalk.types import Array, Ints
 
 _Points = NDArray[np.float64]
 
-_STAR = 24  # neighbours that a star may use: with 16, surfaces of randomly spread points have four times the holes
+_STAR = 32  # neighbours that a star may use: with 24, surfaces of randomly spread points have twice the holes
 _PLANE = 12  # nearest of them, which a plane fits
 _SPACING = 6  # nearest of them, whose mean distance is the spacing of points
 _LONELY = 2.0  # most spacing of a point, times the median of its neighbours': it may lie beside the surface
 _LONGEST = 6.0  # edge of a triangle, times the spacing of each of its corners
-_THINNEST = 0.04  # height of a triangle, relative to its longest edge: borders of grids have thinner ones
+_THINNEST = 0.04  # height of a triangle, relative to its longest edge, below which it is a sliver
 _WIDEST = np.cos(np.radians(150))  # angle of a star's triangle at its point: more is a border of the surface
 _SAME = 1e-9  # radians between neighbours that are in the same direction
 _WEIGHT = 1e-3  # of points, see `_stars`
@@ -64,13 +64,31 @@ def point_surface(point: _Points, normal: _Points) -> tuple[Ints, _Points]:
     triangles = np.sort(np.concatenate(stars), axis=1)
     triangles = triangles[row_ids(triangles)[1]] if len(triangles) else triangles
     longest, across = _measured(point, triangles)
-    short = longest < _LONGEST * spacing[triangles].min(axis=1)
-    height = np.linalg.norm(across, axis=1)  # of each triangle, times its longest edge
-    kept = short & (height > _THINNEST * np.square(longest))
+    height = np.linalg.norm(across, axis=1) / np.maximum(longest, np.finfo(np.float64).tiny)
+    short = (longest < _LONGEST * spacing[triangles].min(axis=1)) & (height > 0)
+    triangles, across, is_thin = triangles[short], across[short], (height <= _THINNEST * longest)[short]
+    kept = _without_slivers(triangles, is_thin)
     triangles, across = triangles[kept], across[kept]
     faces_away = np.einsum("td,td->t", across, normal[triangles].sum(axis=1)) < 0
     triangles[faces_away] = triangles[faces_away, ::-1]
     return triangles, normal
+
+
+def _without_slivers(triangles: Ints, is_thin: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which triangles (t,) to keep: not those that are thin and at the border, layer by layer.
+
+    Neighbours along a border are nearly in line. Within the surface, leaving out a thin triangle would leave a slit.
+    """
+    kept = np.ones(len(triangles), bool)
+    if not is_thin.any():
+        return kept
+    edge = row_ids(triangles[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2))[0].reshape(-1, 3)  # corners ascend
+    while True:
+        uses = np.bincount(edge[kept].ravel(), minlength=int(edge.max()) + 1)
+        dropped = kept & is_thin & (uses[edge] == 1).any(axis=1)
+        if not dropped.any():
+            return kept
+        kept &= ~dropped
 
 
 def _measured(point: _Points, triangles: Ints) -> tuple[Array, Array]:
@@ -141,9 +159,10 @@ def _stars(point: _Points, normal: _Points, weight: Array, rows: Ints, near: Int
     while True:
         before, after = _neighbours(kept)
         ax, ay, bx, by = (np.take_along_axis(axis, at, 1) for at in (before, after) for axis in (x, y))
-        inside = (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0
+        longest = np.maximum(ax * ax + ay * ay, bx * bx + by * by)
+        inside = (bx - ax) * (y - ay) - (by - ay) * (x - ax) > -_SAME * longest
         # Of neighbours in the same direction the nearest stays, and so does one beside a gap of half a turn.
-        farther = x * x + y * y < np.maximum(ax * ax + ay * ay, bx * bx + by * by)
+        farther = x * x + y * y < longest
         dropped = kept & inside & farther & (before != after) & (ax * by - ay * bx > -_SAME * (ax * bx + ay * by))
         if not dropped.any():
             break

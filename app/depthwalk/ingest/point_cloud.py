@@ -16,7 +16,7 @@ from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count
 
 log = logging.getLogger(__name__)
 
-_POINT_BYTES = 2500  # peak memory of `point_surface` for each point, measured with 300,000
+_POINT_BYTES = 3000  # peak memory of `point_surface` for each point, measured with 300,000
 _TOLD = 0.02  # of all points: if more are on no surface, it is told; a few are stray
 _TRIANGLES = 2  # for each point of a closed surface (Euler)
 
