@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from trimesh import PointCloud as TrimeshPoints
+from trimesh import Trimesh
 
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.ingest.point_cloud import PointCloud
@@ -61,10 +62,14 @@ def _file_colours(points: TrimeshPoints, linear: bool) -> NDArray[np.uint8] | No
 
 def _file_normals(points: TrimeshPoints) -> NDArray[np.float64]:
     """Return the unit normals (n, 3) of the points of a PLY file; NaN without, as trimesh drops those of glTF."""
-    missing = np.full(np.shape(points.vertices), np.nan)
-    vertex: Any = points.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
-    names = vertex.keys() if isinstance(vertex, dict) else vertex.dtype.names
-    if not {"nx", "ny", "nz"} <= set(names):
-        return missing
-    normals = np.column_stack([np.ravel(vertex[name]) for name in ("nx", "ny", "nz")]).astype(np.float64)
-    return unit_normals(normals) if normals.shape == missing.shape else missing
+    normals = ply_columns(points, "nx", "ny", "nz")
+    return np.full(np.shape(points.vertices), np.nan) if normals is None else unit_normals(normals.astype(np.float64))
+
+
+def ply_columns(drawn: Trimesh | TrimeshPoints, *names: str) -> NDArray[Any] | None:
+    """Return the properties with these `names` of the vertices of a PLY file, (n, k) of their type; None without."""
+    vertex: Any = drawn.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
+    held = vertex.keys() if isinstance(vertex, dict) else vertex.dtype.names
+    if not set(names) <= set(held) or len(vertex[names[0]]) != len(drawn.vertices):
+        return None
+    return np.column_stack([vertex[name] for name in names])

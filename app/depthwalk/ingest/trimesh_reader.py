@@ -35,7 +35,7 @@ from depthwalk.ingest.ply import with_usual_colours
 from depthwalk.ingest.point_cloud import cloud_soup
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
-from depthwalk.ingest.trimesh_points import joined_points
+from depthwalk.ingest.trimesh_points import joined_points, ply_columns
 from depthwalk.limits import MAX_COPIED_TRIANGLES
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns, with tracebacks, about things that are checked here
@@ -319,11 +319,9 @@ def _file_uv(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
     """Return the texture coordinates (V, 2) of the file, NaN where it has none."""
     count = len(mesh.vertices)
     uv = getattr(mesh.visual, "uv", None)
-    vertex = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
-    for u, v in (("s", "t"), ("u", "v"), ("texture_u", "texture_v")):  # trimesh reads a PLY's uv only per face
-        names = vertex.keys() if isinstance(vertex, dict) else vertex.dtype.names
-        if uv is None and u in names and v in names and len(vertex[u]) == count:
-            uv = np.column_stack([vertex[u], vertex[v]])
+    for names in (("s", "t"), ("u", "v"), ("texture_u", "texture_v")):  # trimesh reads a PLY's uv only per face
+        if uv is None:
+            uv = ply_columns(mesh, *names)
     if uv is None or np.shape(uv) != (count, 2):
         return np.full((count, 2), np.nan)
     return np.asarray(uv, np.float64)
