@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, mini
 from scipy.spatial import cKDTree
 
 from depthwalk.geometry.triangles import row_ids
+from depthwalk.geometry.view_directions import view_axes
 from depthwalk.parallel import thread_map
 from depthwalk.types import Array, Ints
 
@@ -149,7 +150,8 @@ def _stars(point: _Points, normal: _Points, weight: Array, rows: Ints, near: Int
 
     rows: (m,) the points. near: (m, k) their neighbours.
     """
-    x, y = _projected(point[near] - point[rows, None], normal[rows])
+    # Coordinates in the planes across the normals.
+    x, y = np.einsum("mkd,mad->amk", point[near] - point[rows, None], view_axes(normal[rows])[:, :2])
     order = np.argsort(np.arctan2(y, x), axis=1)
     near, x, y = np.take_along_axis(near, order, 1), np.take_along_axis(x, order, 1), np.take_along_axis(y, order, 1)
     offset = point[near] - point[rows, None]
@@ -170,15 +172,6 @@ def _stars(point: _Points, normal: _Points, weight: Array, rows: Ints, near: Int
     narrow = x * bx + y * by > _WIDEST * np.sqrt((x * x + y * y) * (bx * bx + by * by))
     row, column = np.nonzero(kept & narrow & (x * by - y * bx > 0))
     return np.stack([rows[row], near[row, column], near[row, after[row, column]]], axis=1)
-
-
-def _projected(offset: _Points, normal: _Points) -> tuple[Array, Array]:
-    """Return the coordinates, twice (m, k), of offsets (m, k, 3) in the planes with these normals (m, 3)."""
-    axis = np.eye(3)[np.abs(normal).argmin(axis=1)]  # the one that is farthest from the normal
-    first = np.cross(normal, axis)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    x, y = (np.einsum("mkd,md->mk", offset, axis) for axis in (first, np.cross(normal, first)))
-    return x, y
 
 
 def _neighbours(kept: NDArray[np.bool_]) -> tuple[Ints, Ints]:
