@@ -157,6 +157,23 @@ def scene_of_solids(folder: Path) -> Path:
     return scene
 
 
+def false_colours() -> None:
+    """Draw the lit garden, its levels and its cases, and the representations of the room, in false colours."""
+    shown = ("garden", "picture"), ("garden", "level"), ("garden", "case"), ("room", "representation")
+    with tempfile.TemporaryDirectory() as name:
+        out, parts = Path(name) / "part.png", []
+        for scene, show in shown:
+            command = [*_DEPTHWALK, "render", str(scene_root() / f"{scene}.yaml"), "-o", str(out)]
+            options = "--resolution", "512,288", "--set", f"render.inspection.show={show}"
+            subprocess.run([*command, *options], check=True)
+            with Image.open(out) as picture:
+                parts.append(np.asarray(picture.convert("RGB")))
+    upright = np.full((len(parts[0]), _GAP, 3), 255, np.uint8)
+    above, below = (np.concatenate([parts[k], upright, parts[k + 1]], axis=1) for k in (0, 2))
+    level = np.full((_GAP, above.shape[1], 3), 255, np.uint8)
+    (IMAGES / "false_colours.png").write_bytes(png_bytes(np.concatenate([above, level, below])))
+
+
 def dpci() -> None:
     """Draw colour, depth and normals of layer 0 of a figure's side image."""
     mesh = load_mesh(asset_root() / "dryad.ply")
@@ -277,6 +294,7 @@ MAKERS: dict[str, Callable[[], None]] = {
     "paper": paper,
     "panorama": panorama,
     "gpaa": gpaa,
+    "false_colours": false_colours,
     "dpci": dpci,
     "hud": hud,
     "tables": tables,

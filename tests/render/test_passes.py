@@ -247,6 +247,7 @@ def modes() -> Iterator[dict[str, Any]]:
     yield {"warp.order": "epipole"}
     yield {"shadows.enabled": False, "lamps": False}
     yield {"inspection.show": "normals"}
+    yield {"inspection.show": "level"}
     yield {"fused": False, "inspection.show": "distance"}
     yield {"fused": False}
 

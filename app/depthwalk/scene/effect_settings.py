@@ -166,17 +166,31 @@ class DofParams(Params):
     autofocus: bool = param(False, "In the window: focus on whatever is in the middle of the picture")
 
 
-class InspectionParams(Params):
-    """Set what is shown instead of the lit picture, to find out what is wrong with a model."""
+HowDrawn = Literal["representation", "level", "case", "error"]
+"""What false colours tell about how a frame drew its objects."""
 
-    show: Literal["picture", "normals", "distance", "albedo"] = param(
+
+class InspectionParams(Params):
+    """Set what is shown instead of the lit picture, to find out what is wrong with a model, or how it is drawn."""
+
+    show: Literal["picture", "normals", "distance", "albedo"] | HowDrawn = param(
         "picture",
         "What is shown: the lit picture; the normals in world axes, from −1 to 1, as red, green and blue; the distance "
-        "along the view axis, nearer is brighter; or the colours before lighting (albedo). The background is black",
+        "along the view axis, nearer is brighter; the colours before lighting (albedo); or, in false colours, how each "
+        "object is drawn: its representation, its level of detail, the case of its depth images, or the error of its "
+        "impostor, red where it is about to be warped again. The background is black",
     )
     half_distance: float = param(
         10.0, "Distance over which the grey of `show: distance` falls by half", unit="m", ge=0.001, le=100_000
     )
+
+    @property
+    def how_drawn(self) -> HowDrawn | None:
+        """Return what false colours are to tell about objects; None where something else is shown."""
+        match self.show:
+            case "representation" | "level" | "case" | "error" as told:
+                return told
+        return None
 
 
 class OutputParams(Params):

@@ -52,6 +52,7 @@ HELP = (
     ("Gamepad", "sticks move and look, triggers up / down"),
     ("Drop files", "open a scene, meshes or a camera path"),
     ("1 2 3", "draw as the scene says / depth images / mesh"),
+    ("X", "false colours: how objects are drawn; again: next"),
     ("Tab / Ctrl+S", "settings panel / save what it changed"),
     ("B", "stop baking depth images"),
     ("Z / H", "HUD / this help"),

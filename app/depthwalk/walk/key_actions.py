@@ -14,6 +14,7 @@ from depthwalk.walk.camera_text import camera_yaml
 from depthwalk.walk.file_watch import OwnChange
 from depthwalk.walk.input import Input
 from depthwalk.walk.keeping import keep
+from depthwalk.walk.legend import next_shown
 from depthwalk.walk.loading import LoadingScreen
 from depthwalk.walk.orbit import Side
 from depthwalk.walk.state import Keeping, State
@@ -77,6 +78,7 @@ def key_actions(walk: Walk) -> dict[str, Callable[[], None]]:
         "T": lambda: state.turn_about(*walk.input.pointer),
         "TAB": toggle("panel"),
         "U": lambda: _turn_up(walk),
+        "X": lambda: next_shown(state.renderer.settings.inspection),
         "Z": toggle("hud"),
         "SPACE": state.toggle_animation,
         "NUMBER_1": lambda: state.represent(None),

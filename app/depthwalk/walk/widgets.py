@@ -4,6 +4,7 @@ from depthwalk.assets.progress import Progress
 from depthwalk.render.view.view import View
 from depthwalk.walk import hud
 from depthwalk.walk.atlas_view import AtlasView
+from depthwalk.walk.legend import draw_legend
 from depthwalk.walk.object_card import draw_card, draw_outlines
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.panel import Area, draw_atlas, draw_panel
@@ -49,6 +50,8 @@ def draw_widgets(
         tile = overlay.renderer.show(atlas_view.tile_texture) if has_tile else None
         draw_outlines(View(state.camera, (round(overlay.io.display_size.x), round(floor))), report)
         draw_card(report, impostor, tile, allowed, left=left, right=right)
+    if (show := state.renderer.settings.inspection.how_drawn) is not None and not state.help:
+        draw_legend(show, left, right)
     if state.help:
         scrolled = hud.draw_help(left, right)
         areas += [scrolled] if scrolled else []

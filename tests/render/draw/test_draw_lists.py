@@ -68,7 +68,14 @@ def drawn(count: int, *batches: DrawBatch) -> DrawList:
 def tiles(resolution: Sequence[float]) -> DrawnTiles:
     """Tiles of level 0 that differ in their resolution alone."""
     none = np.zeros(len(resolution), int)
-    return DrawnTiles(level=none, pieces=none, resolution=np.array(resolution, float), error=0.0 * none, step=none + 1)
+    return DrawnTiles(
+        level=none,
+        pieces=none,
+        resolution=np.array(resolution, float),
+        error=0.0 * none,
+        step=none + 1,
+        members=none + 1,
+    )
 
 
 def frame(

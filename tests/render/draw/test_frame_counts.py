@@ -21,6 +21,7 @@ def counts(
         resolution=np.array(resolution, float),
         error=np.array(error, float),
         step=np.array(step, float),
+        members=np.ones(len(level), int),
     ).counts()
 
 

@@ -1,13 +1,15 @@
-"""Normals, distances and colours in the place of light: a ball, whose truth is known, by mesh and by depth images."""
+"""Normals, distances, colours and how objects are drawn in the place of light: a ball, whose truth is known."""
 
 import numpy as np
 import pytest
 
-from depthwalk.reference.inspection import distance_grey, normal_colour
+from depthwalk.reference.inspection import distance_grey, normal_colour, shaded
+from depthwalk.render.draw.object_colours import GROUND_COLOUR, legend
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.effect_settings import InspectionParams
+from depthwalk.scene.effect_settings import HowDrawn, InspectionParams
+from depthwalk.scene.environment import GroundParams
 from depthwalk.types import Array
 from shapes import ShapeLibrary, scene_of, sphere
 
@@ -33,11 +35,15 @@ def pictures(library: ShapeLibrary, how: Representation, show: str, background: 
         return pixels, headless.linear_image().distance
 
 
+def eye_rays() -> Array:
+    """(H, W, 3) from the viewer to a metre along the view axis, world."""
+    x, y = np.meshgrid((np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1, 1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2)
+    return np.asarray(np.stack([x, y, np.ones_like(x)], -1) @ View(CAMERA, SIZE).ray_from_screen.T)
+
+
 def ball() -> tuple[Array, Array]:
     """(H, W, 3) normals of the ball as pixels show it, and (H, W) distances; NaN and infinite where it is not."""
-    view = View(CAMERA, SIZE)
-    x, y = np.meshgrid((np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1, 1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2)
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ view.ray_from_screen.T
+    rays = eye_rays()
     start = np.array(CAMERA.position) - (0, 1, 0)
     a, b, c = (rays**2).sum(-1), (rays * start).sum(-1), (start**2).sum() - 1
     with np.errstate(invalid="ignore"):
@@ -68,3 +74,38 @@ def test_what_is_no_surface_is_black_or_empty(library: ShapeLibrary) -> None:
         shown, distance = pictures(library, Representation.MESH, "normals", background)
         nothing = np.isinf(distance)
         assert nothing.any() and (shown[nothing] == (0, 0, 0, alpha)).all() and (shown[~nothing, 3] == 1).all()
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("how", "show", "meaning"),
+    [
+        (Representation.DPCI, "representation", "impostor"),
+        (Representation.DMESH, "representation", "dmesh"),
+        (Representation.MESH, "representation", "polygons"),
+        (Representation.OCTAHEDRAL, "representation", "captured view"),
+        (Representation.DPCI, "level", "1"),
+        (Representation.DMESH, "level", "1"),
+        (Representation.MESH, "level", "polygons"),
+        (Representation.DPCI, "case", "side"),
+        (Representation.DPCI, "error", "0"),
+        (Representation.OCTAHEDRAL, "error", "no impostor"),
+    ],
+)
+def test_a_ball_shows_how_it_is_drawn(library: ShapeLibrary, how: Representation, show: HowDrawn, meaning: str) -> None:
+    normals, distance = ball()
+    inside = np.isfinite(distance)
+    inside[1:-1, 1:-1] &= inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=how, ground=GroundParams(height=-0.5))
+    scene.render.aa, scene.render.lod.bias = "none", 1.0
+    scene.render.inspection = InspectionParams.model_validate({"show": show})
+    with HeadlessRenderer(scene, library, SIZE) as headless:
+        headless.draw(View(CAMERA, SIZE))
+        shown = headless.pixels()[..., :3] / 255.0
+    rays = distance[..., None] * eye_rays()
+    rays[~inside] = 1
+    expected = shaded(np.array(dict(legend(show))[meaning]), np.where(inside[..., None], normals, 0), rays)
+    assert np.abs(shown - expected)[inside].max() < 0.15  # normals are some degrees off; other colours are 0.2 off
+    corner = eye_rays()[-1, 0]  # where the ground is
+    assert np.abs(shown[-1, 0] - shaded(GROUND_COLOUR, np.array((0.0, 1.0, 0.0)), corner)).max() < 0.01

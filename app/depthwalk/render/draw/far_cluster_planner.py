@@ -116,7 +116,7 @@ class FarClusterPlanner:
                 "provisional": work.provisional,
                 "atlas_used": work.atlas_used,
             },
-            tiles=drawn_tiles(work, typical.step),
+            tiles=drawn_tiles(work, typical.step, count),
             object_rows=object_rows,
             drawn_as=np.full(len(object_rows), Representation.DPCI, np.uint8),
             first_object_id=first_object_id,

@@ -23,6 +23,7 @@ class DrawnTiles(StructOfArrays):
     resolution : (d,) texels along each side of each tile over those that it should have there, 0 to 1.
     error : (d,) reprojection error of each tile, 1 where it is as large as allowed.
     step : (d,) the paper's Iter_step of the object that each tile shows, see `iter_step`.
+    members : (d,) how many objects each tile shows: one, or those of a far cluster.
     """
 
     level: Rows
@@ -30,6 +31,11 @@ class DrawnTiles(StructOfArrays):
     resolution: Array
     error: Array
     step: Array
+    members: Rows
+
+    def of_objects(self) -> "DrawnTiles":
+        """Return the tile of each object that these tiles show, in the order of the objects' numbers."""
+        return self.take(np.repeat(np.arange(len(self.members)), self.members))
 
     @property
     def grid_steps(self) -> Rows:

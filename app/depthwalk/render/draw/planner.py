@@ -204,20 +204,26 @@ def _impostors(seen: ObjectDetail, tiled: Rows, scene: SceneArrays) -> ImpostorO
     )
 
 
-def drawn_tiles(work: TileWork, step: Array) -> DrawnTiles:
+def drawn_tiles(work: TileWork, step: Array, members: Rows | None = None) -> DrawnTiles:
     """Describe the tiles that pass 2 draws.
 
     Parameters
     ----------
     work : the tiles that are warped and drawn.
     step : (m,) the paper's Iter_step of each of the `ImpostorObjects`.
+    members : (d,) how many objects each tile shows that is drawn; None: one.
 
     Returns
     -------
     The d tiles that are drawn, for counting.
     """
     return DrawnTiles(
-        level=work.level, pieces=work.pieces, resolution=work.resolution, error=work.error, step=step[work.drawn]
+        level=work.level,
+        pieces=work.pieces,
+        resolution=work.resolution,
+        error=work.error,
+        step=step[work.drawn],
+        members=np.ones(len(work.drawn), np.int64) if members is None else members,
     )
 
 
