@@ -75,8 +75,18 @@ def test_rows_that_are_all_equal_are_one() -> None:
     assert not number.any() and first.tolist() == [0]
 
 
-@pytest.mark.parametrize("values", [[0.0, 1.0, 2.0], [-0.0, 0.0, np.nan, 1.0]])
-def test_rows_are_numbered_in_the_order_of_their_columns_the_last_one_first(values: list[float]) -> None:
+@pytest.mark.parametrize(
+    "values",
+    [
+        [0.0, 1.0, 2.0],
+        [-0.0, 0.0, np.nan, 1.0],
+        [-5, 0, 3],
+        np.array([0, 200, 255], np.uint8),
+        np.array([-(1 << 62), 0, 1 << 62]),  # three of these are more than one number of 64 bits holds
+        np.array([0, 1, (1 << 64) - 1], np.uint64),
+    ],
+)
+def test_rows_are_numbered_in_the_order_of_their_columns_the_last_one_first(values: Rows) -> None:
     columns = np.random.default_rng(1).choice(values, (60, 3))
     ids, first = row_ids(columns)
     order = np.lexsort(columns.T)

@@ -20,6 +20,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.mesh_head import read_head
+from depthwalk.ingest.ply import has_faces
 from depthwalk.ingest.sources import Sources, hash_files
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from depthwalk.scene.schema import DpciParams, MesoParams
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 _TEXTURED = "+textured"
 PREVIEWED = 24e6  # bytes of a file, from which on a coarse mesh is read first: a million triangles in most formats
+PREVIEWED_POINTS = 2e6  # the same of a PLY file of points: over a hundred thousand, whose surface takes some seconds
+_PLY_HEADER = 1 << 14  # bytes
 _MAX_READINGS = 3  # of a range image that changes while it is being read
 
 
@@ -58,7 +61,22 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 def is_large(spec: MeshAsset) -> bool:
     """Return whether the file of a mesh asset is so large that a coarse mesh of it is read first."""
-    return spec.mesh.is_file() and spec.mesh.stat().st_size >= PREVIEWED
+    if not spec.mesh.is_file():
+        return False
+    size = spec.mesh.stat().st_size
+    return size >= PREVIEWED or (size >= PREVIEWED_POINTS and _holds_points(spec.mesh))
+
+
+def _holds_points(path: Path) -> bool:
+    """Return whether a file is a PLY file of points, as far as its header tells."""
+    if path.suffix.lower() != ".ply":
+        return False
+    try:
+        with path.open("rb") as file:
+            header, end, _ = file.read(_PLY_HEADER).partition(b"end_header")
+    except OSError:  # reported when the mesh is read
+        return False
+    return bool(end) and not has_faces(header)
 
 
 def read_preview(spec: MeshAsset) -> Mesh | None:

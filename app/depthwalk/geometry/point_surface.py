@@ -29,7 +29,7 @@ _THINNEST = 0.04  # height of a triangle, relative to its longest edge, below wh
 _WIDEST = np.cos(np.radians(150))  # angle of a star's triangle at its point: more is a border of the surface
 _SAME = 1e-9  # radians between neighbours that are in the same direction
 _WEIGHT = 1e-3  # of points, see `_stars`
-_BATCH = 1 << 15  # points at a time
+_BATCH = 1 << 12  # points at a time, so that what is computed of them stays in a processor's cache
 
 
 def point_surface(point: _Points, normal: _Points) -> tuple[Ints, _Points]:
@@ -49,6 +49,15 @@ def point_surface(point: _Points, normal: _Points) -> tuple[Ints, _Points]:
         (t, 3) the corners of the triangles, counter-clockwise as seen along the normals, and the unit normals (n, 3).
         Points may have no triangle, and t may be 0, as for points on a line.
     """
+    order = cKDTree(point).indices  # neighbours beside each other, in a processor's cache
+    triangles, found = _sorted_surface(point[order], normal[order])
+    normal = np.empty_like(found)
+    normal[order] = found
+    return order[triangles], normal
+
+
+def _sorted_surface(point: _Points, normal: _Points) -> tuple[Ints, _Points]:
+    """Return what `point_surface` returns, of points that lie near the rows before and after them."""
     count = min(_STAR, len(point) - 1)
     distance, near = cKDTree(point).query(point, count + 1, workers=-1)
     distance, near = distance[:, 1:], near[:, 1:]
@@ -150,35 +159,34 @@ def _stars(point: _Points, normal: _Points, weight: Array, rows: Ints, near: Int
 
     rows: (m,) the points. near: (m, k) their neighbours.
     """
-    # Coordinates in the planes across the normals.
-    x, y = np.einsum("mkd,mad->amk", point[near] - point[rows, None], view_axes(normal[rows])[:, :2])
-    order = np.argsort(np.arctan2(y, x), axis=1)
-    near, x, y = np.take_along_axis(near, order, 1), np.take_along_axis(x, order, 1), np.take_along_axis(y, order, 1)
+    # Neighbours in the order of their angles in the plane across the normal, those of all points one after the other.
     offset = point[near] - point[rows, None]
+    x, y = np.einsum("mkd,mad->amk", offset, view_axes(normal[rows])[:, :2])
     power = np.einsum("mkd,mkd->mk", offset, offset) + weight[rows, None] - weight[near]
-    x, y = x / power, y / power
-    kept = np.ones(near.shape, bool)
+    order = np.argsort(np.arctan2(y, x), axis=1) + np.arange(0, near.size, near.shape[1])[:, None]
+    near, x, y = (column.ravel()[order.ravel()] for column in (near, x / power, y / power))
+    star = np.repeat(np.arange(len(rows)), order.shape[1])
     while True:
-        before, after = _neighbours(kept)
-        ax, ay, bx, by = (np.take_along_axis(axis, at, 1) for at in (before, after) for axis in (x, y))
-        longest = np.maximum(ax * ax + ay * ay, bx * bx + by * by)
+        before, after = _ring(star)
+        ax, ay, bx, by = x[before], y[before], x[after], y[after]
+        square = x * x + y * y
+        longest = np.maximum(square[before], square[after])
         inside = (bx - ax) * (y - ay) - (by - ay) * (x - ax) > -_SAME * longest
         # Of neighbours in the same direction the nearest stays, and so does one beside a gap of half a turn.
-        farther = x * x + y * y < longest
-        dropped = kept & inside & farther & (before != after) & (ax * by - ay * bx > -_SAME * (ax * bx + ay * by))
-        if not dropped.any():
+        farther = square < longest
+        kept = ~(inside & farther & (before != after) & (ax * by - ay * bx > -_SAME * (ax * bx + ay * by)))
+        if kept.all():
             break
-        kept &= ~dropped
-    narrow = x * bx + y * by > _WIDEST * np.sqrt((x * x + y * y) * (bx * bx + by * by))
-    row, column = np.nonzero(kept & narrow & (x * by - y * bx > 0))
-    return np.stack([rows[row], near[row, column], near[row, after[row, column]]], axis=1)
+        near, x, y, star = near[kept], x[kept], y[kept], star[kept]
+    narrow = x * bx + y * by > _WIDEST * np.sqrt(square * square[after])
+    corner = np.flatnonzero(narrow & (x * by - y * bx > 0))
+    return np.stack([rows[star[corner]], near[corner], near[after[corner]]], axis=1)
 
 
-def _neighbours(kept: NDArray[np.bool_]) -> tuple[Ints, Ints]:
-    """Return the columns (m, k), cyclically, of the last `kept` one before each column, and of the first after it."""
-    count = kept.shape[1]
-    column = np.arange(2 * count)
-    twice = np.concatenate([kept, kept], axis=1)
-    before = np.maximum.accumulate(np.where(twice, column, 0), axis=1)[:, count - 1 : -1] % count
-    after = np.minimum.accumulate(np.where(twice, column, 2 * count - 1)[:, ::-1], axis=1)[:, ::-1]
-    return before, after[:, 1 : count + 1] % count
+def _ring(star: Ints) -> tuple[Ints, Ints]:
+    """Return the places, before and after each (n,), of its neighbours in its star: runs of equal numbers (n,)."""
+    last = np.flatnonzero(np.diff(star, append=-1))
+    first = np.concatenate([[0], last[:-1] + 1])
+    before, after = np.arange(-1, len(star) - 1), np.arange(1, len(star) + 1)
+    before[first], after[last] = last, first
+    return before, after

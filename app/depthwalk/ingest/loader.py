@@ -17,7 +17,6 @@ from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.ingest.normals import split_at_creases
-from depthwalk.ingest.preview import coarse_soup
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
 from depthwalk.ingest.sources import Sources
@@ -60,7 +59,7 @@ def load_mesh(
         Reads files and keeps their bytes; None reads them from the disk. Pass the object that `hash_files` used if the
         mesh must be made from the same bytes as the hash.
     coarse
-        Whether to read a coarse mesh quickly, see `coarse_soup`.
+        Whether to make a coarse mesh quickly, see `read_soup`.
 
     Returns
     -------
@@ -74,8 +73,7 @@ def load_mesh(
     """
     path = Path(path)
     sources = sources or Sources()
-    soup = _read(path, height, sources)
-    soup = _retextured(_compacted(coarse_soup(soup) if coarse else soup, path), texture, path, sources)
+    soup = _retextured(_compacted(_read(path, height, sources, coarse=coarse), path), texture, path, sources)
     positions = _placed(soup.positions, path, up, height)
     normals = soup.normals[:, [0, 2, 1]] * [1, 1, -1] if up == "z" else soup.normals
     source, faces, normals = _vertices(replace(soup, positions=positions, normals=normals))
@@ -191,10 +189,10 @@ def measure_mesh(path: Path) -> MeshExtent:
     return MeshExtent(low=positions.min(axis=0), high=positions.max(axis=0), is_bakeable=True)
 
 
-def _read(path: Path, height: float | None, sources: Sources) -> Soup:
+def _read(path: Path, height: float | None, sources: Sources, *, coarse: bool = False) -> Soup:
     if height is not None and not (np.isfinite(height) and height > 0):
         raise InputError(f"{path}: height must be a positive number of metres, not {height}")
-    return read_soup(path, sources)
+    return read_soup(path, sources, coarse=coarse)
 
 
 def _solid_faces(soup: Soup, path: Path) -> NDArray[np.bool_]:

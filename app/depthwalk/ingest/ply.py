@@ -1,4 +1,4 @@
-"""Rewrite headers of PLY files, so that the reader finds colours under other names than the usual ones.
+"""Read headers of PLY files, and rewrite them so that the reader finds colours under other names than the usual ones.
 
 The names of properties in a PLY file are a convention (Turk 1994, "The PLY Polygon File Format"): colours are `red`,
 `green` and `blue` today. MeshLab and older scanners wrote `diffuse_red`, `diffuse_green` and `diffuse_blue`.
@@ -7,9 +7,15 @@ The names of properties in a PLY file are a convention (Turk 1994, "The PLY Poly
 import re
 from itertools import pairwise
 
+_FACES = re.compile(rb"^element[ \t]+(?:face|tristrips)[ \t]+0*[1-9]", re.MULTILINE)
 _ELEMENT = re.compile(rb"^element[ \t]", re.MULTILINE)
 _USUAL = re.compile(rb"^property[ \t]+\w+[ \t]+(?:red|green|blue)[ \t\r]*$", re.MULTILINE)
 _DIFFUSE = re.compile(rb"^(property[ \t]+\w+[ \t]+)diffuse_(red|green|blue)(?=[ \t\r]*$)", re.MULTILINE)
+
+
+def has_faces(header: bytes) -> bool:
+    """Return whether the `header` of a PLY file, up to `end_header`, announces faces, or else only points."""
+    return _FACES.search(header) is not None
 
 
 def with_usual_colours(header: bytes) -> bytes:

@@ -16,7 +16,7 @@ from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count
 
 log = logging.getLogger(__name__)
 
-_POINT_BYTES = 3000  # peak memory of `point_surface` for each point, measured with 300,000
+_POINT_BYTES = 2000  # peak memory of `point_surface` for each point, measured with 300,000 and a million
 _TOLD = 0.02  # of all points: if more are on no surface, it is told; a few are stray
 _TRIANGLES = 2  # for each point of a closed surface (Euler)
 
@@ -39,7 +39,7 @@ class PointCloud(NamedTuple):
     colours: NDArray[np.uint8] | None
 
 
-def cloud_soup(cloud: PointCloud, path: Path) -> Soup:
+def cloud_soup(cloud: PointCloud, path: Path, *, warns: bool = True) -> Soup:
     """Return the triangles of the surface through points.
 
     Parameters
@@ -48,6 +48,8 @@ def cloud_soup(cloud: PointCloud, path: Path) -> Soup:
         The points. Those that are not finite, and all but the first at one place, are left out.
     path
         The file, for messages.
+    warns
+        Whether to warn of points that are not shown.
 
     Returns
     -------
@@ -60,7 +62,7 @@ def cloud_soup(cloud: PointCloud, path: Path) -> Soup:
         `path: defect` for points on no surface, and for too many.
     """
     rows = np.flatnonzero(np.isfinite(cloud.positions).all(axis=1))
-    if left_out := (total := len(cloud.positions)) - len(rows):
+    if warns and (left_out := (total := len(cloud.positions)) - len(rows)):
         log.warning("%s: %d of %d points have NaN or infinite coordinates; left out", path, left_out, total)
     rows = rows[np.sort(row_ids(cloud.positions[rows])[1])] if len(rows) else rows
     count = len(rows)
@@ -78,7 +80,7 @@ def cloud_soup(cloud: PointCloud, path: Path) -> Soup:
     check_triangle_count(len(faces), path)
     check_mesh_memory(count, len(faces), path)
     log.info("%s: %d triangles through %d points", path, len(faces), count)
-    if (hidden := count - np.count_nonzero(np.bincount(faces.ravel()))) > _TOLD * count:
+    if warns and (hidden := count - np.count_nonzero(np.bincount(faces.ravel()))) > _TOLD * count:
         log.warning("%s: %d of %d points are on no surface, and not shown", path, hidden, count)
     return Soup(
         positions=cloud.positions[rows],

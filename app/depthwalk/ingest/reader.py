@@ -14,13 +14,14 @@ from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
 from depthwalk.ingest.point_cloud import PointCloud, cloud_soup
+from depthwalk.ingest.preview import coarse_soup, thinned
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8
 
 _TEXT_BYTES = 12  # memory for reading an OBJ file per byte, measured with a million triangles
 
 
-def read_soup(path: Path, sources: Sources | None = None) -> Soup:
+def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = False) -> Soup:
     """Read all triangles of an OBJ, PLY, STL, GLB or glTF file, or of the surface through its points if it has none.
 
     Parameters
@@ -29,6 +30,8 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
         The mesh file.
     sources
         Reads files and keeps their bytes; None reads them from the disk.
+    coarse
+        Whether to make a coarse mesh quickly, see `coarse_soup` and `thinned`.
 
     Returns
     -------
@@ -50,17 +53,23 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
     if path.suffix.lower() == ".ply" and b"ply" not in data[:80].split(b"\n", 1)[0].lower():  # as trimesh tells them
         raise InputError(f"{path}: not a PLY file")
     try:
-        if path.suffix.lower() == ".obj":
-            return _read_obj(data, path, sources)
-        from depthwalk.ingest.trimesh_reader import read_by_trimesh
-
-        return read_by_trimesh(data, path, sources)
+        read = _read_obj(data, path, sources) if path.suffix.lower() == ".obj" else _read_other(data, path, sources)
+        if isinstance(read, PointCloud):
+            return cloud_soup(thinned(read) if coarse else read, path, warns=not coarse)
+        return coarse_soup(read) if coarse else read
     except InputError:
         raise
     except Exception as error:  # trimesh does not document what its parsers raise on damaged data
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
         kind = path.suffix[1:].upper()
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of {kind} ({reason})") from error
+
+
+def _read_other(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
+    """Read a file of any format but OBJ."""
+    from depthwalk.ingest.trimesh_reader import read_by_trimesh  # here: trimesh takes most of a second to import
+
+    return read_by_trimesh(data, path, sources)
 
 
 def _suffix_of(data: bytes) -> str | None:
@@ -76,14 +85,17 @@ def _suffix_of(data: bytes) -> str | None:
     return next((suffix for start, suffix in signatures if data.startswith(start)), None)
 
 
-def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
-    """Return the triangles of an OBJ file with the materials of its libraries, those of the last group first."""
+def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
+    """Return the triangles of an OBJ file with the materials of its libraries, those of the last group first.
+
+    Without triangles, return its points.
+    """
     check_memory(path, _TEXT_BYTES * len(data), f"{len(data)} bytes of OBJ text")
     data = as_utf8(data)
     mesh = parse_obj(data, path)
     if not len(mesh.sizes):
         normals = np.full(mesh.vertices.shape, np.nan) if mesh.normals is None else unit_normals(mesh.normals)
-        return cloud_soup(PointCloud(mesh.vertices, normals, _colours(mesh)), path)
+        return PointCloud(mesh.vertices, normals, _colours(mesh))
     check_triangle_count(mesh.triangle_count, path)
     check_mesh_memory(len(mesh.corners), mesh.triangle_count, path)
     vertex, texture, normal = mesh.corners.T - 1

@@ -32,7 +32,7 @@ from depthwalk.ingest.image import TextureDecoder, open_image
 from depthwalk.ingest.materials import WHITE, convert_material, without_light
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.ply import with_usual_colours
-from depthwalk.ingest.point_cloud import cloud_soup
+from depthwalk.ingest.point_cloud import PointCloud
 from depthwalk.ingest.soup import Soup, check_mesh_memory, check_triangle_count, unit_normals
 from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
 from depthwalk.ingest.trimesh_points import joined_points, ply_columns
@@ -46,10 +46,8 @@ _Placed = list[tuple[trimesh.Trimesh, NDArray[np.float64]]]  # meshes and their 
 _PlacedPoints = list[tuple[trimesh.PointCloud, NDArray[np.float64]]]
 
 
-def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
-    """Read all triangles of a file with trimesh, with the transforms of its scene graph applied.
-
-    Without triangles, a surface through its points is found.
+def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
+    """Read all triangles of a file, or its points if it has none, with the transforms of its scene graph applied.
 
     Parameters
     ----------
@@ -62,8 +60,8 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
 
     Returns
     -------
-    Soup
-        The triangles, in the frame and unit of the file.
+    Soup or PointCloud
+        The triangles or points, in the frame and unit of the file.
 
     Raises
     ------
@@ -74,7 +72,7 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
     placed, points = _placed(_read_scene(path, data, folder), path)
     is_gltf = path.suffix.lower() in GLTF_SUFFIXES
     if points and not placed:
-        return cloud_soup(joined_points(points, linear_colours=is_gltf), path)
+        return joined_points(points, linear_colours=is_gltf)
     triangles = sum(len(mesh.faces) for mesh, _ in placed)
     check_triangle_count(triangles, path)
     check_mesh_memory(sum(len(mesh.vertices) for mesh, _ in placed), triangles, path)
