@@ -167,7 +167,7 @@ def test_check_bakes_nothing_and_keeps_no_mesh(
             "court.advice.json",
             "advice or measurements, such as `advise` writes; a scene names advice by the key 'advice'",
         ),
-        ("court.txt", "'.txt' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)"),
+        ("court.txt", "'.txt' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf, .las, .laz)"),
     ],
 )
 def test_info_says_what_other_files_are(run: Callable[..., Any], tmp_path: Path, name: str, message: str) -> None:

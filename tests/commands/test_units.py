@@ -19,6 +19,7 @@ HINT = "2,000 m large; if its unit is the millimetre, give its height in metres:
 @pytest.mark.parametrize(("name", "extent", "expected"), [
     ("a.obj", (1, 2000, 3), HINT + "X"), ("a.stl", (2000, 1, 0), HINT + "X"),
     ("a.ply", (99, 100, 99), ""), ("a.glb", (1, 2000, 3), ""), ("a.GLTF", (1, 2000, 3), ""),
+    ("a.laz", (1, 2000, 3), ""),
 ])  # fmt: skip
 def test_only_what_is_large_and_says_nothing_of_its_unit(
     name: str, extent: tuple[int, int, int], expected: str

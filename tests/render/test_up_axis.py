@@ -54,7 +54,7 @@ def test_a_terrain_lies_and_an_upright_relief_hangs() -> None:
 
 @pytest.mark.parametrize(
     ("file", "turns"),
-    [("a.obj", True), ("a.ply", True), ("a.glb", False), ("a.GLTF", False)]
+    [("a.obj", True), ("a.ply", True), ("a.glb", False), ("a.GLTF", False), ("a.las", False)]
     + [(f"a.dpci.{suffix}", False) for suffix in ("exr", "npz")],
 )
 def test_files_that_define_their_axis_are_not_guessed(file: str, turns: bool) -> None:

@@ -17,6 +17,7 @@ from depthwalk.bake.meso import Meso
 from depthwalk.bake.params import FEWEST, LOOKS, RATIOS, ModelParams
 from depthwalk.cook.mesh_clusters import CLUSTERS_VERSION
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import LAS_SUFFIXES
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.mesh_head import read_head
@@ -31,7 +32,9 @@ if TYPE_CHECKING:
 
 _TEXTURED = "+textured"
 PREVIEWED = 24e6  # bytes of a file, from which on a coarse mesh is read first: a million triangles in most formats
-PREVIEWED_POINTS = 2e6  # the same of a PLY file of points: over a hundred thousand, whose surface takes some seconds
+PREVIEWED_POINTS = (
+    2e6  # the same of a PLY or LAS file of points: over a hundred thousand, whose surface takes some seconds
+)
 _PLY_HEADER = 1 << 14  # bytes
 _MAX_READINGS = 3  # of a range image that changes while it is being read
 
@@ -68,9 +71,9 @@ def is_large(spec: MeshAsset) -> bool:
 
 
 def _holds_points(path: Path) -> bool:
-    """Return whether a file is a PLY file of points, as far as its header tells."""
+    """Return whether a file is a LAS file, or a PLY file of points, as far as its header tells."""
     if path.suffix.lower() != ".ply":
-        return False
+        return path.suffix.lower() in LAS_SUFFIXES
     try:
         with path.open("rb") as file:
             header, end, _ = file.read(_PLY_HEADER).partition(b"end_header")

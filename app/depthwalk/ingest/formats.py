@@ -5,7 +5,9 @@ from pathlib import Path
 from depthwalk.errors import InputError
 
 GLTF_SUFFIXES = (".glb", ".gltf")
-MESH_SUFFIXES = (".obj", ".ply", ".stl", *GLTF_SUFFIXES)
+LAS_SUFFIXES = (".las", ".laz")
+UPRIGHT_SUFFIXES = (*GLTF_SUFFIXES, *LAS_SUFFIXES)  # whose axes and unit are known
+MESH_SUFFIXES = (".obj", ".ply", ".stl", *UPRIGHT_SUFFIXES)
 OTHER_MESH_SUFFIXES = (
     ".3ds",
     ".3mf",

@@ -39,7 +39,7 @@ def load_mesh(
     sources: Sources | None = None,
     coarse: bool = False,
 ) -> Mesh:
-    """Read an OBJ, PLY, STL, GLB or glTF file into its asset frame: Y up, the base's centre on the origin.
+    """Read a mesh, or the surface through a scan, into its asset frame: Y up, the base's centre on the origin.
 
     Normals are taken from the file if it has valid ones; otherwise they are angle-weighted and split at creases of 60°.
     Faces without area and vertices without a face are dropped.

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.geometry.distinct import distinct_numbers
-from depthwalk.ingest.formats import check_suffix
+from depthwalk.ingest.formats import LAS_SUFFIXES, check_suffix
+from depthwalk.ingest.las.decoder import read_las
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.mtl import material_libraries
@@ -22,7 +23,7 @@ _TEXT_BYTES = 12  # memory for reading an OBJ file per byte, measured with a mil
 
 
 def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = False) -> Soup:
-    """Read all triangles of an OBJ, PLY, STL, GLB or glTF file, or of the surface through its points if it has none.
+    """Read all triangles of a file of `formats.MESH_SUFFIXES`, or of the surface through its points if it has none.
 
     Parameters
     ----------
@@ -67,6 +68,8 @@ def read_soup(path: Path, sources: Sources | None = None, *, coarse: bool = Fals
 
 def _read_other(data: bytes, path: Path, sources: Sources) -> Soup | PointCloud:
     """Read a file of any format but OBJ."""
+    if path.suffix.lower() in LAS_SUFFIXES:
+        return read_las(data, path)
     from depthwalk.ingest.trimesh_reader import read_by_trimesh  # here: trimesh takes most of a second to import
 
     return read_by_trimesh(data, path, sources)

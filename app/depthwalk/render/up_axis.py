@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import conjugate, rotate
-from depthwalk.ingest.formats import GLTF_SUFFIXES, is_baked_file, is_model_file
+from depthwalk.ingest.formats import UPRIGHT_SUFFIXES, is_baked_file, is_model_file
 from depthwalk.ingest.texture_beside import texture_hint
 from depthwalk.ingest.units import unit_hint
 from depthwalk.render.renderer import Renderer
@@ -186,9 +186,10 @@ class ModelTurn:
 
     def _guess(self) -> None:
         """Turn the models upright that seem to lie, unless their files say how they stand."""
-        # In glTF y is up by definition (2.0, §3.4), in depth images since they were baked; other formats say nothing.
+        # In glTF y is up by definition (2.0, §3.4), LAS is read so, and depth images were baked so; other formats say
+        # nothing.
         scene = self._scene
-        if any(file.suffix.lower() in GLTF_SUFFIXES or is_baked_file(file) for file in scene.files):
+        if any(file.suffix.lower() in UPRIGHT_SUFFIXES or is_baked_file(file) for file in scene.files):
             return
         if any(getattr(asset, "up_is_given", False) for asset in scene.assets):
             return

@@ -1,0 +1,97 @@
+"""Let a library decode a file in a process that may take only as much memory and time as the file explains.
+
+Some libraries in other languages take the sizes in a damaged file for what they are: they allocate gigabytes, work for
+minutes in which no thread of Python could do anything about it, or end the process. A process of its own can be ended.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable
+from typing import IO, NamedTuple
+
+_INTERVAL = 0.05  # s between two looks at the process, in which it allocates some 100 MB at most
+
+
+class Answer(NamedTuple):
+    """Hold what a process has written.
+
+    Attributes
+    ----------
+    data
+        Its standard output, also where it was ended.
+    excess
+        What it took too much of, "memory" or "time"; "" if neither.
+    """
+
+    data: bytes
+    excess: str
+
+
+def run_watched(module: str, request: Iterable[bytes], *, most_bytes: int, most_seconds: float) -> Answer:
+    """Run a module of this package in a process, and end it when it takes too much.
+
+    Parameters
+    ----------
+    module
+        The module's name, as for `python -m`. It reads standard input and writes to standard output. What it writes to
+        standard error is not shown.
+    request
+        What it reads, in pieces.
+    most_bytes
+        Memory that it may take, and length of what it may write, bytes.
+    most_seconds
+        Processor time that it may take.
+
+    Returns
+    -------
+    Answer
+        What it has written, up to `most_bytes`.
+    """
+    # Files, not pipes, so that what it writes takes no memory here before it is known how much it is.
+    with tempfile.TemporaryFile() as source, tempfile.TemporaryFile() as answer:
+        source.writelines(request)
+        source.seek(0)
+        paths = os.pathsep.join(path for path in sys.path if path)
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", module],  # -P: nothing is imported from the current folder
+            env=os.environ | {"PYTHONPATH": paths},
+            stdin=source,
+            stdout=answer,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            excess = _watch(process, answer, most_bytes, most_seconds)
+        finally:
+            process.kill()
+            process.wait()
+        answer.seek(0)
+        return Answer(answer.read(most_bytes), excess)
+
+
+def _watch(process: "subprocess.Popen[bytes]", answer: IO[bytes], most_bytes: int, most_seconds: float) -> str:
+    """Wait until a process ends or has taken too much; return `Answer.excess`."""
+    while True:
+        try:
+            process.wait(_INTERVAL)
+            return ""
+        except subprocess.TimeoutExpired:
+            too_long = os.fstat(answer.fileno()).st_size > most_bytes
+            if excess := "memory" if too_long else _excess(process.pid, most_bytes, most_seconds):
+                return excess
+
+
+def _excess(number: int, most_bytes: int, most_seconds: float) -> str:
+    """Return which a process with this number has taken too much of; "" if neither or if it has ended."""
+    import psutil  # takes 20 ms to import
+
+    try:
+        process = psutil.Process(number)
+        # On Windows, an environment's python starts another, which does the work.
+        every = [process, *(process.children(recursive=True) if sys.platform == "win32" else [])]
+        if sum(each.memory_info().rss for each in every) > most_bytes:
+            return "memory"
+        return "time" if sum(sum(each.cpu_times()[:2]) for each in every) > most_seconds else ""
+    except psutil.Error:
+        return ""
