@@ -204,6 +204,19 @@ def test_a_stream_gets_no_more_memory_than_its_size_explains(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
+def test_many_streams_get_no_more_memory_than_their_sizes_explain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each has four attributes of a hundred numbers, of which the file does not tell: 9 MB, compressed to some kB."""
+    monkeypatch.setattr(decoder, "_BYTES", 96 << 20)
+    side = np.arange(150, dtype=np.float32)
+    points = np.array([(x, y, 0) for y in side for x in side], np.float32)
+    untold = {name: np.zeros((len(points), 100), np.uint8) for name in "abcd"}
+    data = stream({"POSITION": points} | untold, (0, 1, 2), compression_level=10)
+    with pytest.raises(InputError, match=r"^here: its Draco data takes too much memory to decode$"):
+        decode([_square(data)] * 12, Path("a.glb"))
+    assert len(decode([_square(data)] * 2, Path("a.glb"))) == 2
+
+
+@pytest.mark.slow
 def test_a_stream_gets_no_more_time_than_its_size_explains(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "_SECONDS", 0.0)
     with pytest.raises(InputError, match=r"^here: its Draco data takes too much time to decode$"):

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,8 @@ from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
 from depthwalk.ingest.draco.worker import LENGTH, READY
 
-# What decoding takes, measured with grids of 10⁴ to 10⁶ vertices: at most 85 bytes and 0.2 µs per triangle and 20 bytes
-# and 0.15 µs per number at a vertex. What it may take is several times that.
+# What decoding may take: for a vertex with eight numbers and two triangles 1,080 bytes and 50 µs. Grids of 10⁶ such
+# vertices take 170 to 290 bytes and 0.6 to 1.9 µs for each, by how they are compressed.
 _BYTES, _BYTES_PER_TRIANGLE, _BYTES_PER_NUMBER = 256 << 20, 300, 60
 _SECONDS, _SECONDS_PER_ITEM = 5.0, 5e-6
 _WORKER = "depthwalk.ingest.draco.worker"
@@ -117,32 +117,41 @@ def decode(streams: Sequence[DracoStream], path: Path) -> list[DracoMesh]:
 
 
 def _answer(streams: Sequence[DracoStream], most_bytes: int, most_seconds: float) -> tuple[bytes, str]:
-    """Return what the worker writes for streams, and which it took too much of, "memory" or "time"; "" if neither."""
-    paths = os.pathsep.join(path for path in sys.path if path)
-    with tempfile.TemporaryFile() as request:  # not a pipe: `communicate` may stop writing to it at a timeout
+    """Return what the worker writes for streams, and which it took too much of, "memory" or "time"; "" if neither.
+
+    Both are files, not pipes, so that what it writes takes no memory here before it is known how much it is.
+    """
+    with tempfile.TemporaryFile() as request, tempfile.TemporaryFile() as answer:
         for stream in streams:
             request.write(LENGTH.pack(len(stream.data)) + stream.data)
         request.seek(0)
+        paths = os.pathsep.join(path for path in sys.path if path)
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", _WORKER],  # -P: nothing is imported from the current folder
             env=os.environ | {"PYTHONPATH": paths},
             stdin=request,
-            stdout=subprocess.PIPE,
+            stdout=answer,
             stderr=subprocess.DEVNULL,
         )
-        excess = ""
         try:
-            while True:
-                try:
-                    return process.communicate(timeout=_INTERVAL)[0], excess
-                except subprocess.TimeoutExpired:
-                    excess = excess or _excess(process.pid, most_bytes, most_seconds)
-                    if excess:
-                        process.kill()
-        except BaseException:
+            excess = _watch(process, answer, most_bytes, most_seconds)
+        finally:
             process.kill()
-            process.communicate()
-            raise
+            process.wait()
+        answer.seek(0)
+        return answer.read(most_bytes), excess
+
+
+def _watch(process: "subprocess.Popen[bytes]", answer: IO[bytes], most_bytes: int, most_seconds: float) -> str:
+    """Wait until a process ends or has taken too much; return of which, "memory" or "time", "" if neither."""
+    while True:
+        try:
+            process.wait(_INTERVAL)
+            return ""
+        except subprocess.TimeoutExpired:
+            too_long = os.fstat(answer.fileno()).st_size > most_bytes
+            if excess := "memory" if too_long else _excess(process.pid, most_bytes, most_seconds):
+                return excess
 
 
 def _excess(number: int, most_bytes: int, most_seconds: float) -> str:
