@@ -110,8 +110,8 @@ def decode(streams: Sequence[DracoStream], path: Path) -> list[DracoMesh]:
     for stream in streams:
         archive = next(packed, None)
         if not archive:
-            reason = f"takes too much {excess} to decode" if archive is None and excess else "is damaged"
-            raise InputError(f"{stream.where}: its Draco data {reason}")
+            stopped = f"takes too much {excess} to decode" if excess else "cannot be decoded"
+            raise InputError(f"{stream.where}: its Draco data {stopped if archive is None else 'is damaged'}")
         meshes.append(_unpacked(archive))
     return meshes
 
