@@ -90,12 +90,15 @@ has no `dpci`. `render` draws a still of a mesh from its polygons, since baking 
 
 Of glTF and GLB files, the default scene is read, without its cameras, lamps and animations, of which `convert` keeps
 more (below): skins and shape keys (morph targets) are as the nodes pose them at rest. Colours and texture coordinates
-may be integers, accessors sparse or quantised, textures transformed (`KHR_texture_transform`). Files compressed by
-Draco or meshopt must be exported without. Pictures may be PNG, JPEG or WebP (`EXT_texture_webp`); a texture whose only
-picture is of another kind, as by `KHR_texture_basisu`, is left out with a warning. [Normal maps](baking.md#normal-maps)
-are read if they share the texture coordinates of the colours, and textures always repeat. Files all of whose materials
-are `KHR_materials_unlit`, as scans are, are shown [without light](light.md#unlit). `depthwalk info` lists what of a
-file is not read.
+may be integers, accessors sparse or quantised, textures transformed (`KHR_texture_transform`). Pictures may be PNG,
+JPEG or WebP (`EXT_texture_webp`); a texture whose only picture is of another kind, as by `KHR_texture_basisu`, is left
+out with a warning. [Normal maps](baking.md#normal-maps) are read if they share the texture coordinates of the colours,
+and textures always repeat. Files all of whose materials are `KHR_materials_unlit`, as scans are, are shown [without
+light](light.md#unlit). `depthwalk info` lists what of a file is not read.
+
+Files compressed by Draco (`KHR_draco_mesh_compression`) need the extra `draco`: `pip install "depthwalk[draco]"`. They
+are decoded when they are opened, in a process that is ended if it takes much more memory or time than their numbers of
+vertices and triangles explain. Files compressed by meshopt must be exported without.
 
 All that such a file shows is one mesh. `depthwalk convert forest.glb` makes a scene of it instead, in the folder
 `forest`: a GLB file for each model, with the materials and pictures that it uses, and a scene file that places them.

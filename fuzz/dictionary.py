@@ -28,6 +28,7 @@ GLTF_KEYS = (
     *("scale", "rotation", "name", "skin", "camera", "targets", "KHR_texture_transform", "componentType"),
     *("normalTexture", "texCoord", "EXT_mesh_gpu_instancing", "KHR_lights_punctual", "light", "TRANSLATION", "nodes"),
     *("animations", "channels", "sampler", "input", "output", "interpolation", "CUBICSPLINE", "STEP", "path", "node"),
+    *("KHR_draco_mesh_compression", "attributes", "bufferView"),
 )
 YAML = _words(
     b"&a |*a|!!int |!!float |!!binary |<<: |---\n|...\n|%YAML 1.1\n|%TAG ! x\n|0x|0b|0o8|.inf|.nan|1e999|? |> ",

@@ -1,5 +1,6 @@
 """Make the glTF files that fuzzing begins with."""
 
+import base64
 import json
 from typing import Any
 
@@ -9,6 +10,13 @@ from numpy.typing import NDArray
 from fuzz.case import Files
 from fuzz.container_changes import glb
 from fuzz.seeds import CORNERS, FACES, HOSTILE, hostile, picture
+
+# The tetrahedron of `_gltf`, compressed by Draco: colours, texture coordinates, normals, positions.
+_DRACO = base64.b64decode(
+    "RFJBQ08CAgEBAAAABAQDAwAAAS8BARD/AmZA/wJmQP8CZkAEAAAA/wAAAQAAAgAAAQICBAEAAQEACQMAAwIBAwkCAQECAQEJAwACAwEBAQEBAQFAAQD/"
+    "AAAA/wAAAAEBAQADAwEQATADAFCCJJEEAAAAAP8AAAAAAAAAAAAAAAAAAAAAAIA/CAUBAQAHAwEwDwEQAwAoggj0AAIAAACAAgBxAAAAAD8AAAAAAAAA"
+    "AAAAAAAAgD8GBgMBAAcDARABEAEQBwEQAwBMSFTB4z8AAAAfAAAAAwNAiYAG"
+)
 
 
 def _gltf(image: str, buffer: str | None) -> tuple[dict[str, Any], bytes]:
@@ -118,6 +126,20 @@ def _moving(header: dict[str, Any], data: bytes) -> tuple[dict[str, Any], bytes]
     return moving, data
 
 
+def _compressed(header: dict[str, Any], length: int) -> dict[str, Any]:
+    """Return a header of `_gltf` whose accessors have their data in a Draco stream, `length` bytes into the buffer."""
+    compressed: dict[str, Any] = json.loads(json.dumps(header))
+    for accessor in compressed["accessors"]:
+        del accessor["bufferView"], accessor["byteOffset"]
+    compressed["accessors"][3] |= {"componentType": 5121, "normalized": True}
+    compressed["bufferViews"] = [{"buffer": 0, "byteOffset": length, "byteLength": len(_DRACO)}]
+    compressed["buffers"][0]["byteLength"] = length + len(_DRACO)
+    terms = {"bufferView": 0, "attributes": {"COLOR_0": 0, "TEXCOORD_0": 1, "NORMAL": 2, "POSITION": 3}}
+    compressed["meshes"][0]["primitives"][0]["extensions"] = {"KHR_draco_mesh_compression": terms}
+    compressed["extensionsRequired"].append("KHR_draco_mesh_compression")
+    return compressed
+
+
 def gltfs() -> list[Files]:
     header, data = _gltf("skin.png", "mesh.bin")
     beside = {"mesh.bin": data, "skin.png": picture("PNG")}
@@ -145,6 +167,7 @@ def gltfs() -> list[Files]:
         {"relief.glb": glb(json.dumps(relief).encode(), data), "skin.png": picture("PNG")},
         {"posed.glb": glb(json.dumps(_posed(inner)).encode(), data), "skin.png": picture("PNG")},
         {"moving.glb": glb(json.dumps(moving).encode(), more), "skin.png": picture("PNG")},
+        {"packed.glb": glb(json.dumps(_compressed(inner, 0)).encode(), _DRACO), "skin.png": picture("PNG")},
         {"stage.glb": glb(json.dumps(_stage(inner)).encode(), data), "skin.png": picture("PNG")},
     ]
     return made + hostile("*.gl*", HOSTILE / "meshes")

@@ -73,10 +73,10 @@ def test_a_plain_mesh_passes() -> None:
     ("header", "defect"),
     [
         (
-            {"extensionsRequired": ["KHR_draco_mesh_compression"]},
-            "extension KHR_draco_mesh_compression is not supported",
+            {"extensionsRequired": ["EXT_meshopt_compression"]},
+            "extension EXT_meshopt_compression is not supported",
         ),
-        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "not supported; export it without compression"),
+        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "not supported; export it without compression"),
         ({"accessors": [{"count": 3}]}, r"accessors\[0\]: compressed or empty"),
         (mesh(count=0), r"accessors\[0\]: count 0 is out of range"),
         (mesh(count=10**12), r"count 1000000000000 is out of range"),

@@ -42,7 +42,7 @@ def main(
         list[Path],
         typer.Argument(
             metavar="FILE",
-            help="Meshes (OBJ, PLY, STL, GLB, glTF, LAS, LAZ) or scenes; of a scene, each asset with `dpci` is compared.",
+            help="Meshes or scene files; of a scene, each asset with `dpci` is compared.",
         ),
     ],
     json: JsonReport = None,

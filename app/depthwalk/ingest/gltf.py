@@ -6,7 +6,7 @@ The header lists the other files that belong to the mesh, so they are found with
 import json
 import struct
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +16,17 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import OPAQUE
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
-_KNOWN = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp")
-_COMPRESSED = ("KHR_draco_", "EXT_meshopt_", "KHR_meshopt_")
+DRACO = "KHR_draco_mesh_compression"
+_KNOWN = (
+    "KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_transform", "EXT_texture_webp", DRACO
+)  # fmt: skip
+_MESHOPT = "EXT_meshopt_", "KHR_meshopt_"
 _TEXTURES = ("KHR_texture_", "EXT_texture_", "MSFT_texture_")
 INSTANCING = "EXT_mesh_gpu_instancing"
 _UNLIT = "KHR_materials_unlit"
 _STRENGTH, _TRANSMISSION = "KHR_materials_emissive_strength", "KHR_materials_transmission"
 _MIRRORED = 0.08  # part of the light that a pane of glass with refractive index 1.5 reflects: 4 % on either face
-_TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
+TRIANGLES = 4  # mode of primitives of separate triangles; strips and fans make one triangle per further corner
 _FIRST = " but 1.0; gltf-pipeline, for example, converts it"
 
 
@@ -106,9 +109,7 @@ def _all_used(header: dict[str, Any], holds: Callable[[dict[str, Any]], bool]) -
     """Return whether there are triangles in a glTF file, all with a material of which something holds."""
     try:
         primitives = [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
-        used = {
-            primitive.get("material") for primitive in primitives if primitive.get("mode", _TRIANGLES) >= _TRIANGLES
-        }
+        used = {primitive.get("material") for primitive in primitives if primitive.get("mode", TRIANGLES) >= TRIANGLES}
         return bool(used) and all(number is not None and holds(header["materials"][number]) for number in used)
     except (AttributeError, TypeError, LookupError):  # reported when the mesh is read
         return False
@@ -233,7 +234,23 @@ def placed_size(header: dict[str, Any]) -> tuple[int, int]:
 
 def surfaces(mesh: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the primitives of a mesh that are triangles, not points or lines."""
-    return [primitive for primitive in mesh["primitives"] if primitive.get("mode", _TRIANGLES) >= _TRIANGLES]
+    return [primitive for primitive in mesh["primitives"] if primitive.get("mode", TRIANGLES) >= TRIANGLES]
+
+
+def compressed_primitives(header: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each primitive that Draco has compressed, with its place in the header, `meshes[0].primitives[1]`.
+
+    What is malformed counts as none.
+    """
+    for number, mesh in enumerate(header.get("meshes", [])):
+        for place, primitive in enumerate(mesh["primitives"]):
+            if DRACO in object_under(primitive, "extensions"):
+                yield f"meshes[{number}].primitives[{place}]", primitive
+
+
+def accessor_numbers(primitive: dict[str, Any]) -> list[int]:
+    """Return the numbers of the accessors of a primitive's vertices and corners."""
+    return [*primitive["attributes"].values(), *([primitive["indices"]] if "indices" in primitive else [])]
 
 
 def mesh_size(header: dict[str, Any], mesh: dict[str, Any]) -> tuple[int, int]:
@@ -243,7 +260,7 @@ def mesh_size(header: dict[str, Any], mesh: dict[str, Any]) -> tuple[int, int]:
         points = header["accessors"][primitive["attributes"]["POSITION"]]["count"]
         corners = header["accessors"][primitive["indices"]]["count"] if "indices" in primitive else points
         vertices += points
-        triangles += corners // 3 if primitive.get("mode", _TRIANGLES) == _TRIANGLES else corners
+        triangles += corners // 3 if primitive.get("mode", TRIANGLES) == TRIANGLES else corners
     return vertices, triangles
 
 
@@ -267,8 +284,9 @@ def check_header(header: dict[str, Any], path: Path, *, known: str | None = None
     for name in header.get("extensionsRequired", []):
         if not name.startswith(_KNOWN) and name != known:
             raise InputError(f"{path}: the required glTF extension {name} is not supported{_remedy(name)}")
+    decoded = {number for _, primitive in compressed_primitives(header) for number in accessor_numbers(primitive)}
     for index, accessor in enumerate(header.get("accessors", [])):
-        if "sparse" not in accessor and "bufferView" not in accessor:
+        if index not in decoded and "sparse" not in accessor and "bufferView" not in accessor:
             raise InputError(f"{path}: accessors[{index}]: compressed or empty data is not supported")
         if not 0 < accessor["count"] <= 3 * MAX_MESH_TRIANGLES:
             raise InputError(f"{path}: accessors[{index}]: count {accessor['count']} is out of range")
@@ -276,8 +294,8 @@ def check_header(header: dict[str, Any], path: Path, *, known: str | None = None
 
 def _remedy(extension: str) -> str:
     """Return how to do without an extension that is not supported, as the end of a message; "" if nothing is known."""
-    if extension.startswith(_COMPRESSED):
-        return "; export it without compression"
+    if extension.startswith(_MESHOPT):  # of the former alone, many programs make a file without
+        return "; export it without compression" + ", or use `gltf-transform copy`" * extension.startswith(_MESHOPT[0])
     if extension == INSTANCING:
         return "; `depthwalk convert` makes a scene of the file"
     return "; export its textures as PNG, JPEG or WebP" if extension.startswith(_TEXTURES) else ""

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # by component type
-_COMPONENT_TYPES = {"f": 5126, "u": 5125}  # of what is added, by kind of dtype
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-_TYPES = {width: name for name, width in _WIDTHS.items()}
+DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}  # by component type
+_COMPONENT_TYPES = {np.dtype(name): number for number, name in DTYPES.items()}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_TYPES = {width: name for name, width in WIDTHS.items()}
 
 Numbers = NDArray[Any]  # (count, width) of any type of number
 
@@ -34,12 +34,8 @@ class Accessors:
     Attributes
     ----------
     added
-        The contents of the buffer that `add` fills.
-    name
-        The URI of that buffer.
+        The contents of the buffers that `add` and `fill` make, by their URIs, which no file has as its name.
     """
-
-    name = "\0added"  # no file has this name
 
     def __init__(self, header: dict[str, Any], data: bytes, read: Callable[[str], bytes]) -> None:
         """Prepare to read from a file.
@@ -47,7 +43,7 @@ class Accessors:
         Parameters
         ----------
         header
-            The JSON header, to which `add` adds buffers, views and accessors.
+            The JSON header, to which `add` and `fill` add buffers, views and accessors.
         data
             The contents of the file, of which only a GLB's binary chunk is used.
         read
@@ -57,8 +53,7 @@ class Accessors:
         self._data = data
         self._read = read
         self._buffers: dict[int, memoryview] = {}
-        self._number: int | None = None
-        self.added = bytearray()
+        self.added: dict[str, bytes] = {}
 
     def read(self, number: int, count: int | None = None) -> Numbers:
         """Return the values (N, width) of an accessor; normalised integers as float32 from −1 or 0 to 1.
@@ -78,17 +73,17 @@ class Accessors:
     def stored(self, number: int, count: int | None = None) -> Numbers:
         """Return the values (N, width) of an accessor as they are stored, sparse ones put in place; see `read`."""
         accessor = self._header["accessors"][_whole(number)]
-        rows, width = _whole(accessor["count"]), _WIDTHS[accessor["type"]]
+        rows, width = _whole(accessor["count"]), WIDTHS[accessor["type"]]
         if count is not None and rows != count:
             raise ValueError(f"accessors[{number}] has {rows} values instead of {count}")
-        dtype = np.dtype(_DTYPES[accessor["componentType"]])
+        dtype = np.dtype(DTYPES[accessor["componentType"]])
         has_data = "bufferView" in accessor
         values = self._rows(accessor, rows, dtype, width) if has_data else np.zeros((rows, width), dtype)
         if "sparse" in accessor:
             values = values.copy()
             replaced = accessor["sparse"]
             some = min(_whole(replaced["count"]), rows)
-            index_type = np.dtype(_DTYPES[replaced["indices"]["componentType"]])
+            index_type = np.dtype(DTYPES[replaced["indices"]["componentType"]])
             indices = self._rows(replaced["indices"], some, index_type, 1)[:, 0].astype(np.int64)
             values[indices] = self._rows(replaced["values"], some, dtype, width)
         return values
@@ -101,23 +96,30 @@ class Accessors:
 
     def add(self, values: Numbers) -> int:
         """Add an accessor for `values` (N, width), float32 or uint32, to the header and return its number."""
+        self._header["accessors"].append({})
+        number = len(self._header["accessors"]) - 1
+        self.fill(number, values)
+        return number
+
+    def fill(self, number: int, values: Numbers) -> None:
+        """Give an accessor `values` (N, width) of one of glTF's types in place of its own; it stays normalised or not.
+
+        Bounds that it may have are left as they are.
+        """
         buffers, views = self._header.setdefault("buffers", []), self._header.setdefault("bufferViews", [])
-        if self._number is None:
-            self._number = len(buffers)
-            buffers.append({"uri": self.name, "byteLength": 0})
-        data = np.ascontiguousarray(values).tobytes()
-        views.append({"buffer": self._number, "byteOffset": len(self.added), "byteLength": len(data)})
-        self.added += data
-        buffers[self._number]["byteLength"] = len(self.added)
-        self._header["accessors"].append(
-            {
-                "bufferView": len(views) - 1,
-                "componentType": _COMPONENT_TYPES[values.dtype.kind],
-                "count": len(values),
-                "type": _TYPES[values.shape[1]],
-            }
-        )
-        return len(self._header["accessors"]) - 1
+        uri = f"\0added-{len(self.added)}"
+        self.added[uri] = data = np.ascontiguousarray(values).tobytes()
+        buffers.append({"uri": uri, "byteLength": len(data)})
+        views.append({"buffer": len(buffers) - 1, "byteOffset": 0, "byteLength": len(data)})
+        accessor = self._header["accessors"][number]
+        for key in ("byteOffset", "sparse"):
+            accessor.pop(key, None)
+        accessor |= {
+            "bufferView": len(views) - 1,
+            "componentType": _COMPONENT_TYPES[values.dtype],
+            "count": len(values),
+            "type": _TYPES[values.shape[1]],
+        }
 
     def _rows(self, place: dict[str, Any], rows: int, dtype: np.dtype[Any], width: int) -> Numbers:
         """Return the values (rows, width) that begin at the `byteOffset` of `place` in its `bufferView`."""
@@ -134,15 +136,14 @@ class Accessors:
         return np.ascontiguousarray(strided).view(dtype)
 
     def _buffer(self, number: int) -> memoryview:
-        """Return the contents of a buffer; of the one that `add` fills, what is there by now."""
-        if number == self._number:
-            if len(self._buffers.get(number, b"")) != len(self.added):
-                self._buffers[number] = memoryview(bytes(self.added))
-        elif number not in self._buffers:
+        """Return the contents of a buffer."""
+        if number not in self._buffers:
             uri = self._header["buffers"][number].get("uri")
             if uri is None:
                 start = 28 + struct.unpack_from("<I", self._data, 12)[0]
                 content: bytes | memoryview = memoryview(self._data)[start:]  # the chunk after the header's
+            elif uri in self.added:
+                content = self.added[uri]
             elif uri.startswith("data:"):
                 content = base64.b64decode(uri.partition("base64,")[2])
             else:

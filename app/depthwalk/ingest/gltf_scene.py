@@ -19,6 +19,7 @@ from depthwalk.ingest.gltf_accessors import Accessors
 from depthwalk.ingest.gltf_animations import Movement, read_animation
 from depthwalk.ingest.gltf_channels import FARTHEST
 from depthwalk.ingest.gltf_copies import first_of_same
+from depthwalk.ingest.gltf_draco import decompress
 from depthwalk.ingest.gltf_lights import LIGHTS, PlacedCamera, PlacedLight, cameras, lights
 from depthwalk.ingest.gltf_models import Models, PlacedModel, index_of
 from depthwalk.ingest.gltf_pose import is_posed, pose, posed_size, top_nodes, world_matrices
@@ -89,9 +90,10 @@ def read_gltf_scene(path: Path, sources: Sources) -> GltfScene:
 
     with damaged(path):
         gltf.check_header(header, path, known=gltf.INSTANCING)
+        accessors = Accessors(header, data, read)
+        decompress(header, accessors, path)
         if is_posed(header):
             check_mesh_memory(*posed_size(header), path)
-        accessors = Accessors(header, data, read)
         return _read(header, accessors, len(data))
 
 

@@ -25,6 +25,7 @@ from depthwalk.errors import InputError, quoted
 from depthwalk.ingest import gltf
 from depthwalk.ingest.formats import GLTF_SUFFIXES, IMAGE_SUFFIXES
 from depthwalk.ingest.gltf_accessors import Accessors
+from depthwalk.ingest.gltf_draco import decompress
 from depthwalk.ingest.gltf_geometry import express
 from depthwalk.ingest.gltf_normal_maps import fold_normal_maps
 from depthwalk.ingest.gltf_textures import warn_of_missing_textures
@@ -146,6 +147,9 @@ def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
         if file is None:
             raise InputError(f"{path}: buffer {quoted(uri)} is missing or outside the folder")
         length += len(folder.sources.read(file))
+    accessors = Accessors(header, data, folder.get)
+    compressed = decompress(header, accessors, path)
+    length += sum(map(len, accessors.added.values()))
     vertices, triangles = gltf.placed_size(header)
     if triangles > (most := MAX_COPIED_TRIANGLES + length // 3):  # no triangle takes less than three bytes
         raise InputError(
@@ -153,11 +157,10 @@ def _expressed(data: bytes, path: Path, folder: _Folder) -> bytes:
             "allowed; place copies by a scene file, as `depthwalk convert` makes one"
         )
     check_mesh_memory(vertices, triangles, path)
-    accessors = Accessors(header, data, folder.get)
     warn_of_missing_textures(header, accessors, path)
     changed = [express(header, accessors), gltf.fold_extensions(header, path), fold_normal_maps(header, path)]
-    folder.made[accessors.name] = bytes(accessors.added)
-    return gltf.with_header(data, header, path) if any(changed) else data
+    folder.made |= accessors.added
+    return gltf.with_header(data, header, path) if compressed or any(changed) else data
 
 
 def _checked_stl(data: bytes, path: Path) -> bytes:

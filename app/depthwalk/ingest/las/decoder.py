@@ -54,9 +54,8 @@ def read_las(data: bytes, path: Path) -> PointCloud:
     count = _checked_count(data, path)
     most_bytes = _BYTES + _BYTES_PER_POINT * count + len(data)
     check_memory(path, most_bytes, f"{count} points")
-    answer, excess = run_watched(
-        _WORKER, [data], most_bytes=most_bytes, most_seconds=_SECONDS + _SECONDS_PER_POINT * count
-    )
+    most_seconds = _SECONDS + _SECONDS_PER_POINT * count
+    answer, excess = run_watched(_WORKER, [data], most_bytes=most_bytes, most_seconds=most_seconds)
     if excess:
         raise InputError(f"{path}: damaged: it takes too much {excess} to read")
     if not answer.startswith(_READY):
