@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from depthwalk.budget import check_memory
 from depthwalk.errors import InputError
+from depthwalk.ingest.las.worker import READY
 from depthwalk.ingest.point_cloud import PointCloud
 from depthwalk.ingest.watched_process import run_watched
 from depthwalk.limits import MAX_MESH_TRIANGLES
@@ -25,7 +26,6 @@ _RECORD = 54  # bytes of the head of a variable-length record
 # What reading may take: two million points with colours, compressed, take 100 bytes and 0.6 µs each.
 _BYTES, _BYTES_PER_POINT = 256 << 20, 300
 _SECONDS, _SECONDS_PER_POINT = 5.0, 2e-5
-_READY = b"+"  # what the worker writes first
 
 
 def read_las(data: bytes, path: Path) -> PointCloud:
@@ -58,9 +58,9 @@ def read_las(data: bytes, path: Path) -> PointCloud:
     answer, excess = run_watched(_WORKER, [data], most_bytes=most_bytes, most_seconds=most_seconds)
     if excess:
         raise InputError(f"{path}: damaged: it takes too much {excess} to read")
-    if not answer.startswith(_READY):
+    if not answer.startswith(READY):
         raise InputError(f"{path}: laspy, which reads LAS and LAZ files, does not start")
-    if (cloud := _cloud(answer[len(_READY) :])) is None:
+    if (cloud := _cloud(answer[len(READY) :])) is None:
         raise InputError(f"{path}: damaged, truncated or an unsupported kind of LAS")
     return cloud
 

@@ -9,24 +9,18 @@ import io
 import logging
 import sys
 
-import laspy
 import numpy as np
 from numpy.typing import NDArray
 
 READY = b"+"
 _CHUNK = 1 << 20  # points at a time
 _NOISE = (7, 18)  # classes of points that the maker of the file calls noise: low and high (LAS 1.4, table 17)
-_SELECTION = (  # of what LAZ files of recent formats are decompressed
-    laspy.DecompressionSelection.XY_RETURNS_CHANNEL
-    | laspy.DecompressionSelection.Z
-    | laspy.DecompressionSelection.CLASSIFICATION
-    | laspy.DecompressionSelection.FLAGS
-    | laspy.DecompressionSelection.RGB
-)
 
 
 def main() -> None:
     """Read a file from standard input and write its points to standard output."""
+    import laspy  # noqa: F401  # so that READY says that it is there
+
     logging.getLogger("laspy").setLevel(logging.CRITICAL)
     sys.stdout.buffer.write(READY)
     sys.stdout.buffer.flush()
@@ -38,8 +32,12 @@ def main() -> None:
 
 def _points(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint16]]:
     """Return positions and colours of the points of a file that are shown. Raises ValueError if some are missing."""
+    import laspy
+
+    needed = laspy.DecompressionSelection  # what is decompressed of LAZ files of recent formats
+    selection = needed.XY_RETURNS_CHANNEL | needed.Z | needed.CLASSIFICATION | needed.FLAGS | needed.RGB
     positions, colours, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.uint16)], 0
-    with laspy.open(io.BytesIO(data), read_evlrs=False, decompression_selection=_SELECTION) as reader:
+    with laspy.open(io.BytesIO(data), read_evlrs=False, decompression_selection=selection) as reader:
         has_colours = "red" in set(reader.header.point_format.dimension_names)
         for points in reader.chunk_iterator(_CHUNK):
             count += len(points)
