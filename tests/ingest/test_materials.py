@@ -29,6 +29,23 @@ def test_terms_are_clipped() -> None:
     assert (material.base_colour, material.specular, material.shininess) == ((1, 0, 0.5), 1, MAX_SHININESS)
 
 
+@pytest.mark.parametrize(
+    ("terms", "specular"),
+    [
+        ({"ks": [1, 1, 1], "ns": 0.0, "illum": 2.0}, 0.0),  # MeshLab
+        ({"ns": 0.0, "illum": 1.0}, 0.0),  # RealityCapture
+        ({"illum": 0.0}, 0.0),  # Pix4D
+        ({"ks": [0.5, 0.5, 0.5], "ns": 324.0, "illum": 1.0}, 0.0),
+        ({"ks": [0.5, 0.5, 0.5], "ns": 1.0, "illum": 2.0}, 0.5),
+        ({"ks": [0.5, 0.5, 0.5], "ns": 324.0, "illum": 7.0}, 0.5),
+        ({"ks": [0.5, 0.5, 0.5], "ns": 324.0}, 0.5),
+        ({}, Material.specular),
+    ],
+)
+def test_highlights_need_an_exponent_and_a_model_that_has_them(terms: dict[str, Any], specular: float) -> None:
+    assert phong_from_mtl(terms, None).specular == specular
+
+
 def test_a_texture_is_not_darkened_by_black() -> None:
     texture = np.zeros((3, 2, 4), np.uint8)
     material = phong_from_mtl({"kd": [0, 0, 0]}, texture)

@@ -2,12 +2,16 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
+from depthwalk.render.lighting.harmonics import polynomials
+from depthwalk.render.lighting.irradiance import lighting, sphere_directions
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.models import load_files
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.scene.schema import DpciParams
 
@@ -25,6 +29,27 @@ def test_stands_on_the_origin_with_the_depth_images_that_bake_makes(ball: Path) 
     assert scene.objects.position.tolist() == [[0, 0, 0]]
     assert scene.objects.representation.tolist() == [Representation.AUTO]
     assert scene.camera is None and scene.environment.ground is None
+
+
+def test_its_light_burns_nothing_out_and_shows_all_sides_alike(ball: Path) -> None:
+    """Of a white ball, the brightest point is just below white, and no side is half as bright as another."""
+    light = lighting(load_scene(ball).environment)
+    normal, _ = sphere_directions()
+    shown = polynomials(normal) @ light.ambient + np.maximum(normal @ light.to_sun, 0)[:, None] * light.sun
+    assert (shown.max(0) < 1).all() and shown.max() > 0.95
+    assert shown.min() > 0.05
+    around = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    facing = np.maximum(normal @ np.stack([np.sin(around), 0 * around, np.cos(around)]), 0)
+    means = (facing.T @ shown / facing.sum(0)[:, None]).mean(1)
+    assert means.max() / means.min() < 1.5
+    assert load_files([ball, ball]).environment == load_scene(ball).environment
+
+
+def test_its_light_can_be_set(ball: Path) -> None:
+    values = {"environment.sun.intensity": "2", "environment.ambient.contrast": "0"}
+    environment = load_scene(ball, (), values).environment
+    assert (environment.sun.intensity, environment.ambient.contrast) == (2, 0)
+    assert environment.ambient.intensity == load_scene(ball).environment.ambient.intensity
 
 
 def test_set_reaches_the_mesh(ball: Path) -> None:

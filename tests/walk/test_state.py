@@ -13,6 +13,7 @@ from depthwalk.scene.path import load_path
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import Move
+from depthwalk.walk.state import State
 from walks import FakeRenderer, state
 
 
@@ -82,3 +83,54 @@ def test_a_recording_that_cannot_be_saved_is_told(tmp_path: Path, monkeypatch: p
     walk.record(0.1)
     walk.toggle_recording()
     assert "gone too" in walk.toast and walk.playback is None
+
+
+class FittingRenderer(FakeRenderer):
+    """Steps back from what is wider than the window."""
+
+    def frame_all(
+        self, aspect: float, fov: float = 1.0, away: tuple[float, float, float] = (0, 0, 1), turns: bool = False
+    ) -> Camera:
+        return Camera((0, 1, 9 / min(aspect, 1)), (0, 1, 0), fov)
+
+
+def framed_walk() -> State:
+    walk = state(path=False)
+    walk.renderer = cast(Renderer, FittingRenderer())
+    walk.home_is_framed = True
+    walk.fit_home(1.5)
+    walk.go_home()
+    walk.follow_window(1.5)
+    return walk
+
+
+@pytest.mark.parametrize("orbits", [False, True])
+def test_a_view_of_everything_stays_one_when_the_window_changes_its_shape(orbits: bool) -> None:
+    walk = framed_walk()
+    if orbits:
+        walk.toggle_orbit()
+    jumps = walk.jumps
+    walk.follow_window(1.5)
+    assert walk.jumps == jumps
+    walk.follow_window(0.5)
+    assert walk.camera.position == pytest.approx((0, 1, 18)) and walk.jumps == jumps + 1
+    walk.follow_window(2.0)
+    assert walk.camera.position == pytest.approx((0, 1, 9))
+
+
+def test_who_has_moved_stays_there_when_the_window_changes_its_shape() -> None:
+    walk = framed_walk()
+    walk.held.press(Move.FORWARD)
+    walk.advance(0.04)
+    walk.held.release(Move.FORWARD)
+    moved = walk.camera.position
+    walk.follow_window(0.5)
+    assert walk.camera.position == moved != walk.home.position
+    given = framed_walk()
+    given.home_is_framed = False
+    given.follow_window(0.5)
+    assert given.camera.position == (0, 1, 9)
+    zoomed = framed_walk()
+    zoomed.set_fov(0.4)
+    zoomed.follow_window(0.5)
+    assert zoomed.camera.position == (0, 1, 9)

@@ -77,13 +77,15 @@ def phong_from_mtl(
 ) -> Material:
     """Convert the terms of an MTL file to Phong's model.
 
-    Kd, Ks and Ns are taken as linear, as Blender writes them.
+    Kd, Ks and Ns are taken as linear, as Blender writes them. There are no highlights with `illum` 0 and 1, which
+    exclude them, nor with an exponent Ns below 1: programs that make textured meshes of scans write Ns 0, some of them
+    beside Ks 1, and a lobe as wide as that would whiten half of the texture.
 
     Parameters
     ----------
     terms : dict
-        Numbers or lists of numbers by the keys "kd", "ks", "ns", "d", "tr" and "ke"; missing or invalid ones get
-        defaults.
+        Numbers or lists of numbers by the keys "kd", "ks", "ns", "d", "tr", "ke" and "illum"; missing or invalid ones
+        get defaults.
     texture : (H, W, 4) uint8 or None
         The colour texture, sRGB with alpha; None for a material without one.
     name : str
@@ -109,6 +111,8 @@ def phong_from_mtl(
         colour = WHITE  # exporters write Kd 0 0 0 beside a texture
     specular = max(_rgb(terms.get("ks"), (Material.specular,) * 3))
     shininess = _scalar(terms.get("ns"), Material.shininess)
+    if shininess < 1 or _scalar(terms.get("illum"), 2.0) < 2:
+        specular = 0.0
     clear = _scalar(terms.get("tr"), 0.0)
     # MeshLab writes Tr 1 for what is opaque; nobody writes a surface of which nothing shows.
     opacity = _scalar(terms.get("d"), 1 - clear if clear < 1 else 1.0)

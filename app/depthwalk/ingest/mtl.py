@@ -5,7 +5,7 @@ from pathlib import Path
 
 from depthwalk.ingest.sources import Sources, arguments, as_utf8, find, find_all, text
 
-_TERMS = ("kd", "ks", "ns", "d", "tr", "ke")
+_TERMS = ("kd", "ks", "ns", "d", "tr", "ke", "illum")
 _PICTURES = {  # the attribute for each key that names a picture
     "map_kd": "image",
     "map_ke": "glow",

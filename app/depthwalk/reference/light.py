@@ -57,8 +57,8 @@ def reflected(surfaces: Surfaces, view: Array, to_light: Array) -> Array:
 def phong(surfaces: Surfaces, view: Array, to_sun: Array, sun: Array, ambient: Array) -> Array:
     """Return the light that surfaces send to the viewer, lit by the sun and by a scene's ambient light.
 
-    Three quarters of the ambient light are the same for all surfaces. The last quarter is multiplied by the normal's y,
-    so that surfaces facing down get less.
+    The ambient light has the default direction and contrast: three quarters of it are the same for all surfaces, and
+    the last quarter is multiplied by the normal's y, so that surfaces facing down get less.
 
     Parameters
     ----------

@@ -147,10 +147,12 @@ class SunParams(FileParams):
 
 
 class AmbientParams(FileParams):
-    """Describe light that comes evenly from all directions."""
+    """Describe light that comes from all directions, more of it from one side: a hemisphere light."""
 
     colour: Colour = param((0.85, 0.92, 1.0), "Colour of the light", unit="sRGB")
-    intensity: float = param(0.35, "Strength", ge=0, le=100)
+    intensity: float = param(0.35, "Strength on surfaces that face the brightest side", ge=0, le=100)
+    direction: Direction = param((0, -1, 0), "Direction in which most of it travels, a vector of any length")
+    contrast: float = param(0.5, "Fraction of it that does not reach surfaces facing the other way", ge=0, le=1)
 
 
 class LampParams(FileParams):

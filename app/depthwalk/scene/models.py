@@ -1,7 +1,8 @@
-"""Load models that are shown without a scene file: one at the origin, or several together.
+"""Load models that are shown without a scene file: one at the origin, or several together, in a light of their own.
 
 Several are shown at the coordinates of their files, as other viewers do it: parts of an assembly and tiles of a scan
-fit together only so. Models that have nothing to do with each other can stand side by side instead.
+fit together only so. Models that have nothing to do with each other can stand side by side instead. The light is that
+of a studio, since the albedo of models and scans is often close to white (docs/light.md).
 """
 
 import json
@@ -20,6 +21,11 @@ from depthwalk.scene.loader import load_scene, scene_from
 from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Array
 
+_LIGHT = (
+    "{sun: {colour: [1, 0.98, 0.95], intensity: 0.7}, "
+    "ambient: {colour: [0.96, 0.98, 1], intensity: 0.5, direction: [0.65, -0.6, 0.5], contrast: 0.85}}"
+)
+"""The `environment` of models: white surfaces come out just below white, and those turned from the sun have shape."""
 _GAP = 0.2  # of the widest model's width: between models that stand side by side
 
 
@@ -96,8 +102,13 @@ def model_document(path: Path) -> Document:
     if not path.is_file():
         raise missing_file(path)
     file = path.resolve()  # as the asset is read: the command line prints equal warnings once
-    asset = _asset(file, file.name)
-    return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
+    return _written([f"model: {_asset(file, file.name)}"], ["{asset: model}"], path)
+
+
+def _written(assets: Sequence[str], objects: Sequence[str], path: Path) -> Document:
+    """Return the scene file of the texts of assets and objects, in the light of models; errors cite `path`."""
+    lists = f"assets: {{{', '.join(assets)}}}, objects: [{', '.join(objects)}]"
+    return parse_document(f"{{version: 1, {lists}, environment: {_LIGHT}}}", str(path))
 
 
 def _asset(file: Path, name: str) -> str:
@@ -121,8 +132,7 @@ def _document(files: Sequence[Path], names: Sequence[str], places: Array, folder
         found = file.resolve()
         assets.append(f"{_text(name)}: {_asset(found, found.relative_to(folder).as_posix())}")
         objects.append(f"{{asset: {_text(name)}, position: {json.dumps(place)}}}")
-    text = f"{{version: 1, assets: {{{', '.join(assets)}}}, objects: [{', '.join(objects)}]}}"
-    return parse_document(text, str(files[0]))
+    return _written(assets, objects, files[0])
 
 
 def _boxes(files: Sequence[Path]) -> Array:

@@ -290,6 +290,7 @@ class Walk:
         self.state.pull_focus(dt)
         self._report_background()
         if min(*self.window.size, *self.window.buffer_size) > 0:
+            self.state.follow_window(self.aspect)
             unchanged = self._is_unchanged(dt)
             rests = unchanged and self.frames.is_current
             shows = not (unchanged and (rests or self.frames.is_shown))

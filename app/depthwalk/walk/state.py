@@ -4,6 +4,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
 
+from pyglm import glm
+
 from depthwalk.errors import InputError
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Representation
@@ -18,6 +20,8 @@ from depthwalk.walk.recorder import Recorder, save_path, tolerance_in
 from depthwalk.walk.shares import LateShares
 from depthwalk.walk.times import FrameTimes, PictureTimes
 from depthwalk.walk.viewer import Viewer
+
+_ROUNDING = 1e-6  # by which a camera that nobody has moved may differ from another, of its distance to the target
 
 
 class Keeping(Enum):
@@ -36,6 +40,8 @@ class State(Viewer):
     ----------
     home_is_framed
         Whether `home` was chosen to show all objects, rather than given by a file or the user.
+    window_aspect
+        Width / height that the window had last; 0 before it is known.
     recorder
         The recording, or None while nothing is recorded.
     times
@@ -67,6 +73,7 @@ class State(Viewer):
     """
 
     home_is_framed: bool = False
+    window_aspect: float = 0.0
     recorder: Recorder | None = None
     times: PictureTimes = field(default_factory=PictureTimes)
     scene_times: FrameTimes = field(default_factory=FrameTimes)
@@ -138,6 +145,25 @@ class State(Viewer):
         """Fit `home`, if it was chosen to show all objects, to a window of width / height `aspect`."""
         if self.home_is_framed:
             self.home = home_in(self.scene, self.renderer, aspect)
+
+    def follow_window(self, aspect: float) -> None:
+        """Note width / height of the window; if it changed, keep all objects in a view that was chosen to show them.
+
+        Whoever has moved since stays where they are, and so do paths, recordings and turntables.
+        """
+        before, self.window_aspect = self.window_aspect, aspect
+        if before in (0, aspect) or not (self.home_is_framed and self._is_at_home() and self.recorder is None):
+            return
+        self.fit_home(aspect)
+        self.jumps += 1
+        self._place(self.home)
+
+    def _is_at_home(self) -> bool:
+        """Return whether the camera is at `home`, but for what rounding moves it."""
+        camera, home = self.camera, self.home
+        moved = glm.distance(glm.dvec3(*camera.position), glm.dvec3(*home.position)) / glm.length(home.look)
+        turned = glm.distance(glm.normalize(camera.look), glm.normalize(home.look))
+        return camera.fov == home.fov and max(moved, turned) < _ROUNDING
 
     def toggle_recording(self) -> None:
         """Begin recording the camera, or end the recording and save it."""

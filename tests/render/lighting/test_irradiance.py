@@ -80,6 +80,15 @@ def test_constant_ambient_light_is_half_from_below_and_needs_few_polynomials() -
     assert light.defines == ("UPRIGHT",) and len(light.uniforms()["ambient"]) == UPRIGHT_POLYNOMIALS
 
 
+def test_ambient_light_falls_by_its_contrast_away_from_its_direction() -> None:
+    ambient = {"colour": (1, 1, 1), "intensity": 0.4, "direction": (-3, 0, 4), "contrast": 0.9}
+    light = lighting(Environment.model_validate({"ambient": ambient}))
+    facing = np.array([0.6, 0, -0.8])
+    shown = polynomials(np.array([facing, [0, 1, 0], [0.8, 0, 0.6], -facing])) @ light.ambient
+    assert shown == pytest.approx(0.4 * np.array([[1], [0.55], [0.55], [0.1]]) * np.ones(3))
+    assert light.defines == ()
+
+
 def test_a_sky_about_the_sun_needs_all_polynomials() -> None:
     light = lighting(
         Environment.model_validate({"sky": {"model": "preetham", "light": True}, "sun": {"direction": (-1, -0.3, 0)}})

@@ -28,7 +28,7 @@ from depthwalk.types import Array
 
 if TYPE_CHECKING:
     from depthwalk.render.lighting.sky import ReadImage
-    from depthwalk.scene.environment import Environment
+    from depthwalk.scene.environment import AmbientParams, Environment
 
 
 GROUND = 0.2  # albedo of the ground below a sky, as of grass and soil, which reflects light upward
@@ -107,10 +107,20 @@ def lighting(environment: "Environment", read: "ReadImage" = no_images) -> Light
             return Lighting(to_sun=to_sun, sun=sun, ambient=sky.ambient(with_sun=not takes_sun), sky=sky)
         red, green, blue = (float(max(to_sun[1], 0)) * sun).tolist()  # on level ground
         return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (red, green, blue)), sky=sky)
+    return Lighting(to_sun=to_sun, sun=sun, ambient=_hemisphere(environment.ambient), sky=sky)
+
+
+def _hemisphere(light: "AmbientParams") -> Array:
+    """Return the coefficients (9, 3) of light that falls from `intensity` by `contrast` with the cosine of the angle.
+
+    Surfaces at right angles to its direction receive the mean of both extremes.
+    """
+    brightest = linear_colour(light.colour) * light.intensity
+    x, y, z = -np.array(light.direction) / np.linalg.norm(light.direction)
+    half = light.contrast / 2
     ambient = np.zeros((POLYNOMIALS, 3))
-    constant = linear_colour(environment.ambient.colour) * environment.ambient.intensity
-    ambient[0], ambient[1] = 0.75 * constant, 0.25 * constant  # a little less from below
-    return Lighting(to_sun=to_sun, sun=sun, ambient=ambient, sky=sky)
+    ambient[[0, 1, 3, 4]] = np.outer([1 - half, half * y, half * x, half * z], brightest)  # 1 and the normal's y, x, z
+    return ambient
 
 
 @lru_cache(maxsize=8)
